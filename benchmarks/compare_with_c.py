@@ -104,12 +104,12 @@ def gyroscope(rounds: int) -> list[dict[str, Any]]:
         length = ctypes.c_double(plan(graph).period)
         library.gyroscope(ctypes.c_int64(GYROSCOPE_SAMPLES), ctypes.c_int64(STEPS), length, *arrays)
 
-    found = simulate(graph, samples=GYROSCOPE_SAMPLES, engine="compiled")["sense.displacement"].values
+    displacements = simulate(graph, samples=GYROSCOPE_SAMPLES, engine="compiled")["sense.displacement"].values
     published = _measure("gyroscope, as published", "gyroscope.c", c, graph, GYROSCOPE_SAMPLES, rounds, 0.8)
-    published["apart"] = float(abs(found - record).max() / abs(record).max())
+    published["apart"] = float(abs(displacements - record).max() / abs(record).max())
     same = ("-DSAME_OPERATIONS",)
     alike = _measure("gyroscope, same operations", "gyroscope.c", c, graph, GYROSCOPE_SAMPLES, rounds, None, same)
-    alike["equal"] = bool((found == record).all())
+    alike["equal"] = bool((displacements == record).all())
     return [published, alike]
 
 

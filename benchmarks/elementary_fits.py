@@ -73,13 +73,14 @@ def rounded(fit: Fit) -> tuple[list[float], float]:
     """Coefficients as numbers, lowest power first, and the largest weighted error that is left."""
     places = [_place(fit, (k + mpf(1) / 2) / POINTS) for k in range(POINTS)]
     values, weights = [fit.function(x) for x in places], [fit.weight(x) for x in places]
-    found = [mpf(float(c)) for c in _exchanged(places, values, weights, fit.coefficients)]
+    coefficients = [mpf(float(c)) for c in _exchanged(places, values, weights, fit.coefficients)]
     for k in range(1, fit.coefficients if fit.low > 0 else 0):
-        rest = [(v - mpmath.polyval(found[:k][::-1], x)) / x**k for x, v in zip(places, values, strict=True)]
+        rest = [(v - mpmath.polyval(coefficients[:k][::-1], x)) / x**k for x, v in zip(places, values, strict=True)]
         weights_of_rest = [w * x**k for x, w in zip(places, weights, strict=True)]
-        found[k:] = [mpf(float(c)) for c in _exchanged(places, rest, weights_of_rest, fit.coefficients - k)]
+        coefficients[k:] = [mpf(float(c)) for c in _exchanged(places, rest, weights_of_rest, fit.coefficients - k)]
     every = zip(places, values, weights, strict=True)
-    return list(map(float, found)), float(max(abs(w * (mpmath.polyval(found[::-1], x) - v)) for x, v, w in every))
+    errors = (abs(w * (mpmath.polyval(coefficients[::-1], x) - v)) for x, v, w in every)
+    return list(map(float, coefficients)), float(max(errors))
 
 
 def _place(fit: Fit, share: Any) -> Any:
@@ -118,12 +119,12 @@ def _alternating(errors: list[Any], count: int) -> list[int]:
 
 def parts(value: Any, *bits: int) -> list[float]:
     """A number as a sum of numbers of so many bits each, the last of them of 53."""
-    found = []
+    terms = []
     for width in bits:
         unit = mpf(2) ** (int(mpmath.floor(mpmath.log(abs(value), 2))) + 1 - width)
-        found.append(float(mpmath.floor(value / unit) * unit))
-        value -= mpf(found[-1])
-    return [*found, float(value)]
+        terms.append(float(mpmath.floor(value / unit) * unit))
+        value -= mpf(terms[-1])
+    return [*terms, float(value)]
 
 
 def main() -> None:

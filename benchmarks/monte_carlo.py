@@ -103,14 +103,14 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
     def whole(threads: int) -> float:
         clock = time.process_time if threads == 1 else time.perf_counter  # a machine is shared
         began = clock()
-        found.append(run_study(study, engine="compiled", threads=threads))
+        results.append(run_study(study, engine="compiled", threads=threads))
         return (clock() - began) / runs
 
     def of_one_sample(count: int) -> float:
         short = workload(count, 2)
         return min(_seconds(lambda: run_study(short, engine="compiled", threads=1)) for _ in range(rounds))
 
-    found: list[Any] = []
+    results: list[Any] = []
     times: dict[str, list[float]] = {}
     with tempfile.TemporaryDirectory() as folder:
         library = build("monte_carlo.c", folder, ("-ffp-contract=off",))
@@ -133,8 +133,8 @@ def measure(study: Study, rounds: int) -> dict[str, Any]:
         "outside_share": outside / best["loop of 32 lanes"],
         "two_loops": best["loop of 32 lanes"] / best["two loops of 32 at once"],
         "two_threads": best["study, threads: 1"] / best["study, threads: 2"],
-        "mean_difference": float(np.abs(found[0]["mean"][:, 0] - result[:, 0]).max()),
-        "std_difference": float(np.abs(found[0]["std"][:, 0] - result[:, 1]).max()),
+        "mean_difference": float(np.abs(results[0]["mean"][:, 0] - result[:, 0]).max()),
+        "std_difference": float(np.abs(results[0]["std"][:, 0] - result[:, 1]).max()),
     }
 
 

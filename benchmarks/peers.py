@@ -2,19 +2,26 @@
 
 python benchmarks/peers.py
 
-proofmass, a loop by hand and python-control run always; pathsim, bdsim and Drake where they are installed.
+proofmass, a loop by hand and python-control run always; pathsim, bdsim, Drake and ngspice where they are installed.
 A sampled integrator of 1 kHz controls a lag of 10 ms. The cost of a tick is the difference between a long and a short
 run, so start-up and compilation do not count. The best of three repeats stands in the table.
 """
 
 import contextlib
+import importlib.metadata
 import importlib.util
 import io
 import math
-import time
+import re
+import resource
+import shutil
+import subprocess
 from collections.abc import Callable
+from pathlib import Path
+from typing import NamedTuple
 
 PERIOD, GAIN, LAG = 1e-3, 50.0, 0.01
+NETLIST = Path(__file__).with_name("lag.cir")
 
 
 def by_hand(ticks: int) -> float:
@@ -92,7 +99,7 @@ def bdsim_loop(ticks: int) -> float:
     diagram = simulation.blockdiagram()
     clock = diagram.clock(1000, "Hz")
     setpoint, error = diagram.CONSTANT(1.0), diagram.SUM("+-")
-    controller = diagram.DINTEGRATOR(clock, gain=GAIN)
+    controller = diagram.INTEGRATOR_S(clock, gain=GAIN)
     plant = diagram.LTI_SISO(1.0, [LAG, 1.0])
     diagram.connect(setpoint, error[0])
     diagram.connect(plant, error[1])
@@ -132,37 +139,76 @@ def drake_loop(ticks: int) -> float:
     return float(log.FindLog(simulator.get_context()).data()[0, -1])
 
 
-TOOLS: dict[str, tuple[str, Callable[[], Callable[[int], float]], int]] = {  # module, maker, ticks of the long run
-    "proofmass, compiled": ("proofmass", lambda: proofmass_loop("compiled"), 1_000_000),
-    "proofmass, plain Python": ("proofmass", lambda: proofmass_loop("python"), 20_000),
-    "loop by hand in Python": ("math", lambda: by_hand, 500_000),
-    "python-control, one linear system": ("control", lambda: python_control, 200_000),
-    "pathsim": ("pathsim", lambda: pathsim_loop, 400),
-    "bdsim": ("bdsim", lambda: bdsim_loop, 2_000),
-    "Drake": ("pydrake", lambda: drake_loop, 20_000),
-}
+def spice_loop(ticks: int) -> float:
+    """Return the answer of ngspice: the netlist of docs/coming-from/spice.md with another end."""
+    netlist = NETLIST.read_text(encoding="utf-8").replace("100m", f"{ticks}m")
+    command = ["ngspice", "-b"]
+    done = subprocess.run(command, input=netlist, capture_output=True, text=True, check=True)
+    return float(re.search(r"^answer\s+=\s+(\S+)", done.stdout, re.MULTILINE)[1])  # type: ignore[index]
+
+
+class Tool(NamedTuple):
+    """A tool: its name in the table, what must be there for it, the loop in it, and the ticks of its long run."""
+
+    name: str
+    needs: str
+    make: Callable[[], Callable[[int], float]]
+    ticks: int
+
+
+TOOLS = (
+    Tool("proofmass, compiled", "proofmass", lambda: proofmass_loop("compiled"), 1_000_000),
+    Tool("proofmass, plain Python", "proofmass", lambda: proofmass_loop("python"), 20_000),
+    Tool("loop by hand in Python", "math", lambda: by_hand, 500_000),
+    Tool("python-control, one linear system", "control", lambda: python_control, 200_000),
+    Tool("Drake", "pydrake", lambda: drake_loop, 20_000),
+    Tool("ngspice", "ngspice", lambda: spice_loop, 2_000),
+    Tool("bdsim", "bdsim", lambda: bdsim_loop, 2_000),
+    Tool("pathsim", "pathsim", lambda: pathsim_loop, 400),
+)
+
+
+def version(needs: str) -> str | None:
+    """Return the version of what a tool needs, empty if it has none, or None if it is not installed."""
+    if importlib.util.find_spec(needs) is None:
+        program = shutil.which(needs)
+        answer = program and subprocess.run([program, "--version"], capture_output=True, text=True, check=False).stdout
+        return answer and (re.findall(r"-([\d.]+)", answer) or [""])[0]
+    try:
+        return importlib.metadata.version({"pydrake": "drake"}.get(needs, needs))
+    except importlib.metadata.PackageNotFoundError:
+        return ""
 
 
 def seconds(run: Callable[[int], float], ticks: int) -> float:
-    """Return the CPU time of a run."""
-    start = time.process_time()
+    """Return the CPU time of a run, that of other programs it starts included."""
+    start = cpu_time()
     run(ticks)
-    return time.process_time() - start
+    return cpu_time() - start
+
+
+def cpu_time() -> float:
+    """Return the CPU time of this process and of the programs it has run."""
+    used = map(resource.getrusage, (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
+    return sum(usage.ru_utime + usage.ru_stime for usage in used)
 
 
 def main() -> None:
-    """Print the table."""
-    print(f"{'tool':36s} {'ns of CPU a tick':>18s}   output after 0.1 s")
-    for name, (module, make, ticks) in TOOLS.items():
-        if importlib.util.find_spec(module) is None:
-            print(f"{name:36s} {'not installed':>18s}")
+    """Print the table, in the form of the page of benchmarks."""
+    print("| tool | ns of CPU a tick | output after 0.1 s |\n|---|---|---|")
+    for tool in TOOLS:
+        number = version(tool.needs)
+        if number is None:
+            print(f"| {tool.name} | not installed | |")
             continue
-        short = ticks // 10
+        short = tool.ticks // 10
         with contextlib.redirect_stdout(io.StringIO()):  # some tools print what they do
-            run = make()
+            run = tool.make()
             answer = run(100)
-            best = min(seconds(run, ticks) for _ in range(3)) - min(seconds(run, short) for _ in range(3))
-        print(f"{name:36s} {best / (ticks - short) * 1e9:18.0f}   {answer:.10f}")
+            best = min(seconds(run, tool.ticks) for _ in range(3)) - min(seconds(run, short) for _ in range(3))
+        cost = float(f"{best / (tool.ticks - short) * 1e9:.2g}")
+        name, _, what = tool.name.partition(",")
+        print(f"| {f'{name} {number}'.strip()}{',' * bool(what)}{what} | {cost:,.0f} | {answer:.10f} |", flush=True)
 
 
 if __name__ == "__main__":

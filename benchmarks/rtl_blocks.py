@@ -54,12 +54,12 @@ class Alone(NamedTuple):
 def blocks_alone() -> Iterator[Alone]:
     """Every one once: at another rate it is the same where its constants are."""
     seen = set()
-    for each in _found():
-        if fits_hardware(each.block) and each.kind not in SOFTWARE:
-            made = type(each.block).functions.get("constants")
-            key = each.block, made and str(made.function(each.block, float(1 / each.rate)))
+    for alone in _found():
+        if fits_hardware(alone.block) and alone.kind not in SOFTWARE:
+            constants = type(alone.block).functions.get("constants")
+            key = alone.block, constants and str(constants.function(alone.block, float(1 / alone.rate)))
             if key not in seen:
-                yield each
+                yield alone
             seen.add(key)
 
 

@@ -37,21 +37,21 @@ def main() -> None:
     seconds, compared, done = [0.0, 0.0], 0, 0
     while done < ticks:
         first, done = done, min(done + (1 if done < SINGLE else CHUNK), ticks)
-        found = []
+        states = []
         for number, engine in enumerate(engines):
             began = perf_counter()
             rows = advanced(planned, engine, first, done)
             seconds[number] += perf_counter() - began if done > SINGLE else 0.0
             memory = engine.memory()
-            found.append((memory.states, memory.buffers, {node: memory.wires[node] for node in outputs}, rows))
-        if found[0] != found[1]:
+            states.append((memory.states, memory.buffers, {node: memory.wires[node] for node in outputs}, rows))
+        if states[0] != states[1]:
             print(f"{planned.graph.name}: DIFFERENT in a tick from {first:,} to {done - 1:,}")
             sys.exit(1)
         compared += 1
     print(f"{planned.graph.name}: {ticks:,} ticks equal, looked at {compared:,} times")
     for port in ports:
         name, _, entry = port.text.partition("[")
-        value = found[1][2][split(name)]
+        value = states[1][2][split(name)]
         mantissa = value[int(entry.rstrip("]"))] if entry else value
         print(f"  {port.text} = {mantissa * 2.0**-port.word.fraction} {port.unit}")
     for engine, taken in zip(engines, seconds, strict=True):

@@ -56,12 +56,12 @@ def resources(path: Path, blocks: tuple[str, ...]) -> Resources:
     return synthesized(machine_text(machine), top_name(machine), "xc2vp")
 
 
-def show(name: str, paper: tuple[int, ...], found: Resources, why: str) -> None:
+def show(name: str, paper: tuple[int, ...], resources: Resources, why: str) -> None:
     """One row."""
-    ours = (found.slices_bound, found.flip_flops, found.luts, found.multipliers)
+    ours = (resources.slices_bound, resources.flip_flops, resources.luts, resources.multipliers)
     row = (" / ".join(map(str, each)) for each in (paper, ours))
     theirs, own = row
-    clock = f"; about {found.clock.megahertz:.1f} MHz (estimate)" if found.clock.megahertz else ""
+    clock = f"; about {resources.clock.megahertz:.1f} MHz (estimate)" if resources.clock.megahertz else ""
     print(f"{name:22}{theirs:>28}{own:>36}   {why}{clock}", flush=True)
 
 

@@ -89,7 +89,7 @@ def _truths(draws: random.Random) -> Iterator[int]:
 
 def _numbers(draws: random.Random, low: int, high: int) -> Iterator[int]:
     way = draws.choice(("any", "small", "any size", "held"))
-    held = draws.choice((low, high, draws.randint(low, high)))
+    constant = draws.choice((low, high, draws.randint(low, high)))
     while True:
         if way == "any":
             yield draws.choice((low, high, draws.randint(low, high), draws.randint(low, high)))
@@ -98,4 +98,4 @@ def _numbers(draws: random.Random, low: int, high: int) -> Iterator[int]:
         elif way == "any size":
             yield (high if draws.random() < 0.5 else low) >> draws.randrange(high.bit_length() + 1)
         else:
-            yield held
+            yield constant

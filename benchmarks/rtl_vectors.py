@@ -68,12 +68,12 @@ class Row:
 
     def _changes(self) -> str:
         """Entries of a vector together."""
-        found = []
+        texts = []
         for name, group in groupby(self.changes.items(), lambda each: each[0].partition("[")[0]):
             counts = [count for _, count in group]
             entries = f"[{len(counts)}]" if len(counts) > 1 else ""
-            found.append(f"{name}{entries} {min(counts):,}" + (f" to {max(counts):,}" if entries else ""))
-        return ", ".join(found)
+            texts.append(f"{name}{entries} {min(counts):,}" + (f" to {max(counts):,}" if entries else ""))
+        return ", ".join(texts)
 
 
 def main() -> int:
@@ -131,12 +131,12 @@ def exponential() -> Row:
     clocks = ANGLES + 64
     columns = {"angle": np.arange(clocks) % ANGLES}
     row = compared(Alone(later, Fraction(1000), "exponential"), columns, clocks)
-    found = []
+    outputs = []
     for block in (now, later):
         with TemporaryDirectory() as name:
             planned = plan(played(block, Fraction(1000), columns, Path(name)))
-            found.append(by_model(planned, compose(planned, [TESTED]), columns, clocks).outputs["exponential"])
-    at = (n for n in range(64) if np.array_equal(found[0][:ANGLES], found[1][n : n + ANGLES]))
+            outputs.append(by_model(planned, compose(planned, [TESTED]), columns, clocks).outputs["exponential"])
+    at = (n for n in range(64) if np.array_equal(outputs[0][:ANGLES], outputs[1][n : n + ANGLES]))
     late = next(at, None)
     row.notes.append(f"{ANGLES:,} angles {late} ticks later than without stages")
     if late is None:
@@ -157,13 +157,13 @@ def formats(module: Module) -> str:
     return " -> ".join(", ".join(side) or "nothing" for side in sides)
 
 
-def _compare(row: Row, way: str, found: Found, expected: Found) -> None:
-    row.speeds[way] = len(next(iter(found.outputs.values()))) / found.seconds
+def _compare(row: Row, way: str, outcome: Found, expected: Found) -> None:
+    row.speeds[way] = len(next(iter(outcome.outputs.values()))) / outcome.seconds
     for name, column in expected.outputs.items():
-        different = np.flatnonzero(found.outputs[name] != column)
+        different = np.flatnonzero(outcome.outputs[name] != column)
         if len(different):
             row.misses.append(f"{way}: {name} DIFFERS in {len(different):,} clocks, first in {different[0]}")
-    wrong = [name for name, value in found.registers.items() if value != expected.registers[name]]
+    wrong = [name for name, value in outcome.registers.items() if value != expected.registers[name]]
     if wrong:
         row.misses.append(f"{way}: registers DIFFER at the end: {', '.join(wrong)}")
 

@@ -42,22 +42,22 @@ def by_python(
     engine, rows, readers = make_engine(alone, "python", 0, 0, start(alone)), _rows(alone, clocks), _readers(machine)
     memory = engine.memory()
     kinds = {name: held_as(port.dtype) for name, port in type(alone.blocks[TESTED]).inputs.items()}
-    given = [(alone.schedule.drivers[TESTED, n], list(map(kind, columns[n].tolist()))) for n, kind in kinds.items()]
+    inputs = [(alone.schedule.drivers[TESTED, n], list(map(kind, columns[n].tolist()))) for n, kind in kinds.items()]
     probed = list(zip(alone.probes, rows, strict=True))
-    held = [read(memory) for read in readers.values()]
-    changes = [0] * len(held)
+    values = [read(memory) for read in readers.values()]
+    changes = [0] * len(values)
     began = process_time()
     for clock in range(clocks):
-        for node, column in given:
+        for node, column in inputs:
             memory.wires[node] = column[clock]
         engine.advance(clock + 1, [each[probe.rows(0, clock) :] for probe, each in probed])
         following = [read(memory) for read in readers.values()]
         for i, value in enumerate(following):
-            changes[i] += value != held[i]
-        held = following
+            changes[i] += value != values[i]
+        values = following
     seconds = process_time() - began
-    found = Found(_outputs(alone, machine, rows, clocks), dict(zip(readers, held, strict=True)), seconds)
-    return found, dict(zip(readers, changes, strict=True))
+    outcome = Found(_outputs(alone, machine, rows, clocks), dict(zip(readers, values, strict=True)), seconds)
+    return outcome, dict(zip(readers, changes, strict=True))
 
 
 def _without_sources(planned: Plan) -> Plan:
@@ -127,11 +127,11 @@ def _outputs(planned: Plan, machine: Machine, rows: list[Any], clocks: int) -> d
         probe.signal: np.repeat(values.astype(np.int64), probe.stride, axis=0)[:clocks]
         for probe, values in zip(planned.probes, rows, strict=True)
     }
-    found = {}
+    columns = {}
     for port in machine.outputs:
         signal, _, entry = port.text.removesuffix("]").partition("[")
-        found[port.name] = wires[signal][:, int(entry)] if entry else wires[signal]
-    return found
+        columns[port.name] = wires[signal][:, int(entry)] if entry else wires[signal]
+    return columns
 
 
 def _readers(machine: Machine) -> dict[str, Callable[[Memory], int]]:

@@ -46,8 +46,8 @@ def digests(study: Study, path: Path) -> Iterator[tuple[str, int, str]]:
     """Each way to compute the study: what it is, how many runs, and the digest."""
     for threads in (1, 2):
         for lanes in (0, 8, 16, 32):
-            made = run_study(study, engine="compiled", lanes=lanes, threads=threads)
-            yield f"{lanes or 'no'} lanes, {threads} thread{'s' if threads > 1 else ''}", RUNS, made.digest
+            result = run_study(study, engine="compiled", lanes=lanes, threads=threads)
+            yield f"{lanes or 'no'} lanes, {threads} thread{'s' if threads > 1 else ''}", RUNS, result.digest
     sensors = SensorRuns(study, "compiled", 16)
     shuffled = np.random.default_rng(5).permutation(RUNS)
     for order, numbers in (("forward", np.arange(RUNS)), ("shuffled", shuffled)):
@@ -56,8 +56,8 @@ def digests(study: Study, path: Path) -> Iterator[tuple[str, int, str]]:
             yield f"chunks of {size}, {order}", RUNS, _digest(sensors, parts)
     yield "Python engine", FEW, run_study(study, runs=FEW, engine="python").digest
     for workers in (1, 2, 4):
-        made = run_study(study, engine="compiled", lanes=16, dask=f"local:{workers}")
-        yield f"Dask, {workers} worker{'s' if workers > 1 else ''}", RUNS, made.digest
+        result = run_study(study, engine="compiled", lanes=16, dask=f"local:{workers}")
+        yield f"Dask, {workers} worker{'s' if workers > 1 else ''}", RUNS, result.digest
     for seed in ("0", "1", "4242"):
         script = "import sys, proofmass as p; print(p.run_study(p.read_study(sys.argv[1]), engine='compiled').digest)"
         environment = os.environ | {"PYTHONHASHSEED": seed}
@@ -71,8 +71,8 @@ def digests(study: Study, path: Path) -> Iterator[tuple[str, int, str]]:
 
 def _digest(sensors: SensorRuns, parts: list[np.ndarray]) -> str:
     """The digest of runs in parts, by themselves, as `StudyResult` computes it."""
-    made: list[Outcomes] = [sensors.runs(part, threading.Event()) for part in parts]
-    all_of_them = together(made, len(sensors.study.epochs), len(sensors.measures))
+    outcomes: list[Outcomes] = [sensors.runs(part, threading.Event()) for part in parts]
+    all_of_them = together(outcomes, len(sensors.study.epochs), len(sensors.measures))
     values = all_of_them.values[np.argsort(all_of_them.numbers)]
     digest = hashlib.sha256()
     for _, place in sorted((measure.name, place) for place, measure in enumerate(sensors.measures)):
@@ -82,15 +82,15 @@ def _digest(sensors: SensorRuns, parts: list[np.ndarray]) -> str:
 
 def _interrupted(study: Study, folder: Path, times: int = 20) -> tuple[int, str]:
     """The digest after so many interruptions, each after some more runs."""
-    kept, whole = studies._in_threads, 0
+    in_threads, whole = studies._in_threads, 0
     for _ in range(times):
 
         def until(sensors: SensorRuns, threads: int, left: np.ndarray, *more: object) -> Iterator[Outcomes]:
-            yield from kept(sensors, threads, left[: RUNS // (times + 1)], *more)  # type: ignore[arg-type]
+            yield from in_threads(sensors, threads, left[: RUNS // (times + 1)], *more)  # type: ignore[arg-type]
 
         studies._in_threads = until  # type: ignore[assignment]
         whole += run_study(study, engine="compiled", lanes=16, folder=folder).interrupted
-    studies._in_threads = kept
+    studies._in_threads = in_threads
     return whole, run_study(study, engine="compiled", lanes=16, folder=folder).digest
 
 

@@ -159,17 +159,17 @@ def population(file: str, axis: str = "", runs: int = 200, lanes: int | None = N
     """What becomes of devices within 10 % of stiffness and 40 % of damping; of a unit, of one of its axes."""
     with as_file(library_file(file)) as path:
         study = read_study(path)
-    found, device = studied(file, runs, lanes), f"{axis}.device" if axis else "sense"
+    measures, device = studied(file, runs, lanes), f"{axis}.device" if axis else "sense"
     drawn = [study.drawn(number)[0] for number in range(runs)]
     truths = np.array([[parameters[f"{device}.{name}"] for name in ("stiffness", "damping")] for parameters in drawn])
     prefix = f"{axis}_" if axis else ""
-    error = np.abs(np.column_stack([found[f"{prefix}{n}"] for n in ("stiffness", "damping")]) / truths - 1.0).max(
+    error = np.abs(np.column_stack([measures[f"{prefix}{n}"] for n in ("stiffness", "damping")]) / truths - 1.0).max(
         axis=1
     )
     if axis:
-        converged = (found[f"{axis}_settled"][:, 0] > 0.0) & (found[f"{axis}_residual"][:, 0] < 8e-3)
+        converged = (measures[f"{axis}_settled"][:, 0] > 0.0) & (measures[f"{axis}_residual"][:, 0] < 8e-3)
     else:
-        converged = found["converged"][:, 0] > 0.0
+        converged = measures["converged"][:, 0] > 0.0
     return Outcome(int(converged.sum()), float(error[converged].max()), int((error[~converged] > 1e-2).sum()))
 
 

@@ -102,11 +102,11 @@ def chip_rates() -> Rows:
 def ended(graph: Graph) -> tuple[str, str]:
     """Errors at the end, if it comes to one, and the periods to 0.1 %."""
     try:
-        found = calibrate(graph, 80)
+        calibration = calibrate(graph, 80)
     except RunError:
         return "the model becomes unstable", "never"
-    final = abs(float(found.stiffness[-1])), abs(float(found.damping[-1]))
-    return both(final), "{} and {}".format(*found.periods_to(1e-3)) if max(final) < 1e-3 else "never"
+    final = abs(float(calibration.stiffness[-1])), abs(float(calibration.damping[-1]))
+    return both(final), "{} and {}".format(*calibration.periods_to(1e-3)) if max(final) < 1e-3 else "never"
 
 
 def biases() -> Rows:

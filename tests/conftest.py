@@ -13,8 +13,8 @@ import pytest
 from tests import exhaustive, skips
 from tests.defects import DefectTable
 
-hypothesis.settings.register_profile("proofmass", deadline=None)
-hypothesis.settings.load_profile("proofmass")
+hypothesis.settings.register_profile("sample", deadline=None, max_examples=50)
+hypothesis.settings.register_profile("exhaustive", deadline=None, max_examples=500)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -37,6 +37,7 @@ def pytest_collection() -> Iterator[None]:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    hypothesis.settings.load_profile("exhaustive" if config.getoption("--exhaustive") else "sample")
     config.pluginmanager.register(exhaustive.Exhaustive(config.getoption("--exhaustive")))
     config.pluginmanager.register(skips)
     if config.getoption("--defects"):

@@ -4,6 +4,7 @@ import ast
 import subprocess
 import sys
 from collections.abc import Iterator
+from functools import cache
 from pathlib import Path
 
 import networkx as nx
@@ -24,9 +25,15 @@ def modules() -> dict[str, Path]:
 MODULES = modules()
 
 
+@cache
+def nodes(module: str) -> tuple[ast.AST, ...]:
+    """All nodes of the syntax tree of a module."""
+    return tuple(ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))))
+
+
 def imported(module: str) -> Iterator[str]:
     """Modules of the package that a module imports anywhere in its text."""
-    for node in ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))):
+    for node in nodes(module):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in MODULES)
         elif isinstance(node, ast.ImportFrom):
@@ -34,6 +41,7 @@ def imported(module: str) -> Iterator[str]:
             yield from (name if name in MODULES else str(node.module) for name in names)
 
 
+@cache
 def arrows() -> "nx.DiGraph[str]":
     """The imports between modules."""
     graph = nx.DiGraph()

@@ -88,7 +88,7 @@ def quantile_of_root(r: float) -> float:
 
 
 def is_central(q: float) -> bool:
-    """Whether a probability of 1/2 + q lies where `central_quantile` holds."""
+    """Return whether a probability of 1/2 + q lies where `central_quantile` holds."""
     return (q >= -0.425) & (q <= 0.425)
 
 

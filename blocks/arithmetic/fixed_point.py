@@ -39,7 +39,7 @@ _OVERFLOWS = get_args(Overflow)
 
 
 class OverflowCount:
-    """How many casts saturated or wrapped: `total`; `lost` is not 0 where that is not, at two operations a cast.
+    """Count of the casts that saturated or wrapped: `total`. `lost` is nonzero whenever `total` is; it is cheaper.
 
     While a step is traced they are signals; with `refusals` so is `refused`, not 0 where a cast refuses.
     """

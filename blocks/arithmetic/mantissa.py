@@ -17,7 +17,7 @@ _ROUNDINGS = get_args(Rounding)
 
 @runtime_checkable
 class Mantissa(Protocol):
-    """What is not a Python integer and has the operators of one: it stands for every value that one could have.
+    """A stand-in for a Python integer, with its operators: it stands for every value that the integer could have.
 
     No class derives from it: `isinstance` with a class derived from a protocol takes ten times as long.
     """
@@ -136,7 +136,7 @@ def wrapped(mantissa: Integer, low: int, high: int) -> Any:
 
 
 def low_bits(mantissa: Any, low: int, high: int) -> Any:
-    """As `wrapped`, in operators."""
+    """Return the same as `wrapped`, in operators."""
     bits, sign = mantissa & (high - low), -low
     return (bits ^ sign) - sign if sign else bits
 

@@ -18,7 +18,7 @@ def exact_sum(a: float, b: float) -> tuple[float, float]:
 
 
 def ordered_sum(large: float, small: float) -> tuple[float, float]:
-    """As `exact_sum`, of a number and one that is not larger in size."""
+    """Return the same as `exact_sum`, of a number and one that is not larger in size."""
     total = large + small
     return total, small - (total - large)
 
@@ -54,6 +54,6 @@ def pair_quotient(a: float, a_low: float, b: float, b_low: float) -> tuple[float
 
 
 def pair_root(square: float, square_low: float, root: float) -> float:
-    """What the square root of a pair has beyond the root of its first number; zero where that is zero."""
+    """Return the square root of a pair less the root of its first number; zero where that number is zero."""
     product, rest = exact_product(root, root)
     return (((square - product) - rest) + square_low) / (2.0 * root if root > 0.0 else 1.0)

@@ -11,7 +11,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 
 
 def pipe(value: Any) -> Any:
-    """The same value: a FixedValue, an integer or a truth value.
+    """Return the value itself: a FixedValue, an integer or a truth value. A pipeline register may be put here.
 
     >>> pipe(FixedValue(3, 4)), pipe(True)
     (FixedValue(3, 4), True)

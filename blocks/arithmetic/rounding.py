@@ -15,7 +15,7 @@ def round_half_even(value: float) -> float:
 
 
 def nearest_integer(value: float) -> float:
-    """As `round_half_even`, for a count of whole turns that is taken off again: a step, not a quantised signal.
+    """Round half to even a count of whole turns that is subtracted again: a step, not a quantised signal.
 
     The two differ where a graph is linearised: the slope of a quantiser is one, that of a count is zero.
 
@@ -57,7 +57,7 @@ def likely(condition: bool) -> bool:
 
 
 def saturated(value: float, low: float, high: float) -> float:
-    """As `clip`, for bounds that are seldom reached, such as the codes of a converter.
+    """Clip to bounds that are seldom reached, such as the codes of a converter.
 
     The two differ in speed alone: what follows does not wait for the bounds in machine code.
 
@@ -89,7 +89,7 @@ def nearest_level(value: float, last: float) -> int:
 
 
 def nearest_even_level(value: float, last: float) -> float:
-    """As `nearest_level`, with ties to the even one.
+    """The nearest of the levels 0 to `last`; a tie goes to the even one.
 
     >>> nearest_even_level(2.5, 7.0), nearest_even_level(9.0, 7.0)
     (2.0, 7.0)

@@ -40,25 +40,25 @@ def step(p: CalibrationSequencer, x: State) -> int:
 
 @CalibrationSequencer.output("1")
 def sweep(p: CalibrationSequencer, x: State) -> bool:
-    """Whether the forward gain is estimated, the plate on its stop and the loop open."""
+    """True while the forward gain is estimated, the plate on its stop and the loop open."""
     return x.step == 0 or x.step == 4
 
 
 @CalibrationSequencer.output("1")
 def switch(p: CalibrationSequencer, x: State) -> bool:
-    """Whether the feedback gain is estimated."""
+    """True while the feedback gain is estimated."""
     return x.step == 1 or x.step == 5
 
 
 @CalibrationSequencer.output("1")
 def test(p: CalibrationSequencer, x: State) -> bool:
-    """Whether there is a static test."""
+    """True during a static test."""
     return x.step == 2 or x.step == 3 or x.step == 6
 
 
 @CalibrationSequencer.output("1")
 def drifted(p: CalibrationSequencer, x: State) -> bool:
-    """Whether the initial state is over."""
+    """True once the initial state is over."""
     return x.step >= 3
 
 

@@ -27,7 +27,7 @@ class State(NamedTuple):
 
 @ConvergenceMonitor.output("1")
 def done(p: ConvergenceMonitor, x: State) -> bool:
-    """Whether the parameters have settled, and from then on."""
+    """True from the period on in which the parameters have settled."""
     return x.quiet >= p.hold
 
 

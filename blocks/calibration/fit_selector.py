@@ -49,7 +49,7 @@ def residual(p: FitSelector, first_residual: float, second_residual: float) -> f
 def converged(
     p: FitSelector, first_residual: float, first_settled: bool, second_residual: float, second_settled: bool
 ) -> bool:
-    """Whether the better fit has settled, with a residual that is noise."""
+    """True once the better fit has settled and its residual is no more than noise."""
     if second_residual < first_residual:
         return second_settled and second_residual < p.residual_limit
     return first_settled and first_residual < p.residual_limit

@@ -44,19 +44,19 @@ def slot(c: Constants, x: State) -> int:
 
 @MeasurementSlots.output("1")
 def measure(c: Constants, x: State, active: bool) -> bool:
-    """Whether the tick belongs to the average."""
+    """True in the ticks that the average is taken over."""
     return active and c.settled <= x.tick < c.end
 
 
 @MeasurementSlots.output("1")
 def read(c: Constants, x: State, active: bool) -> bool:
-    """Whether the average of the slot is to be read."""
+    """True in the tick in which the average of the slot is ready."""
     return active and x.tick == c.end
 
 
 @MeasurementSlots.output("1")
 def finished(c: Constants, x: State, active: bool) -> bool:
-    """Whether the average of the last slot is to be read."""
+    """True in the tick in which the average of the last slot is ready."""
     return active and x.tick == c.end and x.slot + 1 == c.slots
 
 

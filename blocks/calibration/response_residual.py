@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class ResponseResidual(Block):
-    """How far a device and its reference model are apart; a value per period, from the tick after its last chip."""
+    """Difference between a device and its reference model; one value per period, from the tick after its last chip."""
 
     chips: int = param("1", "Chips N of a period.", default=1023, at_least=1)
     unit: str = param("", "Unit of the responses.", default="V")

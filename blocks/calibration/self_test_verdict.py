@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class SelfTestVerdict(Block):
-    """Whether a device passes its self-test, from a calibration of its reference model."""
+    """Verdict of a self-test: passed or not, from a calibration of the device's reference model."""
 
     residual_limit: float = param("V", "Of model and device that agree: some noise.", default=8e-3, above=0.0)
 
@@ -19,11 +19,11 @@ class SelfTestVerdict(Block):
 
 @SelfTestVerdict.output("1")
 def trusted(p: SelfTestVerdict, settled: bool, residual: float) -> bool:
-    """Whether the identified parameters are to be believed."""
+    """True if the identified parameters can be trusted."""
     return settled and residual < p.residual_limit
 
 
 @SelfTestVerdict.output("1")
 def passes(p: SelfTestVerdict, inside: bool, settled: bool, residual: float) -> bool:
-    """Whether the device passes."""
+    """True if the device passes."""
     return inside and settled and residual < p.residual_limit

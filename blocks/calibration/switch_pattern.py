@@ -17,5 +17,5 @@ class SwitchPattern(Block):
 
 @SwitchPattern.output("1")
 def on(p: SwitchPattern, slot: int, active: bool) -> bool:
-    """Whether the reference is on."""
+    """True while the reference is on."""
     return active and ((slot + 1 if p.palindrome else 2 * slot) & 2) == 0

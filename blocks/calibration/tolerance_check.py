@@ -4,7 +4,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class ToleranceCheck(Block):
-    """Whether stiffness and damping are those of a good device."""
+    """Check that stiffness and damping are those of a good device."""
 
     stiffness_nominal: float = param("N/m", "k0.", default=51.48, above=0.0)
     stiffness_tolerance: float = param("1", "Relative deviation of a good device at most.", default=0.05, at_least=0.0)
@@ -17,7 +17,7 @@ class ToleranceCheck(Block):
 
 @ToleranceCheck.output("1")
 def inside(p: ToleranceCheck, stiffness: float, damping: float) -> bool:
-    """Whether both are within their tolerances."""
+    """True if both are within their tolerances."""
     return (
         abs(stiffness - p.stiffness_nominal) <= p.stiffness_tolerance * p.stiffness_nominal
         and abs(damping - p.damping_nominal) <= p.damping_tolerance * p.damping_nominal

@@ -53,7 +53,7 @@ def nearest(c: Constants, value: float) -> float:
 
 @MashModulator.output("{unit}")
 def output(c: Constants, x: State) -> float:
-    """What both stages make, joined by their digital filters."""
+    """Output of both stages, joined by their digital filters."""
     return x.first + (nearest(c, x.c) - 2.0 * x.second + x.third)
 
 

@@ -40,7 +40,7 @@ def constants(p: PulseWidthModulator, period: float) -> Constants:
 
 @PulseWidthModulator.output("1")
 def on(c: Constants, x: State, input: float) -> bool:
-    """Whether a pulse is on."""
+    """True while a pulse is on."""
     return input > (1.0 - abs(4.0 * x.turns - 2.0) if c.triangular else 2.0 * x.turns - 1.0)
 
 

@@ -1,1 +1,1 @@
-"""How a block is declared: parameters, ports, units, problems, and the catalogue of all blocks."""
+"""Declarations of blocks: parameters, ports, units, problems, and the catalogue of all blocks."""

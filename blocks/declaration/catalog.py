@@ -11,6 +11,7 @@ from typing import Any
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.families import homes
+from proofmass.blocks.declaration.other_names import other_names
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import remember
@@ -92,6 +93,7 @@ def facts(kind: type[Block]) -> dict[str, Any]:
         "kind": kind.__name__,
         "family": family_of(kind),
         "doc": (kind.__doc__ or "").strip(),
+        "elsewhere": other_names(kind.__name__) if family_of(kind) != "own" else [],
         "equation": (sys.modules[kind.__module__].__doc__ or "").strip(),
         "continuous": kind.continuous(),
         "parameters": {name: _parameter(p) for name, p in kind.parameters.items()},

@@ -1,4 +1,4 @@
-"""How a block is written: a class of typed parameters and ports, and pure functions registered on it.
+"""Base class of blocks: typed parameters and ports, and pure functions registered on the class.
 
     class Gain(Block):
         \"\"\"Amplifier.\"\"\"

@@ -1,4 +1,4 @@
-"""What is behind each kind of fault: a code, the messages that belong to it, its cause and its cure.
+"""Explanations of faults: for each kind a code, the messages that belong to it, its cause and its cure.
 
 `proofmass explain` prints an entry, and the documentation has a page of all. A message belongs to the first entry
 with a pattern that is found in it.
@@ -105,7 +105,8 @@ EXPLANATIONS = (
         r"out of range|must be (>|<|at |above |finite|two )|must (lie|not be|ascend|differ|suit|hold)|must be \{\}"
         r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
-        r"|is soft|is no tolerance|is bounded already|at least 1|are larger",
+        r"|is soft|is no tolerance|is no limit|is bounded already|at least 1|are larger"
+        r"|no worst value|in the yield already",
         "A number is smaller or larger than its parameter allows, or a file holds more than a limit.",
         "The message has the bounds. `proofmass blocks KIND` has those of a block.",
     ),

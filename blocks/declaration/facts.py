@@ -99,13 +99,13 @@ class Facts(type):
 
     @property
     def linear(cls) -> bool:
-        """Whether a continuous block's derivative is linear in state and inputs."""
+        """True if a continuous block's derivative is linear in state and inputs."""
         return cls.__declaration__.linear
 
     # -- what follows --------------------------------------------------------------------------------------------------
 
     def continuous(cls) -> bool:
-        """Whether the runner integrates the block between ticks."""
+        """Return whether the runner integrates the block between ticks."""
         return "derivative" in cls.functions or bool(cls.events)
 
     def has_formats(cls) -> bool:
@@ -134,13 +134,14 @@ class Facts(type):
         return cls.__declaration__.parameters_class
 
     def drivable(cls, parameter: str) -> bool:
-        """Whether a wire may drive the parameter: a number that the loop can take anew in every tick, and that means
-        the same then."""
+        """Return whether a wire may drive the parameter.
+
+        It is a number that the loop can take anew in every tick, and that means the same then.
+        """
         return cls.taken_in_the_loop(parameter) and not cls.parameters[parameter].not_driven
 
     def taken_in_the_loop(cls, parameter: str) -> bool:
-        """Whether constants can be computed in the loop from the parameter: a number that no start, requirement or
-        size uses."""
+        """Return whether the loop can compute constants from the parameter: no start, requirement or size uses it."""
         if cls.has_formats() or cls.parameters[parameter].kind is not float:
             return False
         start, constants = (cls.functions.get(name) for name in ("start", "constants"))

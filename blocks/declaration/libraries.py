@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 
 
 class Library(NamedTuple):
-    """What a library makes, and the extra that brings it."""
+    """Purpose of a library, and the extra that brings it."""
 
     extra: str
     purpose: str
@@ -45,7 +45,7 @@ class MissingLibraryError(ModelError, ImportError):
 
 
 def installed(library: str) -> bool:
-    """Whether Python finds a library."""
+    """Return whether Python finds a library."""
     return sys.modules.get(library) is not None or find_spec(library) is not None
 
 
@@ -57,7 +57,7 @@ def need(*libraries: str, purpose: str = "") -> None:
 
 
 def told(error: ImportError) -> MissingLibraryError | None:
-    """What to say of an import that failed; None where no library of the table is missing."""
+    """Return the error to raise for an import that failed; None where no library of the table is missing."""
     library = (error.name or "").partition(".")[0]
     return MissingLibraryError([_missing(library)]) if library in LIBRARIES and not installed(library) else None
 

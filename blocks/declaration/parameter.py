@@ -112,7 +112,7 @@ class Parameter:
             raise Refusal("is too large for a number") from None
 
     def inside(self, number: float) -> bool:
-        """Whether a number is within the bounds."""
+        """Return whether a number is within the bounds."""
         return (
             (self.above is None or number > self.above)
             and (self.at_least is None or number >= self.at_least)

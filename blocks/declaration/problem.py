@@ -32,7 +32,7 @@ class Problem:
     path: tuple[str, ...] = field(default=(), compare=False)  # keys from the top of the file, to find the line
 
     def at(self, file: str = "", line: int = 0) -> "Problem":
-        """The same problem with its place in a file."""
+        """Return the problem with its place in a file."""
         return replace(self, file=file or self.file, line=line or self.line)
 
     def __str__(self) -> str:

@@ -1,4 +1,4 @@
-"""How functions are registered on a kind of block: one decorator for each thing that a function can be.
+"""Decorators that register functions on a kind of block, one for each role of a function.
 
 The decorators are attributes of the kind, as in `@Gain.output("V")`, and not of its blocks; see `facts.py`.
 """
@@ -33,8 +33,8 @@ class Registration(Facts):
         return function
 
     def start(cls, function: Function) -> Function:
-        """Register `start(p, buffers...) -> State`: the state at tick 0; without it every field starts at zero."""
-        cls.functions["start"] = _bound(cls, function, set(cls.buffers))
+        """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it each field is zero."""
+        cls.functions["start"] = _bound(cls, function, {*cls.buffers, "period"})
         return function
 
     def update(cls, function: Function) -> Function:

@@ -29,12 +29,12 @@ def tree_of(function: types.FunctionType) -> ast.FunctionDef:
     code = function.__code__
     try:
         text = _loaded.get(code.co_filename) or "".join(inspect.findsource(function)[0])
-        found = _alone(text, code) or _definitions(text, code.co_filename).get((code.co_firstlineno, code.co_name))
+        definition = _alone(text, code) or _definitions(text, code.co_filename).get((code.co_firstlineno, code.co_name))
     except (OSError, TypeError, SyntaxError):
         raise SourceError("its source cannot be read") from None
-    if found is None or not _same(found[1], code):
+    if definition is None or not _same(definition[1], code):
         raise SourceError("its file has changed since it was loaded")
-    return found[0]
+    return definition[0]
 
 
 def define(tree: ast.FunctionDef, file: str, namespace: dict[str, Any]) -> types.FunctionType:
@@ -70,14 +70,14 @@ def _alone(text: str, code: types.CodeType) -> Definition | None:
     own = "".join([*above, *lines[first - 1 : last]])
     try:
         top = ast.parse(own, code.co_filename).body
-        made = compile(own, code.co_filename, "exec", code.co_flags & _FUTURES, dont_inherit=True)
+        module_code = compile(own, code.co_filename, "exec", code.co_flags & _FUTURES, dont_inherit=True)
     except SyntaxError:
         return None
     body = top[0].body if indent and len(top) == 1 and isinstance(top[0], ast.If) else top
-    found = next((each for each in _codes(made) if each.co_name == code.co_name), None)
-    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or found is None or not _same(found, code):
+    own_code = next((each for each in _codes(module_code) if each.co_name == code.co_name), None)
+    if len(body) != 1 or not isinstance(body[0], ast.FunctionDef) or own_code is None or not _same(own_code, code):
         return None
-    return body[0], found
+    return body[0], own_code
 
 
 @lru_cache(maxsize=64)

@@ -156,12 +156,12 @@ def _plain_root(found: "re.Match[str]") -> str:
 
 
 def same_dimension(first: str, second: str) -> bool:
-    """Whether two unit expressions measure the same quantity."""
+    """Return whether two unit expressions measure the same quantity."""
     return first == second or unit(first).exponents == unit(second).exponents
 
 
 def same_unit(first: str, second: str) -> bool:
-    """Whether a number in the one unit is the same number in the other."""
+    """Return whether a number in the one unit is the same number in the other."""
     return first == second or unit(first) == unit(second)
 
 
@@ -189,7 +189,7 @@ def convert(text: str, target: str) -> float:
 
 
 def convert_exactly(text: str, target: str) -> Fraction:
-    """As `convert`, without rounding; rates are kept like this."""
+    """Convert without rounding; rates are kept like this."""
     number, symbol = split_quantity(text, target)
     if not symbol:
         return number

@@ -41,13 +41,13 @@ def start(p: Comparator) -> State:
 
 
 def is_on(c: Constants, x: State, input: float) -> bool:
-    """Whether it is on once it has read the input."""
+    """Return whether the comparator is on once it has read the input."""
     return input >= c.upper or (x.was_on and input >= c.lower)
 
 
 @Comparator.output("1")
 def on(c: Constants, x: State, input: float) -> bool:
-    """Whether it is on."""
+    """True while the comparator is on."""
     return is_on(c, x, input)
 
 

@@ -4,12 +4,12 @@ from proofmass.blocks.declaration.declare import Block, Input
 
 
 class LogicBuffer(Block):
-    """Where a bit enters a part of a graph that needs it in several places."""
+    """A bit passed on: the entry into a part of a graph that needs it in several places."""
 
     input = Input("1", "Bit from outside.", dtype=bool)
 
 
 @LogicBuffer.output("1")
 def output(p: LogicBuffer, input: bool) -> bool:
-    """The same bit."""
+    """The input."""
     return input

@@ -70,7 +70,7 @@ def states(
 def estimate(
     p: KalmanFilter, row: list[float], gain: list[float], prediction: list[float], measurement: float
 ) -> float:
-    """What would be measured without noise, C x."""
+    """Measurement without noise, C x."""
     new = innovation(p, row, prediction, measurement)
     total = measurement - new  # C m
     for i in range(len(gain)):

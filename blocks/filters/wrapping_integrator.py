@@ -62,7 +62,7 @@ def output(c: Constants, x: State) -> float:
 
 @WrappingIntegrator.output("1")
 def wraps(c: Constants, x: State) -> int:
-    """How often it has wrapped, upwards less downwards."""
+    """Number of wraps, upward less downward."""
     return x.wraps
 
 

@@ -22,7 +22,7 @@ def add(a: int, b: int) -> int:
 
 
 def add_fails(a: int, b: int) -> bool:
-    """Whether 64 bits do not hold the sum."""
+    """Return whether the sum exceeds 64 bits."""
     return a > HIGHEST - b if b > 0 else a < LOWEST - b
 
 
@@ -32,7 +32,7 @@ def subtract(a: int, b: int) -> int:
 
 
 def subtract_fails(a: int, b: int) -> bool:
-    """Whether 64 bits do not hold the difference."""
+    """Return whether the difference exceeds 64 bits."""
     return a < LOWEST + b if b > 0 else a > HIGHEST + b
 
 
@@ -42,7 +42,7 @@ def multiply(a: int, b: int) -> int:
 
 
 def multiply_fails(a: int, b: int) -> bool:
-    """Whether 64 bits do not hold the product; only near the limit it takes a division to know."""
+    """Return whether the product exceeds 64 bits; only near the limit it takes a division to know."""
     size = abs(float(a) * float(b))
     if size < _SURELY_FITS:
         return False
@@ -59,7 +59,7 @@ def negate(a: int) -> int:
 
 
 def negate_fails(a: int) -> bool:
-    """Whether 64 bits do not hold it."""
+    """Return whether the result exceeds 64 bits."""
     return a == LOWEST
 
 
@@ -76,7 +76,7 @@ def floor_divide(a: int, b: int) -> int:
 
 
 def floor_divide_fails(a: int, b: int) -> bool:
-    """Whether there is no quotient of 64 bits."""
+    """Return whether there is no quotient of 64 bits."""
     return b == 0 or (b == -1 and a == LOWEST)
 
 
@@ -86,7 +86,7 @@ def modulo(a: int, b: int) -> int:
 
 
 def modulo_fails(a: int, b: int) -> bool:
-    """Whether there is no remainder, for a divisor of zero."""
+    """Return whether there is no remainder, for a divisor of zero."""
     return b == 0
 
 
@@ -96,7 +96,7 @@ def shift_left(a: int, b: int) -> int:
 
 
 def shift_left_fails(a: int, b: int) -> bool:
-    """Whether the shift is negative, or 64 bits do not hold its result."""
+    """Return whether the shift is negative, or the result exceeds 64 bits."""
     if b < 0 or a == 0:
         return b < 0
     return b > 63 or (a > HIGHEST >> b if a > 0 else a < LOWEST >> b)
@@ -108,7 +108,7 @@ def shift_right(a: int, b: int) -> int:
 
 
 def shift_right_fails(a: int, b: int) -> bool:
-    """Whether the shift is negative."""
+    """Return whether the shift is negative."""
     return b < 0
 
 
@@ -127,7 +127,7 @@ def power(a: int, k: int) -> int:
 
 
 def power_fails(a: int, k: int) -> bool:
-    """Whether the exponent is negative, or 64 bits do not hold the power."""
+    """Return whether the exponent is negative, or the power exceeds 64 bits."""
     result, base, left = 1, a, k
     while left > 0:
         if left & 1:
@@ -170,7 +170,7 @@ def true_divide(a: int, b: int) -> float:
 
 
 def zero_fails(a: float, b: float) -> bool:
-    """Whether a divisor is zero."""
+    """Return whether a divisor is zero."""
     return b == 0
 
 
@@ -229,12 +229,12 @@ OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # name 
 
 
 def undefined(value: float, a: float) -> bool:
-    """Whether a function of a number has no value there, or one too large for a number."""
+    """Return whether a function of a number has no value there, or one too large for a number."""
     return (math.isnan(value) and not math.isnan(a)) or (math.isinf(value) and math.isfinite(a))
 
 
 def undefined_of_two(value: float, a: float, b: float) -> bool:
-    """Whether a function of two numbers has no value there, or one too large for a number."""
+    """Return whether a function of two numbers has no value there, or one too large for a number."""
     if math.isnan(value):
         return not (math.isnan(a) or math.isnan(b))
     return math.isinf(value) and math.isfinite(a) and math.isfinite(b)
@@ -249,12 +249,12 @@ def times_power_of_two(a: float, n: int) -> float:
 
 
 def times_power_of_two_fails(value: float, a: float, n: int) -> bool:
-    """Whether the product is too large for a number."""
+    """Return whether the product is too large for a number."""
     return math.isinf(value) and math.isfinite(a)
 
 
 def is_close(a: float, b: float, relative: float, absolute: float) -> bool:
-    """Whether two numbers are close, by a relative or an absolute tolerance."""
+    """Return whether two numbers are close, by a relative or an absolute tolerance."""
     if a == b:
         return True
     if math.isinf(a) or math.isinf(b):
@@ -264,7 +264,7 @@ def is_close(a: float, b: float, relative: float, absolute: float) -> bool:
 
 
 def is_close_fails(a: float, b: float, relative: float, absolute: float) -> bool:
-    """Whether a tolerance is negative."""
+    """Return whether a tolerance is negative."""
     return relative < 0.0 or absolute < 0.0
 
 
@@ -274,7 +274,7 @@ def truncate(a: float) -> int:
 
 
 def truncate_fails(a: float) -> bool:
-    """Whether 64 bits do not hold what a number is rounded to, in whichever way."""
+    """Return whether a number exceeds 64 bits once it is rounded, in whichever way."""
     return not -9223372036854775808.0 <= a < 9223372036854775808.0
 
 
@@ -317,7 +317,7 @@ def place(index: int, length: int) -> int:
 
 
 def place_fails(index: int, length: int) -> bool:
-    """Whether there is no such entry."""
+    """Return whether there is no such entry."""
     return not -length <= index < length
 
 
@@ -327,7 +327,7 @@ def next_turn(turns: int) -> int:
 
 
 def next_turn_fails(turns: int) -> bool:
-    """Whether a loop has turned more often than a tick allows."""
+    """Return whether a loop has turned more often than a tick allows."""
     return turns >= MOST_TURNS
 
 
@@ -337,12 +337,12 @@ def range_end(start: int, stop: int, step: int) -> int:
 
 
 def range_end_fails(start: int, stop: int, step: int) -> bool:
-    """Whether a range is longer than a tick allows."""
+    """Return whether a range is longer than a tick allows."""
     return step != 0 and (float(stop) - float(start)) / float(step) > MOST_TURNS
 
 
 def stride_fails(step: int) -> bool:
-    """Whether the step of a range is zero."""
+    """Return whether the step of a range is zero."""
     return step == 0
 
 

@@ -84,7 +84,7 @@ def type_of(annotation: Any) -> Type:
 
 
 def is_record(kind: Any) -> bool:
-    """Whether it is a NamedTuple."""
+    """Return whether it is a NamedTuple."""
     return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
 
 

@@ -19,7 +19,7 @@ def _divisor_below_zero(a: int, b: int) -> int:
 
 
 def greatest_divisor_fails(a: int, b: int) -> bool:
-    """Whether it is 2^63."""
+    """Return whether it is 2^63."""
     return (a == LOWEST and b in (0, LOWEST)) or (b == LOWEST and a == 0)
 
 
@@ -31,7 +31,7 @@ def least_multiple(a: int, b: int) -> int:
 
 
 def least_multiple_fails(a: int, b: int) -> bool:
-    """Whether 64 bits do not hold the least common multiple."""
+    """Return whether the least common multiple exceeds 64 bits."""
     if a == 0 or b == 0:
         return False
     divisor = _divisor_below_zero(a, b)
@@ -50,7 +50,7 @@ def factorial(n: int) -> int:
 
 
 def factorial_fails(n: int) -> bool:
-    """Whether there is none, or 64 bits do not hold it."""
+    """Return whether the power has no value, or exceeds 64 bits."""
     return n < 0 or n > 20
 
 
@@ -67,5 +67,5 @@ def integer_root(a: int) -> int:
 
 
 def integer_root_fails(a: int) -> bool:
-    """Whether there is none."""
+    """Return whether there is none."""
     return a < 0

@@ -27,17 +27,17 @@ class MisalignedTriad(Block):
 
 @MisalignedTriad.output("{unit}")
 def sensed_x(p: MisalignedTriad, true_x: float, true_y: float, true_z: float) -> float:
-    """What axis x senses."""
+    """Component along the sensing axis x."""
     return (1.0 + p.scale_x) * true_x + p.xy * true_y + p.xz * true_z
 
 
 @MisalignedTriad.output("{unit}")
 def sensed_y(p: MisalignedTriad, true_x: float, true_y: float, true_z: float) -> float:
-    """What axis y senses."""
+    """Component along the sensing axis y."""
     return p.yx * true_x + (1.0 + p.scale_y) * true_y + p.yz * true_z
 
 
 @MisalignedTriad.output("{unit}")
 def sensed_z(p: MisalignedTriad, true_x: float, true_y: float, true_z: float) -> float:
-    """What axis z senses."""
+    """Component along the sensing axis z."""
     return p.zx * true_x + p.zy * true_y + (1.0 + p.scale_z) * true_z

@@ -47,13 +47,13 @@ def start(p: ArrheniusAgeing) -> State:
 
 
 def acceleration_at(c: Constants, temperature: float) -> float:
-    """How much faster than at the reference temperature it ages."""
+    """Acceleration factor: speed of ageing relative to that at the reference temperature."""
     return 0.0 if temperature < 1.0 else bounded_exponential(c.at_reference - c.energy / temperature)
 
 
 @ArrheniusAgeing.output("{unit}")
 def value(c: Constants, x: State) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return c.nominal * (1.0 + x.deviation)
 
 
@@ -65,7 +65,7 @@ def deviation(c: Constants, x: State) -> float:
 
 @ArrheniusAgeing.output("1")
 def acceleration(c: Constants, temperature: float) -> float:
-    """How much faster than at the reference temperature it ages."""
+    """Acceleration factor: speed of ageing relative to that at the reference temperature."""
     return acceleration_at(c, temperature)
 
 

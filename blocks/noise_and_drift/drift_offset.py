@@ -17,7 +17,7 @@ class DriftOffset(Block):
 
 @DriftOffset.output("{unit}")
 def value(p: DriftOffset) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return p.nominal * (1.0 + p.offset)
 
 

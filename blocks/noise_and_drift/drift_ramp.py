@@ -26,7 +26,7 @@ def deviation_at(p: DriftRamp, time: float) -> float:
 
 @DriftRamp.output("{unit}")
 def value(p: DriftRamp, time: float) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return p.nominal * (1.0 + deviation_at(p, time))
 
 

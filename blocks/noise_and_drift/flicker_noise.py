@@ -16,7 +16,7 @@ ZERO, POLE = 0.41715495, 0.3249102  # of a filter that makes up for what samplin
 
 
 def poles(lowest: float, highest: float) -> int:
-    """How many poles span the band and a factor of 4 at each end."""
+    """Number of poles that span the band and a factor of 4 at each end."""
     return 1 + math.ceil(0.5 * binary_logarithm(16.0 * highest / lowest))
 
 
@@ -59,7 +59,7 @@ def constants(p: FlickerNoise, period: float) -> Constants:
 
 @FlickerNoise.output("{unit}")
 def value(c: Constants, x: State) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return c.nominal * (1.0 + x.deviation)
 
 

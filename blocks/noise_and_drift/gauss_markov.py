@@ -46,7 +46,7 @@ def deviation_at(c: Constants, x: State, tick: int, normal: float) -> float:
 
 @GaussMarkov.output("{unit}")
 def value(c: Constants, x: State, tick: int, normal: float) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return c.nominal * (1.0 + deviation_at(c, x, tick, normal))
 
 

@@ -13,7 +13,7 @@ REFERENCE = 298.15  # K
 
 
 class InertialErrors(Block):
-    """What a gyroscope or an accelerometer of a data sheet makes of its input; noise comes by a wire."""
+    """Errors of a gyroscope or an accelerometer, as its data sheet states them; noise comes by a wire."""
 
     scale: float = param("1", "Relative error of the scale factor.", default=0.0)
     scale_temperature: float = param("1/K", "Its growth per kelvin.", default=0.0)
@@ -32,7 +32,7 @@ class InertialErrors(Block):
 
 @InertialErrors.output("{unit}")
 def output(p: InertialErrors, input: float, noise: float, acceleration: float, temperature: float) -> float:
-    """What the axis reads."""
+    """Reading of the axis."""
     warmer = temperature - REFERENCE
     scaled = (1.0 + p.scale + p.scale_temperature * warmer) * input
     bent = p.asymmetry * abs(input) + p.second_order * input * input

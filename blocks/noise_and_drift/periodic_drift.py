@@ -43,7 +43,7 @@ def deviation_at(c: Constants, time: float) -> float:
 
 @PeriodicDrift.output("{unit}")
 def value(c: Constants, time: float) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return c.nominal * (1.0 + deviation_at(c, time))
 
 

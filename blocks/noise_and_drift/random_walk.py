@@ -34,7 +34,7 @@ def constants(p: RandomWalk, period: float) -> Constants:
 
 @RandomWalk.output("{unit}")
 def value(c: Constants, x: State) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return c.nominal * (1.0 + x.deviation)
 
 

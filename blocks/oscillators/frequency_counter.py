@@ -52,7 +52,7 @@ def frequency(c: Constants, x: State) -> float:
 
 @FrequencyCounter.output("1")
 def measurements(c: Constants, x: State) -> int:
-    """How many measurements are finished."""
+    """Number of finished measurements."""
     return x.finished
 
 

@@ -33,7 +33,7 @@ class State(NamedTuple):
 
 
 def word(p: FixedCascadedIntegratorComb) -> Fixed:
-    """Of integrators and combs."""
+    """Format of the integrators and combs."""
     return Fixed(p.input_format.width + p.order * p.bits, p.input_format.fraction)
 
 

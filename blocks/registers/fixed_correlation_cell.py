@@ -48,7 +48,7 @@ def formats(p: FixedCorrelationCell) -> dict[str, Fixed]:
 
 
 def total_format(p: FixedCorrelationCell) -> Fixed:
-    """Of a sum that no period overflows."""
+    """Format of a sum that no period overflows."""
     return Fixed(p.input_format.width + p.order, p.input_format.fraction)
 
 

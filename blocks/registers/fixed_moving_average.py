@@ -29,7 +29,7 @@ class State(NamedTuple):
 
 
 def total_format(p: FixedMovingAverage) -> Fixed:
-    """Of a sum that no inputs overflow."""
+    """Format of a sum that no inputs overflow."""
     return Fixed(p.input_format.width + p.order, p.input_format.fraction, p.input_format.signed)
 
 

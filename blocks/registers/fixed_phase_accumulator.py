@@ -32,7 +32,7 @@ class Constants(NamedTuple):
 
 
 def register(p: FixedPhaseAccumulator) -> Fixed:
-    """Of the phase: from -1/2 to 1/2."""
+    """Format of the phase: from -1/2 to 1/2."""
     return Fixed(p.width, p.width)
 
 

@@ -63,7 +63,7 @@ def octave(c: Constants, p: FixedRangeReducer, exponent: FixedValue) -> FixedVal
 
 @FixedRangeReducer.output("1")
 def remainder(c: Constants, p: FixedRangeReducer, exponent: FixedValue) -> FixedValue:
-    """What is left, below ln 2."""
+    """Remainder, below ln 2."""
     upper_half = (_product(c, exponent).mantissa >> p.fraction_bits) & ((1 << p.fraction_bits) - 1)
     return (FixedValue(upper_half, p.fraction_bits) * c.ln2).to(c.remainder, "floor", "refuse")
 

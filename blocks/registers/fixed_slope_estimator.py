@@ -39,12 +39,12 @@ class Constants(NamedTuple):
 
 
 def point_format(p: FixedSlopeEstimator) -> Fixed:
-    """Of the number of a point."""
+    """Format of the number of a point."""
     return Fixed((p.points - 1).bit_length(), signed=False)
 
 
 def total_format(p: FixedSlopeEstimator) -> Fixed:
-    """Of a sum that no sweep overflows: the sizes of the weights add up to at most n^2 / 2."""
+    """Format of a sum that no sweep overflows: the sizes of the weights add up to at most n^2 / 2."""
     return Fixed(p.input_format.width + (p.points**2 // 2).bit_length(), p.input_format.fraction)
 
 

@@ -14,5 +14,5 @@ class AndGate(Block):
 
 @AndGate.output("1")
 def output(p: AndGate, first: bool, second: bool, third: bool, fourth: bool) -> bool:
-    """Whether all are true."""
+    """True if all inputs are true."""
     return first and second and third and fourth

@@ -24,7 +24,7 @@ def requires(p: DeadZone) -> Iterator[tuple[str, str]]:
 
 @DeadZone.output("{unit}")
 def output(p: DeadZone, input: float) -> float:
-    """What is beyond the zone."""
+    """Input less the edge of the zone; zero within it."""
     return input - clip(input, p.lowest, p.highest)
 
 

@@ -24,19 +24,19 @@ def start(p: EdgeDetector) -> State:
 
 @EdgeDetector.output("1")
 def rising(p: EdgeDetector, x: State, input: bool) -> bool:
-    """Whether it has become true."""
+    """True in the tick in which the input becomes true."""
     return input and not x.before
 
 
 @EdgeDetector.output("1")
 def falling(p: EdgeDetector, x: State, input: bool) -> bool:
-    """Whether it has become false."""
+    """True in the tick in which the input becomes false."""
     return x.before and not input
 
 
 @EdgeDetector.output("1")
 def either(p: EdgeDetector, x: State, input: bool) -> bool:
-    """Whether it has changed."""
+    """True in the tick in which the input changes."""
     return input != x.before
 
 

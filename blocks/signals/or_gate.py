@@ -14,5 +14,5 @@ class OrGate(Block):
 
 @OrGate.output("1")
 def output(p: OrGate, first: bool, second: bool, third: bool, fourth: bool) -> bool:
-    """Whether one of them is true."""
+    """True if at least one input is true."""
     return first or second or third or fourth

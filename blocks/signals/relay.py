@@ -48,13 +48,13 @@ def output(p: Relay, x: State) -> float:
 
 @Relay.output("1")
 def switchings(p: Relay, x: State) -> int:
-    """How often it has switched."""
+    """Number of switchings so far."""
     return x.switched
 
 
 @Relay.output("s")
 def last_switching(p: Relay, x: State) -> float:
-    """When it switched last."""
+    """Time of the last switching."""
     return x.switched_at
 
 

@@ -26,7 +26,7 @@ def start(p: SetResetLatch) -> State:
 
 @SetResetLatch.output("1")
 def on(p: SetResetLatch, x: State, set: bool, reset: bool) -> bool:
-    """Whether it is on, in the tick in which the inputs say so."""
+    """True while the latch is on, from the tick of the input that sets it."""
     return (set and (p.set_wins or not reset)) or (x.was_on and not reset)
 
 

@@ -55,7 +55,7 @@ def interval(knots: Sequence[float], value: float) -> int:
 
 
 def part(knots: Sequence[float], i: int, value: float) -> float:
-    """Where in its interval a value lies, from 0 to 1."""
+    """Position of a value within its interval, from 0 to 1."""
     inside = (value - knots[i]) / (knots[i + 1] - knots[i])
     return 0.0 if inside < 0.0 else 1.0 if inside > 1.0 else inside
 

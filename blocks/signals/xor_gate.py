@@ -12,5 +12,5 @@ class XorGate(Block):
 
 @XorGate.output("1")
 def output(p: XorGate, first: bool, second: bool) -> bool:
-    """Whether they differ."""
+    """True if the inputs differ."""
     return first != second

@@ -1,1 +1,1 @@
-"""What measures are made of: statistics that a loop keeps as it runs."""
+"""Statistics that a loop keeps as it runs: measures are made of them."""

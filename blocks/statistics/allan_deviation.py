@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class AllanDeviation(Block):
-    """How much averages that follow each other scatter, over all samples before the tick; zero until there are 2 m."""
+    """Scatter of adjacent averages, over all samples before the tick; zero until there are 2 m."""
 
     averaging: int = param("1", "Samples of an average: averaging time by rate.", default=1, at_least=1, at_most=10**6)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)

@@ -43,7 +43,7 @@ def time_to_settle(c: Constants, x: State) -> float:
 
 @SettlingTime.output("1")
 def settled(c: Constants, x: State) -> bool:
-    """Whether the last sample is near the target."""
+    """True while the last sample is near the target."""
     return x.settled < x.samples
 
 

@@ -27,7 +27,7 @@ def deviation_at(p: TemperatureDoubleExponential, voltage: float) -> float:
 
 @TemperatureDoubleExponential.output("{unit}")
 def value(p: TemperatureDoubleExponential, sensor_voltage: float) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return p.nominal * (1.0 + deviation_at(p, sensor_voltage))
 
 

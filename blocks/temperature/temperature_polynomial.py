@@ -23,7 +23,7 @@ def deviation_at(p: TemperaturePolynomial, temperature: float) -> float:
 
 @TemperaturePolynomial.output("{unit}")
 def value(p: TemperaturePolynomial, temperature: float) -> float:
-    """What the deviation makes of the nominal value."""
+    """Nominal value with the deviation applied."""
     return p.nominal * (1.0 + deviation_at(p, temperature))
 
 

@@ -31,7 +31,7 @@ class State(NamedTuple):
 
 
 def play_after(p: ZeroBiasVoltage, before: float, voltage: float, tick: int) -> float:
-    """Where the play is once the sensor has moved to the voltage; at the start it has no distance."""
+    """Return the position of the play once the sensor has moved to the voltage; at the start it has no distance."""
     return voltage if tick == 0 else clip(before, voltage - p.width, voltage + p.width)
 
 

@@ -53,6 +53,12 @@ def interpreters() -> Iterator[tuple[str, str]]:
         yield version, command if command and works else ""
 
 
+def numbered(python: str) -> str:
+    """Return the version of an interpreter, such as 3.12."""
+    ask = [python, "-c", "import sys; print('%d.%d' % sys.version_info[:2])"]
+    return subprocess.run(ask, check=True, capture_output=True, text=True).stdout.strip()
+
+
 def build(folder: Path) -> Path:
     """Build the wheel and the archive of the source, check them, and return the wheel."""
     subprocess.run([sys.executable, "-m", "build", "--outdir", str(folder), str(ROOT)], check=True, capture_output=True)
@@ -66,10 +72,11 @@ def try_wheel(version: str, python: str, wheel: Path, folder: Path) -> Trial:
     """Install a wheel into an environment of its own and follow the tutorial in an empty folder."""
     environment, work = folder / "environment", folder / "work"
     begin = time.perf_counter()
-    subprocess.run([python, "-m", "venv", str(environment)], check=True)
+    subprocess.run([python, "-m", "venv", str(environment)], check=True, env=clean())
     subprocess.run(
         [environment / "bin" / "python", "-m", "pip", "install", "--quiet", f"{wheel}[all]"],
         check=True,
+        env=clean(),
         stderr=subprocess.DEVNULL,
     )
     installed = time.perf_counter()
@@ -88,12 +95,19 @@ def try_wheel(version: str, python: str, wheel: Path, folder: Path) -> Trial:
 
 def typed(programs: Path, words: list[str]) -> tuple[int, str]:
     """Run the command `proofmass` of an environment; return exit code and output."""
-    environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
-    environment |= {"PATH": f"{programs}{os.pathsep}{os.environ['PATH']}", "PROOFMASS_CACHE": str(programs / "cache")}
+    environment = clean() | {
+        "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
+        "PROOFMASS_CACHE": str(programs / "cache"),
+    }
     command = [str(programs / "proofmass"), *words]
     streams = {"stdout": subprocess.PIPE, "stderr": subprocess.STDOUT}
     done = subprocess.run(command, env=environment, text=True, check=False, **streams)  # type: ignore[call-overload]
     return done.returncode, done.stdout
+
+
+def clean() -> dict[str, str]:
+    """Return the environment without the modules of the one who asks: nothing but the wheel may answer."""
+    return {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
 
 
 def main() -> int:
@@ -102,7 +116,7 @@ def main() -> int:
     with tempfile.TemporaryDirectory() as folder:
         wheel = build(Path(folder))
         print("Python  install  report  commands")
-        for version, python in [*interpreters(), *((Path(path).name, path) for path in sys.argv[1:])]:
+        for version, python in [*interpreters(), *((numbered(path), path) for path in sys.argv[1:])]:
             if not python:
                 print(f"{version:7} not installed")
                 continue

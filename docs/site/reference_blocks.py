@@ -52,6 +52,8 @@ def _block(kind: type[Block], responses: bool) -> Iterator[str]:
     yield from (f"## {kind.__name__}", "", plain(about["doc"]), "")
     yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>")
     yield from (f'<pre class="equation">{escape(unwrapped(about["equation"]))}</pre>', "```", "")
+    if about["elsewhere"]:
+        yield from (f"Elsewhere called: {plain(', '.join(about['elsewhere']))}.", "")
     if about["continuous"]:
         yield from ("Continuous: it is integrated between ticks.", "")
     response = response_picture(kind) if responses else ""

@@ -1,1 +1,1 @@
-"""What must hold of a graph before it runs, and the order in which its functions run."""
+"""Checks of a graph before it runs, and the order in which its functions run."""

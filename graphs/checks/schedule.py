@@ -168,7 +168,7 @@ def _by_last_name(step: Step) -> tuple[str, str, str]:
 
 
 def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], phases: Mapping[str, int], cycle: Torn) -> str:
-    """Why Newton's method cannot solve a loop; empty when it can."""
+    """Return why Newton's method cannot solve a loop; empty when it can."""
     beats = set[Beat]()
     for step in cycle.steps:
         if isinstance(step, ConstantsOf):

@@ -131,7 +131,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
 
 
 def _meant(key: str, entry: object) -> str:
-    """What an unknown key at the top of a file was meant to be."""
+    """Return what an unknown key at the top of a file was meant to be."""
     block = _is_block(entry) and not nearest(key, TOP_KEYS)
     return f"a block stands under blocks: write [blocks.{key}]" if block else did_you_mean(key, TOP_KEYS, "the keys")
 
@@ -143,7 +143,7 @@ def _is_block(entry: object) -> bool:
 def _wiring_beside(
     problems: list[Problem], reader: BlockTables, place: Place, settings: dict[str, Any]
 ) -> list[Problem]:
-    """What else is wrong with the wiring, apart from what could not be read."""
+    """Return the faults of the wiring, apart from what could not be read."""
     wrong = {problem.path[0] for problem in problems if problem.path}
     rates = {name: rate for name, rate in reader.rates.items() if not wrong & {"blocks", "rate"}}
     readable: dict[str, Any] = {}

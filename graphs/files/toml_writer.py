@@ -1,7 +1,9 @@
 """A graph as TOML text that reads back to the same graph."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from typing import Any, Protocol
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
@@ -12,18 +14,27 @@ from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
-from proofmass.graphs.model.requirements import Requirement
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import Value
 
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
-def write_graph(graph: Graph) -> str:
+class WithTables(Protocol):
+    """A graph with tables beside it, such as `[tune]`, which writes both."""
+
+    def as_toml(self) -> str:
+        """Return the text of a graph file with these tables."""
+        ...
+
+
+def write_graph(graph: Graph | WithTables) -> str:
     """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
 
-    `graph` is any graph. What `read_graph` makes of the text is equal to it.
+    `graph` is any graph: what `read_graph` makes of the text is equal to it. Of a `Tuning` the text has `[tune]` too,
+    and `read_tuning` reads it back.
 
     >>> from proofmass import Graph, write_graph
     >>> from proofmass.blocks import Step
@@ -37,6 +48,8 @@ def write_graph(graph: Graph) -> str:
     kind = "Step"
     amplitude = 2.0
     """
+    if not isinstance(graph, Graph):
+        return graph.as_toml()
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
 
 
@@ -64,7 +77,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
         yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
-        requirements = (f"{quoted(n) if '.' in n else n} = {_table(r)}" for n, r in graph.requirements.items())
+        requirements = (f"{key_of(n)} = {inline(r.as_written())}" for n, r in graph.requirements.items())
         yield from ("", f"[{path}requirements]", *requirements)
     if graph.exports:
         yield from ("", f"[{path}exports]", *(f"{name} = {quoted(signal)}" for name, signal in graph.exports.items()))
@@ -97,8 +110,11 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
 
 
 def _offset(graph: Graph, name: str) -> Iterator[str]:
-    if name in graph.offsets:
-        yield f"{CLOCK_OFFSET} = {quoted(f'{graph.offsets[name]} s')}"
+    written = _formula(graph, f"{name}.{CLOCK_OFFSET}")
+    if name in graph.subgraphs and written:
+        return  # it stands among the formulas
+    if written or name in graph.offsets:
+        yield f"{CLOCK_OFFSET} = {quoted(written or f'{graph.offsets[name]} s')}"
 
 
 def _block_of(target: str) -> str:
@@ -148,9 +164,21 @@ def _measure(measure: Measure) -> str:
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
 
 
-def _table(requirement: Requirement) -> str:
-    entries = requirement.as_written().items()
-    return "{ " + ", ".join(f"{k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in entries) + " }"
+def inline(entry: Any) -> str:
+    """A table, a list, a text, a truth value or a number as one line of TOML."""
+    if isinstance(entry, Mapping):
+        entries = ", ".join(f"{key_of(key)} = {inline(value)}" for key, value in entry.items())
+        return f"{{ {entries} }}" if entries else "{}"
+    if isinstance(entry, list | tuple):
+        return f"[{', '.join(map(inline, entry))}]"
+    if isinstance(entry, bool):
+        return "true" if entry else "false"
+    return quoted(entry) if isinstance(entry, str) else repr(entry)
+
+
+def key_of(name: str) -> str:
+    """A key of TOML, in quotes where it needs them."""
+    return name if _BARE.fullmatch(name) else quoted(name)
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

@@ -1,1 +1,1 @@
-"""What a graph is: blocks, wires, rates, probes, measures and loops."""
+"""The value Graph: blocks, wires, rates, probes, measures and loops."""

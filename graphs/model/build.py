@@ -113,11 +113,13 @@ class Graph(Value):
         own_values, wrong = read_values(values, _taken(exports))
         reader.problems += wrong
         of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
+        of_rates |= {f"{name}.{CLOCK_OFFSET}": offset for name, offset in offsets.items() if is_formula(offset)}
         of_rates |= {key: of for key, of in ((RATE, rate), (DURATION, duration)) if is_formula(of)}
         own_formulas, wrong = _read_formulas({**formulas, **of_rates})
         reader.problems += wrong
         rate, duration = (None if is_formula(of) else of for of in (rate, duration))
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
+        offsets = {name: of for name, of in offsets.items() if not is_formula(of)}
         own_loops, wrong = read_loops(loops, _is_path)
         reader.problems += [*_bad_exports(exports, own_values), *wrong]
         own_offsets = {

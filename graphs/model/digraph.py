@@ -63,16 +63,16 @@ def alphabetical(needs: Mapping[Node, Iterable[Node]]) -> Iterator[Node]:
     wanting |= {node: 0 for node in followers if node not in wanting}
     ready = [node for node, count in wanting.items() if count == 0]
     heapify(ready)
-    done = 0
+    yielded = 0
     while ready:
         node = heappop(ready)
         for other in followers.get(node, ()):
             wanting[other] -= 1
             if wanting[other] == 0:
                 heappush(ready, other)
-        done += 1
+        yielded += 1
         yield node
-    if done < len(wanting):
+    if yielded < len(wanting):
         raise ValueError("a loop has no order")
 
 
@@ -91,17 +91,17 @@ def connected(nodes: Iterable[Node], edges: Iterable[tuple[Node, Node]]) -> list
 
 
 def reached(edges: Mapping[Node, Iterable[Node]], starts: Iterable[Node]) -> set[Node]:
-    """What is reached from nodes; these themselves only by way of another node or a wire to themselves."""
-    found, left = set[Node](), list(starts)
+    """Return the nodes that can be reached from others. A start is among them only if a way leads back to it."""
+    reachable, left = set[Node](), list(starts)
     while left:
-        new = [other for other in edges.get(left.pop(), ()) if other not in found]
-        found.update(new)
+        new = [other for other in edges.get(left.pop(), ()) if other not in reachable]
+        reachable.update(new)
         left += new
-    return found
+    return reachable
 
 
 def turned(edges: Mapping[Node, Iterable[Node]]) -> dict[Node, list[Node]]:
-    """The same edges the other way round."""
+    """Return the edges reversed."""
     back: dict[Node, list[Node]] = {node: [] for node in edges}
     for node, others in edges.items():
         for other in others:

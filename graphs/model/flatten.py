@@ -72,7 +72,7 @@ class FlatGraph:
 
     @property
     def integration(self) -> Integration:
-        """How continuous blocks are integrated."""
+        """Integration of continuous blocks."""
         return self.root.integration
 
     def find(self, path: tuple[str, ...]) -> tuple[str, int]:

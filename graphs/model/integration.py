@@ -1,4 +1,4 @@
-"""How the continuous blocks of a graph are integrated between ticks: the table `[integration]`."""
+"""Integration of the continuous blocks of a graph between ticks: the table `[integration]`."""
 
 import dataclasses
 from collections.abc import Iterator, Mapping

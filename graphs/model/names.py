@@ -73,7 +73,7 @@ def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | M
 
 
 def is_value(root: Graph, path: str) -> bool:
-    """Whether a path names a value of the graph, or of a subgraph."""
+    """Return whether a path names a value of the graph, or of a subgraph."""
     graph, name = root, path
     while name not in graph.values:
         head, _, name = name.partition(".")
@@ -84,7 +84,7 @@ def is_value(root: Graph, path: str) -> bool:
 
 
 def is_rate(flat: FlatGraph, signal: str) -> bool:
-    """Whether a path names the rate of a block that is not continuous."""
+    """Return whether a path names the rate of a block that is not continuous."""
     name, entry = split(signal)
     return entry == "rate" and name in flat.blocks and not type(flat.blocks[name]).continuous()
 

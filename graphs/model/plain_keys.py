@@ -9,7 +9,7 @@ from proofmass.graphs.model.limits import LARGEST_SEED
 
 
 def wrong_values(values: Mapping[str, object]) -> Iterator[Problem]:
-    """What is wrong with the values of plain keys; a value that may be missing is None."""
+    """Yield a problem for each wrong value of a plain key; a value that may be missing is None."""
     for key, value in values.items():
         form = PLAIN_KEYS[key]
         if isinstance(form, Text):

@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.number_files import PARTS
 from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.model.keys import (
@@ -20,11 +21,12 @@ from proofmass.graphs.model.keys import (
 )
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
+from proofmass.graphs.model.requirements import SPREAD
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.targets import CLOCK_OFFSET
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
-from proofmass.graphs.schema.tune_schema import tune_schema
+from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
@@ -110,6 +112,7 @@ def schema(own: Own | None = None) -> Schema:
         "$defs": {
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
+            "numbers": _numbers(),
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
@@ -132,7 +135,7 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
         properties[CLOCK_OFFSET] = {
             "description": BLOCK_KEYS[CLOCK_OFFSET],
-            **_quantity({"type": "number", "minimum": 0}),
+            **_formulated({"type": "number", "minimum": 0}),
         }
     properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
@@ -201,7 +204,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,
-        CLOCK_OFFSET: _quantity({"type": "number", "minimum": 0}),
+        CLOCK_OFFSET: _formulated({"type": "number", "minimum": 0}),
         "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
     }
     inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
@@ -244,13 +247,24 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
         return about | {"enum": parameter["choices"]}
     if parameter["type"] == "list":
         entry = _formulated({"type": "number"} | bounds)
-        return about | {"type": "array", "minItems": 1, "items": entry}
+        return about | {"anyOf": [{"type": "array", "minItems": 1, "items": entry}, {"$ref": "#/$defs/numbers"}]}
     if parameter["type"] == "format":
         return about | {"type": "string", "pattern": _FORMAT}
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}
     return about | (value if parameter["type"] == "bool" else _formulated(value))
+
+
+def _numbers() -> Schema:
+    """Return the schema of a list of numbers that a file holds."""
+    name = {"type": "string", "maxLength": TEXT_LENGTH}
+    return {
+        "type": "object",
+        "properties": {"file": name, "column": name, "part": {"enum": list(PARTS)}},
+        "required": ["file"],
+        "additionalProperties": False,
+    }
 
 
 def _bounds(parameter: Mapping[str, Any]) -> Schema:
@@ -277,6 +291,13 @@ def _requirement() -> Schema:
         key: {"type": ["number", "string"]} if key in ("at_least", "at_most") else {"type": "string"}
         for key in REQUIREMENT_KEYS
     }
+    values["quantity"] = {"anyOf": [{"type": "string"}, quantity_schema({}, {})]}
+    tolerances: Schema = {
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"type": ["number", "string", "array"]},
+    }
+    values["tolerances"] = {"anyOf": [{"const": SPREAD}, tolerances]}
     return {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in REQUIREMENT_KEYS.items()},

@@ -1,1 +1,1 @@
-"""What a study is: spread, drift, sweeps, epochs and limits, and its files."""
+"""The value Study: spread, drift, sweeps, epochs and limits; and its files."""

@@ -1,4 +1,4 @@
-"""How a parameter drifts along the epochs of a study: laws of ageing, evaluated at an age instead of simulated.
+"""Drift of a parameter over the epochs of a study: laws of ageing, evaluated at an age instead of simulated.
 
 d(t) = ramp t + w(t) + logarithmic log10(1 + t / onset) + arrhenius t exp(E / k (1 / T0 - 1 / T)) + cycles n(t)
 
@@ -115,7 +115,7 @@ class Drift:
         stream: int,
         normal: Callable[[int, int, int, int], float] = normal_deviate,
     ) -> list[float]:
-        """What a value becomes at each of the ages (seconds, ascending) in one sensor; `normal` gives the deviates."""
+        """Return the value at each of the ages (seconds, ascending) in one sensor; `normal` draws the deviates."""
 
         def pace(law: str, sample: int) -> float:
             spread: float = getattr(self, f"{law}_spread")

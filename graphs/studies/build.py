@@ -1,4 +1,4 @@
-"""What a person writes as a study, read into one: tables as those of a study file, with all that is wrong with them."""
+"""Reader of studies: tables as those of a study file become a Study, or a list of all their faults."""
 
 from collections.abc import Iterator, Mapping
 from types import MappingProxyType

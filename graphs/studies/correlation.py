@@ -49,7 +49,7 @@ def correlation_of(pairs: Iterable[tuple[str, str, float]], spread: Mapping[str,
 
 
 def _add_implied(ordered: dict[tuple[str, str], float]) -> None:
-    """What parameters that are one have with others: as one of them, where nothing else is said."""
+    """Add the correlations that follow where two parameters are fully correlated: one has those of the other."""
     names, size = {name for pair in ordered for name in pair}, 0
     while size < len(ordered):
         size = len(ordered)

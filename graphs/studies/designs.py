@@ -88,7 +88,7 @@ def half_of_bits(size: int) -> int:
 
 
 def permuted(number: int, size: int, half: int, seed: int, stream: int) -> int:
-    """Where a random permutation of `size` numbers puts one of them, without the others.
+    """Return the place that a random permutation of `size` numbers gives one of them, without the others.
 
     A Feistel network over words of `half_of_bits(size)`, its rounds keyed by Philox, until it falls below the size
     (Black and Rogaway, "Ciphers with arbitrary finite domains", CT-RSA 2002, cycle-walking).

@@ -1,4 +1,4 @@
-"""How a parameter is spread over the sensors of a study: distributions, by the inverse of their cumulative probability.
+"""Distributions of a parameter over the sensors of a study, by the inverse of their cumulative probability.
 
 A value is a function of one uniform deviate, so that a design may say which deviates the sensors have. Plain arithmetic
 only: the bits are the same on every machine.
@@ -85,7 +85,7 @@ class Spread:
         return column_file(self.values) if len(self.values) > LONGEST_LIST and not self.weights else None
 
     def __str__(self) -> str:
-        """What decides over what is drawn; values that are too many by the hash in the name of their file."""
+        """Return all that decides which values are drawn; too many values are named by the hash of their file."""
         return f"Spread('file', {self.column_file[0]!r})" if self.column_file else repr(self)
 
     @cached_property

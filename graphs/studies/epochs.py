@@ -42,7 +42,7 @@ class Recalibration:
         return tuple(calibrated)
 
     def text(self) -> list[str]:
-        """What decides over the bits of a run, a line each."""
+        """Return all that decides the bits of a run, a line each."""
         lines = [f"recalibration.carried.{name} = {measure}" for name, measure in sorted(self.carried.items())]
         return [f"recalibration.every = {list(self.every)}", *lines] if lines else []
 

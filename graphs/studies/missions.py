@@ -55,7 +55,7 @@ def cycles(temperatures: Sequence[float]) -> tuple[float, ...]:
     [3, 4, 7, 9]
     """
     top = max(range(len(temperatures)), key=lambda place: temperatures[place])
-    left, found = list[float](), list[float]()
+    left, ranges = list[float](), list[float]()
     for value in (*temperatures[top:], *temperatures[: top + 1]):
         if len(left) > 1 and (left[-1] - left[-2]) * (value - left[-1]) >= 0.0:
             left.pop()  # no turning point
@@ -63,9 +63,9 @@ def cycles(temperatures: Sequence[float]) -> tuple[float, ...]:
             continue
         left.append(value)
         while len(left) > 2 and abs(left[-1] - left[-2]) >= abs(left[-2] - left[-3]):
-            found.append(abs(left[-2] - left[-3]))
+            ranges.append(abs(left[-2] - left[-3]))
             del left[-3:-1]
-    return tuple(found)
+    return tuple(ranges)
 
 
 @cache
@@ -135,8 +135,8 @@ def _file(table: Mapping[str, Any], folder: str) -> tuple[list[float], list[floa
     return [time - times[0] for time in times], temperatures
 
 
-def _seconds(given: object, key: str) -> float:
+def _seconds(entry: object, key: str) -> float:
     try:
-        return float(read_duration(given))
+        return float(read_duration(entry))
     except Refusal as error:
-        raise error.under(key, given, "a time") from None
+        raise error.under(key, entry, "a time") from None

@@ -56,13 +56,20 @@ class Study:
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""
-        study = type(self).__new__(type(self))
-        fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        fields |= {"runs": runs, "seed": seed}
-        Study.__init__(study, **fields)
+        study = self._with(runs=runs, seed=seed)
         problems = list(bad_numbers(study))
         if problems:
             raise ModelError(problems)
+        return study
+
+    def at(self, values: Mapping[str, float]) -> Self:
+        """Return the study about other values of parameters: a sweep that has one point in each of them."""
+        return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})
+
+    def _with(self, **values: Any) -> Self:
+        study = type(self).__new__(type(self))
+        fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        Study.__init__(study, **{**fields, **values})
         return study
 
     def placed(self, problem: Problem) -> Problem:
@@ -89,11 +96,11 @@ class Study:
 
     @cached_property
     def dependence(self) -> Dependence:
-        """What follows from the values of the graph."""
+        """Quantities that follow from the values of the graph."""
         return Dependence(self.graph)
 
     def nominal(self, name: str) -> float:
-        """What a parameter or value is in the graph."""
+        """Return a parameter or value of the graph."""
         return self.adjustable.nominal(name)
 
     @cached_property
@@ -112,7 +119,7 @@ class Study:
         return self.adjustable.settings(values, apply)
 
     def point(self, run: int) -> dict[str, float]:
-        """What the parameters of the sweep are in a run; the last one moves fastest."""
+        """Return the parameters of the sweep in a run; the last one moves fastest."""
         number, chosen = run % self.points // len(self.recalibration.every), dict[str, float]()
         for name, values in reversed(list(self.sweep.items())):
             number, place = divmod(number, len(values))
@@ -129,7 +136,7 @@ class Study:
 
     @property
     def followed(self) -> bool:
-        """Whether a run follows each calibration, to which later ones are compared."""
+        """True if a run follows each calibration, to compare later ones with it."""
         return any(change.since_calibration for change in self.changes.values())
 
     @cached_property
@@ -154,7 +161,7 @@ class Study:
         return at
 
     def _base(self, name: str, values: Mapping[str, float]) -> float:
-        """What a parameter or value is before it is spread, where others have moved."""
+        """Return a parameter or value before it is spread, where others have moved."""
         number: float = self.dependence.followed(values).get(name, self.nominal(name))
         return number
 

@@ -69,7 +69,7 @@ def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | 
 
 
 def is_study(data: dict[str, Any]) -> bool:
-    """Whether a parsed file is a study that names its graph; otherwise it is a graph."""
+    """Return whether a parsed file is a study that names its graph; otherwise it is a graph."""
     return "blocks" not in data and not data.keys().isdisjoint(STUDY_KEYS.keys() - TOP_KEYS.keys())
 
 

@@ -40,7 +40,7 @@ Entry = TypeVar("Entry")
 
 @dataclasses.dataclass(frozen=True)
 class Limit:
-    """What a measure of a good sensor keeps from an age on, in its unit; `change` is relative to the value there."""
+    """Limits of a measure of a good sensor from an age on, in its unit; `change` is relative to the value there."""
 
     at_least: float = -math.inf
     at_most: float = math.inf
@@ -61,7 +61,7 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
 
 
 def _fixed(key: str, parameter: Parameter) -> Refusal:
-    """Why a parameter that is no floating-point number cannot vary."""
+    """Return the refusal of a parameter that cannot vary, since it is no floating-point number."""
     kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
     hint = "sweep it: each of its values is compiled anew, a variant of the study"
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
@@ -233,7 +233,7 @@ class StudyTables:
         return MappingProxyType(widths)
 
     def design(self, name: object, spread: Mapping[str, Spread]) -> str:
-        """How sensors are drawn."""
+        """Return the design by which sensors are drawn."""
         if name not in DESIGNS:
             hint = did_you_mean(str(name), DESIGNS, "the designs")
             self._refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")

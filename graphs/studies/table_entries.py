@@ -61,7 +61,7 @@ def _of_a_part(error: Refusal, key: str, value: object, unit: str) -> Refusal:
 
 
 def _is_part(text: str) -> bool:
-    """Whether a text is a number without a dimension that says so by a unit, as ppm or %."""
+    """Return whether a text is a dimensionless number with a unit such as ppm or %."""
     try:
         own = split_quantity(text)[1]
         return bool(own) and same_dimension(own, "1")

@@ -1,1 +1,1 @@
-"""What a graph is to be tuned for: free parameters, goals, operating points."""
+"""The value Tuning: free parameters, goals and operating points."""

@@ -22,7 +22,7 @@ class Checked(NamedTuple):
 
 
 def check_file(path: Path, own: Own | None = None, change: Change = unchanged) -> Checked:
-    """What is wrong with a graph file or a study file, its graph with a `change`."""
+    """Check a graph file or a study file, its graph after a `change`."""
     try:
         return _check_table(*read_table(path), own, path, change)
     except ModelError as error:
@@ -30,7 +30,7 @@ def check_file(path: Path, own: Own | None = None, change: Change = unchanged) -
 
 
 def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Checked:
-    """What is wrong with a TOML text; file names in it start from `folder`."""
+    """Check a TOML text; file names in it start from `folder`."""
     try:
         return _check_table(*parsed(text, file, folder), own, None)
     except ModelError as error:

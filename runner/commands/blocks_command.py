@@ -77,7 +77,8 @@ def _said(kind: type[Block]) -> str:
     known = facts(kind)
     ports = (fact["doc"] for group in ("parameters", "inputs", "outputs") for fact in known[group].values())
     names = (*known["parameters"], *known["inputs"], *known["outputs"])
-    return " ".join([known["kind"], known["doc"], known["equation"], known["family"], *names, *ports]).lower()
+    words = (known["kind"], known["doc"], known["equation"], known["family"], *known["elsewhere"], *names, *ports)
+    return " ".join(words).lower()
 
 
 def _list(kinds: Mapping[str, type[Block]]) -> Iterator[str]:

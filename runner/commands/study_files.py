@@ -28,9 +28,9 @@ def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report
 
 def _write_report(result: StudyResult, out: Path, formats: tuple[str, ...]) -> list[str]:
     """Influences of the parameters, lifetimes, pictures, and the report."""
-    found = StudyInfluences(result)
+    influences = StudyInfluences(result)
     return [
-        *save_answers(found, out, formats),
+        *save_answers(influences, out, formats),
         *save_study_plots(result, out / "study", ("svg", "png")),
-        save_study_report(result, out / FILE, found).name,
+        save_study_report(result, out / FILE, influences).name,
     ]

@@ -1,1 +1,1 @@
-"""What has changed between two graphs, two runs or two studies."""
+"""Comparison of two graphs, two runs or two studies."""

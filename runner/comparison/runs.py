@@ -22,7 +22,7 @@ _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that it
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far numbers may lie apart: in their unit, and relative to the largest of the trace or measure before."""
+    """Allowed difference: in the unit, and relative to the largest of the trace or measure before."""
 
     absolute: float = 0.0
     relative: float = 0.0
@@ -34,7 +34,7 @@ class Tolerance:
 
 @dataclass(frozen=True)
 class TraceChange:
-    """How the trace of a signal differs: from the time `first` on; `problem` says why it cannot be compared."""
+    """Difference of a signal's traces, from the time `first` on; `problem` says why they cannot be compared."""
 
     signal: str
     unit: str
@@ -134,7 +134,7 @@ def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: To
 
 
 def _close(was: float | None, now: float | None, tolerance: Tolerance) -> bool:
-    """Whether a measure stays within the tolerance; None has no value."""
+    """Return whether a measure stays within the tolerance; None has no value."""
     if was is None or now is None:
         return was == now
     return abs(now - was) <= tolerance.of(abs(was))

@@ -36,34 +36,34 @@ class NoSolutionError(ArithmeticError):
 
 
 def scratch(n: int) -> tuple[int, ...]:
-    """How long the sequences are that `solve` works on, for n unknowns."""
+    """Return the lengths of the sequences that `solve` works on, for n unknowns."""
     return (n, n, n, n, n, n * n, n)
 
 
 def solve(equations: Any, context: Any, unknown: Flat, work: Any) -> None:
     """Replace the guess in `unknown` by a solution, or by NaN.
 
-    `equations(context, unknown, found)` writes g of the unknowns, or something not finite where g has no value;
+    `equations(context, unknown, image)` writes g of the unknowns, or something not finite where g has no value;
     `work` is scratch.
     """
-    found, there, found_there, size, change, matrix, order = work
+    image, nudged, nudged_image, size, change, matrix, order = work
     n = len(unknown)
     for i in range(n):
         size[i] = 0.0
-    equations(context, unknown, found)
-    solved, possible = False, math.isfinite(_distance(unknown, found, size))
+    equations(context, unknown, image)
+    solved, possible = False, math.isfinite(_distance(unknown, image, size))
     for _ in range(ITERATIONS):
         if possible and not solved:
             for i in range(n):
-                size[i] = max(size[i], abs(unknown[i]), abs(found[i]))
-            _differentiate(equations, context, unknown, found, there, found_there, size, matrix)
+                size[i] = max(size[i], abs(unknown[i]), abs(image[i]))
+            _differentiate(equations, context, unknown, image, nudged, nudged_image, size, matrix)
             for i in range(n):
                 matrix[i * n + i] -= 1.0
-                change[i] = unknown[i] - found[i]
+                change[i] = unknown[i] - image[i]
             possible = factorise(matrix, n, order)
             if possible:
                 substitute(matrix, n, order, change)
-                solved, possible = _stepped(equations, context, unknown, found, there, found_there, size, change)
+                solved, possible = _stepped(equations, context, unknown, image, nudged, nudged_image, size, change)
     if not solved:
         for i in range(n):
             unknown[i] = math.nan
@@ -73,9 +73,9 @@ def _differentiate(
     equations: Any,
     context: Any,
     unknown: Flat,
-    found: Flat,
+    image: Flat,
     nudged: Flat,
-    found_nudged: Flat,
+    nudged_image: Flat,
     size: Flat,
     jacobian: Flat,
 ) -> None:
@@ -87,21 +87,21 @@ def _differentiate(
         largest = max(largest, size[i])
     for j in range(n):
         nudge = NUDGE * (size[j] if size[j] > 0.0 else largest)
-        nudged[j] = unknown[j] + math.copysign(nudge, unknown[j] + found[j])
+        nudged[j] = unknown[j] + math.copysign(nudge, unknown[j] + image[j])
         nudge = nudged[j] - unknown[j]
-        equations(context, nudged, found_nudged)
+        equations(context, nudged, nudged_image)
         nudged[j] = unknown[j]
         for i in range(n):
-            jacobian[i * n + j] = (found_nudged[i] - found[i]) / nudge if nudge != 0.0 else 0.0
+            jacobian[i * n + j] = (nudged_image[i] - image[i]) / nudge if nudge != 0.0 else 0.0
 
 
 def _stepped(
     equations: Any,
     context: Any,
     unknown: Flat,
-    found: Flat,
-    there: Flat,
-    found_there: Flat,
+    image: Flat,
+    ahead: Flat,
+    image_ahead: Flat,
     size: Flat,
     change: Flat,
 ) -> tuple[bool, bool]:
@@ -112,15 +112,15 @@ def _stepped(
         if size[i] > 0.0 and not abs(change[i]) <= FARTHEST * size[i]:
             return False, False
         small = small and abs(change[i]) <= CONVERGED * size[i]
-    distance, share = _distance(unknown, found, size), 1.0
+    distance, share = _distance(unknown, image, size), 1.0
     while share > SHORTEST:
         for i in range(n):
-            there[i] = unknown[i] + share * change[i]
-        equations(context, there, found_there)
-        closer = _distance(there, found_there, size)
+            ahead[i] = unknown[i] + share * change[i]
+        equations(context, ahead, image_ahead)
+        closer = _distance(ahead, image_ahead, size)
         if closer < distance:
             for i in range(n):
-                unknown[i], found[i] = there[i], found_there[i]
+                unknown[i], image[i] = ahead[i], image_ahead[i]
             return small and closer <= EXACT, True
         if small and distance <= AGREED:
             return True, True
@@ -128,13 +128,15 @@ def _stepped(
     return False, False
 
 
-def _distance(unknown: Flat, found: Flat, size: Flat) -> float:
-    """The largest difference between unknown and found, in sizes or, where there is none yet, in these values; NaN
-    where one is not finite."""
+def _distance(unknown: Flat, image: Flat, size: Flat) -> float:
+    """Return the largest difference between unknowns and image, relative to their sizes; NaN where one is not finite.
+
+    Where there is no size yet, the larger of the two values is taken for it.
+    """
     worst, broken = 0.0, 0.0
     for i in range(len(unknown)):
-        difference = abs(found[i] - unknown[i])
-        whole = size[i] if size[i] > 0.0 else max(abs(found[i]), abs(unknown[i]))
+        difference = abs(image[i] - unknown[i])
+        whole = size[i] if size[i] > 0.0 else max(abs(image[i]), abs(unknown[i]))
         worst = max(worst, difference / whole if whole > 0.0 else 0.0)
         broken += difference - difference
     return worst + broken
@@ -146,20 +148,20 @@ def solve_in_place(tears: Sequence[Any], others: Sequence[Any], signals: Any, va
     `value(node)` is what a node gives with the signals as they are. Whether there is a solution.
     """
 
-    def equations(context: None, unknown: list[float], found: list[float]) -> None:
-        for tear, held in zip(tears, unknown, strict=True):
-            signals[tear] = held
+    def equations(context: None, unknown: list[float], image: list[float]) -> None:
+        for tear, guess in zip(tears, unknown, strict=True):
+            signals[tear] = guess
         total = 0.0
         try:
             for node in others:
                 signals[node] = value(node)
                 total += 0.0 * signals[node]
-            found[:] = [value(tear) if total == 0.0 else total for tear in tears]
+            image[:] = [value(tear) if total == 0.0 else total for tear in tears]
         except (ArithmeticError, ValueError):
-            found[:] = [math.nan] * len(tears)
+            image[:] = [math.nan] * len(tears)
 
     unknown = [signals[tear] for tear in tears]
     solve(equations, None, unknown, tuple([0.0] * length for length in scratch(len(tears))))
-    for tear, held in zip(tears, unknown, strict=True):
-        signals[tear] = held
+    for tear, guess in zip(tears, unknown, strict=True):
+        signals[tear] = guess
     return not math.isnan(unknown[0])

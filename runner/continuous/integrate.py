@@ -92,7 +92,7 @@ def integrate(
 
 
 def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
-    """Of all states, relative to the largest value that each ever had; NaN where one is not finite."""
+    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite."""
     worst, broken = 0.0, 0.0
     for i in range(len(moved)):
         ratio = abs(error[i]) / (max(largest[i], abs(moved[i])) + TINY)
@@ -102,7 +102,7 @@ def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
 
 
 def _is_finite(x: Flat) -> bool:
-    """Whether all states are finite."""
+    """Return whether all states are finite."""
     broken = 0.0
     for i in range(len(x)):
         broken += x[i] - x[i]

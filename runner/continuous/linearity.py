@@ -1,4 +1,4 @@
-"""Whether the rates of a group are linear in its states and inputs, or become so once some inputs are held.
+"""Linearity of the rates of a group in its states and inputs, or once some inputs are held.
 
 Where f(0) = 0 and f(s z) = s f(z), in the same bits for scales s sixty orders of magnitude up and down, and f(z) is the
 sum of what each entry of z does alone, no limit, dead zone or product can hide. An input w that multiplies others, as
@@ -35,7 +35,7 @@ def factors_of(rates: Rates, size: int, candidates: Sequence[int]) -> tuple[int,
 
 
 def _multiplies(rates: Rates, size: int, place: int) -> bool:
-    """Whether an input changes what another entry does."""
+    """Return whether an input changes what another entry does."""
     point = [1.375 * float(i == place) for i in range(size)]
     rest, offset = rates([0.0] * size), rates(point)
     for other in range(size):
@@ -52,7 +52,7 @@ def _multiplies(rates: Rates, size: int, place: int) -> bool:
 def _is_linear(
     rates: Rates, size: int, factors: Sequence[int], value: float, signs: Sequence[float], scales: Sequence[float]
 ) -> bool:
-    """Whether the rates are linear in the other entries, the factors at values about the one given."""
+    """Return whether the rates are linear in the other entries, with the factors at values about the given one."""
     fixed = {place: value * (1.0 + 0.25 * number) for number, place in enumerate(factors)}
     offset = rates([fixed.get(i, 0.0) for i in range(size)])
     if not factors and any(offset):

@@ -31,7 +31,7 @@ NUDGE = 1e-7  # for the derivatives, of that value
 
 
 def scratch(n: int) -> tuple[int, ...]:
-    """How long the sequences are that `radau_step` works on, for n states."""
+    """Return the lengths of the sequences that `radau_step` works on, for n states."""
     return (n, n, n * n, n * n, 9 * n * n, 3 * n, 3 * n, 3 * n)
 
 

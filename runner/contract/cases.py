@@ -38,7 +38,7 @@ class Case:
 
     @cached_property
     def outcomes(self) -> list[Outcome]:
-        """What they come to in plain Python."""
+        """Return their outcomes in plain Python."""
         return [outcome(sensor, self.ticks) for sensor in self.sensors]
 
     @cached_property
@@ -52,7 +52,7 @@ class Case:
         return list(zip(self.sensors, self.outcomes, strict=True))
 
     def faults(self) -> Counter[str]:
-        """How many runs end with which fault."""
+        """Count the runs that end with each fault."""
         return Counter(_kind_of(sensor.plan.blocks[TESTED], o.error.value) for sensor, o in self.runs if o.fault)
 
 

@@ -27,14 +27,14 @@ RUN = ("machine code", "lanes", *(compiler.name for compiler in FOREIGN), "state
 
 @dataclass(frozen=True)
 class Report:
-    """What all checks say of one block."""
+    """Verdicts of all checks of one block."""
 
     kind: str
     verdicts: tuple[Verdict, ...]
 
     @property
     def passed(self) -> bool:
-        """Whether no check failed."""
+        """True if no check failed."""
         return all(verdict.status != "FAILED" for verdict in self.verdicts)
 
     def as_data(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""What a run comes to in plain Python, and in which of the other engines it comes to something else.
+"""Outcome of a run in plain Python, and the engines in which it differs.
 
 Traces and memory are compared as bytes: -0.0 is not 0.0, and one NaN is as good as another. A run that fails has to
 fail in every engine in the same tick.
@@ -84,7 +84,7 @@ def _packed(value: Any) -> bytes:
 
 
 def native_differences(compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]) -> Iterator[str]:
-    """Where machine code differs."""
+    """Yield where machine code differs."""
     for sensor, expected in zip(sensors, outcomes, strict=True):
         engine, rows = _begun(compiled, sensor), rows_for(sensor.plan, expected.ticks)
         engine.advance(expected.ticks, rows)
@@ -98,7 +98,7 @@ def native_differences(compiled: CompiledPlan, sensors: Sequence[Sensor], outcom
 def resumed_differences(
     compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]
 ) -> Iterator[str]:
-    """Where a run differs that is begun in one engine, and goes on in another from what moves there."""
+    """Yield where a run differs that begins in one engine and goes on in another."""
     for sensor, expected in zip(sensors, outcomes, strict=True):
         half, planned = expected.ticks // 2, sensor.plan
         first = _begun(compiled, sensor)
@@ -112,7 +112,7 @@ def resumed_differences(
 def lane_differences(
     sensors: Sequence[Sensor], outcomes: Sequence[Outcome], numbers: Mapping[Endpoint, Array], lanes: int
 ) -> Iterator[str]:
-    """Where runs side by side differ; `numbers` has what each varied parameter is in each of them."""
+    """Yield where runs in lanes differ; `numbers` has each varied parameter in each of them."""
     plans = [replace(sensor.plan, probes=()) for sensor in sensors]
     compiled = CompiledLanes(plans[0], frozenset(numbers), lanes)
     run = Lanes(compiled, plans[0].graph.seed, [sensor.run for sensor in sensors], numbers, plans)
@@ -144,7 +144,7 @@ def kind_of(example: Any, value: Any) -> Any:
 def foreign_differences(
     compiler: Foreign, compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]
 ) -> Iterator[str]:
-    """Where the program differs when another compiler has made it."""
+    """Yield where the program of another compiler differs."""
     calls, expected_arrays = [], []
     for sensor, expected in zip(sensors, outcomes, strict=True):
         for last in (expected.ticks, expected.ticks + 1) if expected.fault else (expected.ticks,):
@@ -186,7 +186,7 @@ def _begun(compiled: CompiledPlan, sensor: Sensor) -> CompiledLoop:
 
 
 def same_arrays(arrays: Sequence[Array], others: Sequence[Array]) -> bool:
-    """Whether all arrays have the same bits."""
+    """Return whether all arrays have the same bits."""
     return all(bool((_bits(one) == _bits(other)).all()) for one, other in zip(arrays, others, strict=True))
 
 

@@ -1,4 +1,4 @@
-"""Where in its file a block declares something."""
+"""Places in its file where a block declares something."""
 
 import ast
 import inspect

@@ -1,4 +1,4 @@
-"""What a check says of a block."""
+"""Verdict of a check on a block."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -24,7 +24,7 @@ Key = tuple[str, str, int]
 
 
 class CompactTicks(NoisyTicks):
-    """As `NoisyTicks`, without derivatives by parameters, in time that grows with the length of the period alone."""
+    """Ticks with noise and no derivatives by parameters, in time that grows with the length of the period alone."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
         self._columns: dict[Key, int] = {}  # of first directions

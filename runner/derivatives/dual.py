@@ -42,7 +42,7 @@ def _variance(rule: Callable[[int], int], parts: int) -> float:
 
 
 class _Errors:
-    """What adds the error of a rounding, of some variance, to a number in steps."""
+    """Adds the error of a rounding, of some variance, to a number in steps."""
 
     of: Callable[[Any, float], Any] | None = None
 
@@ -144,7 +144,7 @@ class Dual:
     # one, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
-        """What a rule of rounding makes of it, unrounded, with its error where errors are followed."""
+        """Return the number unrounded, with the error of a rule of rounding where errors are followed."""
         parts = (1 << 200) // rule(1 << 200)
         return self._dropping(parts, _variance(rule, parts))
 

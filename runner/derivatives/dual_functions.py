@@ -28,12 +28,12 @@ LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_leve
 
 
 def quantises(function: Callable[..., Any]) -> bool:
-    """Whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
+    """Return whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
     return reaches(function, _RULES)
 
 
 def reaches(function: Any, wanted: Collection[Any]) -> bool:
-    """Whether a function is one of some, or calls one."""
+    """Return whether a function is one of some, or calls one."""
     return _reaches(function, wanted, set())
 
 
@@ -52,7 +52,7 @@ def with_quantisers(
     quantise: Callable[[Callable[[Any], Any], Any], Any],
     level: Callable[..., Any],
 ) -> Any:
-    """As `for_duals`, where `quantise(rule, value)` says what a rule of rounding makes of a value.
+    """Return a function as `for_duals` does, where `quantise(rule, value)` takes the place of each rule of rounding.
 
     `level(rule, *arguments)` is the same of a rule that chooses one of some levels.
     """
@@ -265,12 +265,15 @@ def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
+_clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
+
+
 def _nearest_level(value: Any, last: Any) -> Any:
-    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
+    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
 
 
 def _nearest_even_level(value: Any, last: Any) -> Any:
-    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
+    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
 
 
 def _ours(function: Callable[..., float]) -> Callable[..., Any]:

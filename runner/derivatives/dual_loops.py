@@ -18,7 +18,7 @@ _ORDERS = 2  # signals, and parameters of their slopes
 
 
 def solve_dual(tears: Sequence[Any], others: Sequence[Any], signals: Any, value: Callable[[Any], Any]) -> bool:
-    """As `algebraic.solve_in_place`, where `value(node)` may be a dual number and the solution is one."""
+    """Solve a loop as `algebraic.solve_in_place` does; `value(node)` and the solution may be dual numbers."""
     for tear in tears:
         signals[tear] = plain(signals[tear])
     if not solve_in_place(tears, others, signals, lambda node: plain(value(node))):

@@ -31,8 +31,8 @@ def differentiated(plan: Plan) -> Plan:
                 constants[name] = dual_constants(block, parameters[name], plan.block_period(name))
             if "start" in type(block).functions:
                 filled = {b: list(buffers[name, b]) for b in type(block).buffers}
-                start = type(block).functions["start"]
-                made = for_duals(start.function)(parameters[name], *(filled[b] for b in start.arguments))
+                start, known = type(block).functions["start"], {**filled, "period": plan.block_period(name)}
+                made = for_duals(start.function)(parameters[name], *(known[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
         except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
@@ -56,7 +56,7 @@ def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
 
 
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
-    """As `constants_of`, for parameters that may be dual numbers; integers among the constants are plain counts."""
+    """Return constants of parameters that may be dual numbers; integers among the constants are plain counts."""
     if "constants" in type(block).functions:
         constants = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
     else:
@@ -84,7 +84,7 @@ def _typed(values: Any) -> Any:
 
 
 def dual_hold(a: list[list[Any]], b: list[list[Any]], period: float) -> tuple[Matrix, Matrix]:
-    """As `exact_hold.hold`, for matrices of dual numbers."""
+    """Return the matrices of `exact_hold.hold` for matrices of dual numbers."""
     size, rows = len(a), [[*left, *right] for left, right in zip(a, b, strict=True)]
     width = len(rows[0])
     held = [[value_of(entry) for entry in row] for row in rows]

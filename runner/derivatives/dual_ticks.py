@@ -63,7 +63,7 @@ class DualTicks(Interpreter):
         self._updates = [update for update in self._updates if update[0] in blocks]
 
     def _wired(self, node: Endpoint, step: Callable[[int], Any]) -> Callable[[int], Any]:
-        """What a wire carries, once it is recorded and the input is added."""
+        """Return the step of a wire: its value is recorded, and the input is added."""
         if node not in self._inputs and node not in self._watched:
             return step
 

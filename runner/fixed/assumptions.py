@@ -1,4 +1,4 @@
-"""What is known of the operations of a step where its conditions came out one way: narrower intervals."""
+"""Narrower intervals of the operations of a step, where its conditions came out one way."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager

@@ -33,12 +33,12 @@ class Step:
 
     @property
     def overflows(self) -> bool:
-        """Whether a cast can saturate or wrap."""
+        """True if a cast can saturate or wrap."""
         return self.traced.overflows.constant != 0
 
     @property
     def refuses(self) -> bool:
-        """Whether a cast can refuse."""
+        """True if a cast can refuse."""
         return self.traced.refused.constant != 0
 
     @cached_property
@@ -63,12 +63,12 @@ class DigitalBlock:
 
     @property
     def overflows(self) -> bool:
-        """Whether a value of it can saturate or wrap at all."""
+        """True if one of its values can saturate or wrap at all."""
         return any(step.overflows for step in self.steps.values())
 
     @cached_property
     def wide(self) -> bool:
-        """Whether 64 bits do not hold its values: it is no block for compiled code then."""
+        """True if its values exceed 64 bits: compiled code cannot run the block then."""
         try:
             return not all(step.code for step in self.steps.values())
         except ModelError:

@@ -47,7 +47,7 @@ def selection(condition: Interval, chosen: Interval, otherwise: Interval) -> Int
 
 
 def conjunction(evaluate: Callable[[int, int], int], a: Interval, b: Interval) -> Interval:
-    """As `bitwise`, for bits of which both are wanted: a mask of low bits is seen to first."""
+    """Return the interval of a bitwise and; a mask of low bits is a case of its own."""
     if a[0] == a[1] >= 0 and a[0] & (a[0] + 1) == 0:
         a, b = b, a
     mask = b[0]

@@ -89,7 +89,7 @@ class Program:
         return self._operation("input", (), low, high, name)
 
     def narrow(self, operation: Operation, low: int, high: int) -> Operation:
-        """The same value where more is known of it; the caller answers for the interval."""
+        """Return the value with a narrower interval; the caller answers for the interval."""
         low, high = max(low, operation.low), min(high, operation.high)
         if (low, high) == (operation.low, operation.high) or low > high:
             return operation

@@ -45,7 +45,7 @@ def held_as(kind: Any) -> Held:
 
 
 def is_format(formats: Formats) -> bool:
-    """Whether it is the format of one number."""
+    """Return whether it is the format of one number."""
     return isinstance(formats, Fixed | Within) or formats is int or formats is bool
 
 
@@ -69,7 +69,7 @@ def leaves(formats: Formats, text: str) -> Iterator[tuple[Format, str]]:
 
 
 def parts(formats: Formats, text: str) -> Iterator[str]:
-    """How Python reads the entries of a NamedTuple, a tuple or a list called `text`."""
+    """Yield the expressions that read the entries of a NamedTuple, a tuple or a list called `text`."""
     if hasattr(formats, "_fields"):
         return (f"{text}.{name}" for name in formats._fields)
     return (f"{text}[{i}]" for i in range(len(formats)))
@@ -96,7 +96,7 @@ def filled(formats: Formats, text: str, mantissa: Callable[[str, Format], Any]) 
 
 
 def loader(formats: Formats) -> Callable[[Any], Any]:
-    """What makes the value that a step function gets from the raw one, which has mantissas in it."""
+    """Return the function that turns a raw value, with mantissas in it, into the value that a step function takes."""
     if isinstance(formats, Fixed):
         fraction = formats.fraction
         return lambda raw: FixedValue(raw, fraction)
@@ -110,7 +110,7 @@ def loader(formats: Formats) -> Callable[[Any], Any]:
 
 
 def storer(formats: Formats, text: str, at: Callable[[str], object] = lambda text: None) -> Callable[[Any], Any]:
-    """What makes the raw value from a step function's result; `at` is told which number is next.
+    """Return the function that turns a step function's result into the raw value; `at` is told which number is next.
 
     It raises TypeError for a result of another form, OverflowError for a number outside its format.
     """

@@ -13,6 +13,7 @@ def block_text(kind: type[Block]) -> str:
     """Equation, parameters with units and bounds, ports with types and feedthrough, and lines for a graph file."""
     about = facts(kind)
     lines = [f"{about['kind']}: {about['doc']}", "", *_indented(about["equation"])]
+    lines += ["", f"Elsewhere called: {', '.join(about['elsewhere'])}."] if about["elsewhere"] else []
     lines += ["", "Continuous: the runner integrates it between ticks."] if about["continuous"] else []
     parameters = [
         (name, _default(p), p["unit"], kind.parameters[name].bounds() or ", ".join(p.get("choices", [])), p["doc"])

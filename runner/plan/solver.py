@@ -29,12 +29,12 @@ class Solver:
 
     @property
     def exact(self) -> bool:
-        """Whether matrices step the group."""
+        """True if matrices step the group."""
         return self.method == "exact"
 
     @property
     def renewed(self) -> bool:
-        """Whether the matrices change from tick to tick."""
+        """True if the matrices change from tick to tick."""
         return self.driven or bool(self.factors)
 
     @property

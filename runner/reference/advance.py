@@ -29,7 +29,7 @@ class IntegrationError(ArithmeticError):
 
 
 class Moment(NamedTuple):
-    """What a group is moved from by a tick; `following` are the next values of the ramps."""
+    """Starting point of a group's tick; `following` are the next values of the ramps."""
 
     constants: Mapping[str, Any]
     states: Mapping[str, Any]

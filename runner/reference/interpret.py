@@ -60,6 +60,9 @@ class Outputs:
         nodes = {node: steps[node] for node in outputs_of(steps)}
         steps |= {tear: step for loop in plan.schedule.loops for tear, step in self._solved(loop, nodes)}
         self._outputs = [(step, self._beat(step), compute) for step, compute in steps.items()]
+        self._names = {
+            step: f"{step.block}.constants" if isinstance(step, ConstantsOf) else ".".join(step) for step in steps
+        }
 
     def first_tick(self) -> tuple[dict[str, Any], dict[Endpoint, Any]]:
         """Constants and wires of tick 0; of a block that fails there, what they were before."""
@@ -74,24 +77,23 @@ class Outputs:
 
     def _compute(self, tick: int) -> None:
         """Outputs due in a tick, in their order."""
-        wires = self._memory.wires
+        wires, names = self._memory.wires, self._names
         for step, (stride, phase), compute in self._outputs:
             if tick % stride != phase:
                 continue
-            if isinstance(step, ConstantsOf):
-                self._at = f"{step.block}.constants"
-                self._constants[step.block] = compute(tick)
-                continue
-            self._at = ".".join(step)
+            self._at = names[step]
             value = compute(tick)
-            if not self._finite(value):
+            if isinstance(step, ConstantsOf):
+                self._constants[step.block] = value
+                continue
+            if not (type(value) is float and math.isfinite(value)) and not self._finite(value):  # most are numbers
                 raise TickError(self._at, tick, value)
             wires[step] = value
 
     def _solved(
         self, loop: AlgebraicLoop, steps: Mapping[Endpoint, Callable[[int], Any]]
     ) -> Iterator[tuple[Endpoint, Callable[[int], Any]]]:
-        """What stands in the place of the tears of a loop: all are known once the first is."""
+        """Yield the steps of the tears of a loop: all are known once the first is."""
         wires = self._memory.wires
 
         def solve(tick: int) -> float:
@@ -164,13 +166,24 @@ class Outputs:
         """A function of a block with every argument looked up in the tick."""
         block = self.filled.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
-        getters = [self._getter(binding) for binding in self.filled.bindings(name, function)]
+        bindings = self.filled.bindings(name, function)
         call = self._counted(name, function) if name in self.filled.digital else self._callable(block, behaviour)
+        constants = self._constants
+        lookups = [place for place in map(self._place, bindings) if place is not None]
+        if len(lookups) == len(bindings):  # nothing follows from the tick: faster
+            return lambda tick: call(constants[name], *[values[key] for values, key in lookups])
+        getters = [self._getter(binding) for binding in bindings]
+        return lambda tick: call(constants[name], *[get(tick) for get in getters])
 
-        def compute(tick: int) -> Any:
-            return call(self._constants[name], *[get(tick) for get in getters])
-
-        return compute
+    def _place(self, binding: Binding) -> tuple[Mapping[Any, Any], Any] | None:
+        """Return the table that holds a state or a wire, and the key in it."""
+        match binding:
+            case State(name):
+                return self._memory.states, name
+            case Out(node) | Wire(node):
+                return self._memory.wires, node
+            case _:
+                return None
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
         """A function of a digital block, on raw values; it notes when a cast saturates or wraps."""
@@ -186,17 +199,17 @@ class Outputs:
         return call
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-        """What is called for a function of a block."""
+        """Return what is called for a function of a block."""
         return in_python(block, behaviour)
 
     def _finite(self, value: Any) -> bool:
-        """Whether a value, or each entry of a vector or state, is finite."""
+        """Return whether a value, or each entry of a vector or state, is finite."""
         if isinstance(value, list | tuple):
             return all(map(math.isfinite, value))
         return math.isfinite(value)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
-        """What looks an argument up in a tick."""
+        """Return the function that looks up an argument in a tick."""
         memory, period = self._memory, self.filled.period
         match binding:
             case State(name):
@@ -242,11 +255,11 @@ class Interpreter(Outputs):
         self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """Return the memory itself, which moves on with the run."""
         return self._memory
 
     def snapshot(self) -> Callable[[], Memory]:
-        """What moves, kept as it is now."""
+        """Return a function that gives the memory of this moment."""
         kept = self._memory.copy()
         return lambda: kept
 
@@ -311,7 +324,7 @@ class Interpreter(Outputs):
         return in_python(block, type(block).output_functions[port])
 
     def _following(self, binding: Binding, tick: int, following: Mapping[Endpoint, float]) -> float:
-        """What an argument of a source is in the next tick."""
+        """Return an argument of a source in the next tick."""
         match binding:
             case Time():
                 return tick * self.plan.period

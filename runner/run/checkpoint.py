@@ -24,7 +24,7 @@ _ANEW = "--restart, or resume=False in Python, removes what was kept and starts 
 
 
 class Checkpoint(NamedTuple):
-    """What a run goes on from: what moves, and the number of rows of each trace in the folder."""
+    """State that a run resumes from: its memory, and the number of rows of each trace in the folder."""
 
     memory: Memory
     rows: Mapping[str, int]
@@ -111,7 +111,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
 
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
-    """What a run to the same bits must agree in."""
+    """Return what two runs must share to give the same bits."""
     # start-up time: only checkpoints of compiled runs need the program
     from proofmass.runner.program.tick import write_tick
     from proofmass.runner.targets.content import content_of

@@ -26,7 +26,7 @@ class Starter(Protocol):
 
 @dataclass(frozen=True)
 class EngineFacts:
-    """What is known of an engine before anything is imported for it."""
+    """Facts of an engine that are known before anything is imported for it."""
 
     prepare: Callable[["Plan"], Starter]  # does once, for all runs of a plan, what takes long
     libraries: tuple[str, ...]  # whose versions a result states

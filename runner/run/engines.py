@@ -1,4 +1,4 @@
-"""Which engine runs a plan, and how one is made."""
+"""Choice and construction of the engine that runs a plan."""
 
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.plan.memory import Engine, Memory
@@ -45,7 +45,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
 
 
 def interpreting_seconds(planned: Plan, ticks: int) -> float:
-    """What a run takes in plain Python, about."""
+    """Estimate the seconds that a run takes in plain Python."""
     entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
     lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
     tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
@@ -53,7 +53,7 @@ def interpreting_seconds(planned: Plan, ticks: int) -> float:
 
 
 def compiling_seconds(planned: Plan) -> float:
-    """What compiling a plan takes, about."""
+    """Estimate the seconds that compiling a plan takes."""
     return COMPILING_SECONDS + _COMPILING_FUNCTION * len(planned.schedule.order)
 
 

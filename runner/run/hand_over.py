@@ -62,15 +62,15 @@ class HandOver:
         return sound
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """Return the memory itself, which moves on with the run."""
         return self._engine.memory()
 
     def snapshot(self) -> Callable[[], Memory]:
-        """What moves, kept as it is now."""
+        """Return a function that gives the memory of this moment."""
         return self._engine.snapshot()
 
     def _is_ready(self, compiling: Compiling) -> bool:
-        """Whether machine code is there; waits for it as long as that is worth it."""
+        """Return whether machine code is ready; wait for it as long as that is worth it."""
         began = time.perf_counter()
         if self._chunk is None:
             compiling.looked.wait(LOOKING_SECONDS if self._expected < _LARGE else 0.0)

@@ -1,4 +1,4 @@
-"""What a result was made with: versions, processor, and a hash of the graph."""
+"""Provenance of a result: versions, processor, and a hash of the graph."""
 
 import hashlib
 import platform
@@ -23,7 +23,7 @@ def graph_text(graph: Graph) -> str:
 
 
 def integration_of(planned: Plan) -> str:
-    """How the groups of continuous blocks are integrated, in words; empty without them."""
+    """Return in words how the groups of continuous blocks are integrated; empty without them."""
     return "; ".join(f"{', '.join(s.group.blocks)}: {_method(s)}" for s in planned.solvers)
 
 
@@ -56,7 +56,7 @@ def provenance(graph: Graph, engine: str, integration: str = "", handed_over: in
 
 
 def _processor(engine: str) -> str:
-    """What the loop was compiled for; the kind of machine where nothing was compiled, which spares an import."""
+    """Return the processor that the loop was compiled for, or the kind of machine where nothing was compiled."""
     if not engine or not ENGINES[engine].machine_code:
         return platform.machine()
     # for start-up time: plain Python needs no compiler

@@ -1,4 +1,4 @@
-"""What is played of recordings that a run does not tell by itself: gaps, what comes before them and after their end."""
+"""Notes on recordings: gaps, and what is played before their first and after their last row."""
 
 from collections.abc import Iterator, Sequence
 from fractions import Fraction

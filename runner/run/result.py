@@ -77,7 +77,7 @@ def _scaled_statistics(values: Array, scale: float) -> Statistics:
 
 @dataclass(frozen=True)
 class Trace:
-    """What one probe recorded: a row per tick of the probe, the first at t = 0 or at the clock offset of its block.
+    """Recording of one probe: a row per tick, the first at t = 0 or at the clock offset of its block.
 
     >>> from proofmass import read_graph, simulate
     >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
@@ -217,7 +217,7 @@ class Result:
 
     @property
     def interrupted(self) -> bool:
-        """Whether the run ended before its last tick."""
+        """True if the run ended before its last tick."""
         return self.ticks < self.planned_ticks
 
     @cached_property

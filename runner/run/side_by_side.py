@@ -19,7 +19,7 @@ LEAST = 8  # lanes
 
 
 def lane_counts() -> tuple[int, ...]:
-    """How many lanes there are to choose from on this processor, the most first.
+    """Return the numbers of lanes to choose from on this processor, the largest first.
 
     Measured: 32 lanes suit vectors of 512 bits. Where they have 256 bits and half as many registers, 16 are faster by a
     quarter in closed loops; where they have 128, 16 and 32 are alike.
@@ -28,7 +28,7 @@ def lane_counts() -> tuple[int, ...]:
 
 
 def lanes_for(runs: int) -> int:
-    """How many lanes suit so many compiled runs: the most that are filled several times over; 0 for a few runs."""
+    """Return the number of lanes for so many compiled runs: the most that are filled several times; 0 for a few."""
     return next((lanes for lanes in lane_counts() if runs >= 4 * lanes), LEAST if 2 * runs >= LEAST else 0)
 
 

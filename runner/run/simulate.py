@@ -72,7 +72,7 @@ def simulate(
 
 @dataclass(frozen=True)
 class RunOptions:
-    """What a caller asks of one run, as given; `noise` counts runs of a study, and `began` is when preparing began."""
+    """Options of one run. `noise` is the number of the run in a study; `began` is when preparing began."""
 
     duration: str | float | Fraction | None = None
     samples: int | None = None
@@ -222,7 +222,7 @@ def _loop(
 
 
 def _streamed(planned: Plan, ticks: int, folder: Path | None) -> bool:
-    """Whether the traces are written to files as they come, since together they do not fit into memory."""
+    """Return whether the traces are written to files as they come, since together they do not fit into memory."""
     if folder is None:
         refuse_large(planned, ticks, IN_MEMORY)
     elif trace_bytes(planned, ticks) > IN_MEMORY:

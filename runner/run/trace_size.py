@@ -1,4 +1,4 @@
-"""How large the traces of a run are, whether memory or a folder can hold them, and whether a folder waits for more."""
+"""Size of the traces of a run: do memory and disk hold them, and does a folder wait for more?"""
 
 import math
 import shutil
@@ -18,7 +18,7 @@ def trace_bytes(planned: Plan, ticks: int) -> int:
 
 
 def is_interrupted(folder: Path) -> bool:
-    """Whether a folder holds a run that was interrupted."""
+    """Return whether a folder holds a run that was interrupted."""
     return (folder / CHECKPOINT).is_file()
 
 

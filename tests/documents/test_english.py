@@ -9,8 +9,9 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 ROOMS = (
-    "graphs/drawing", "graphs/schema", "runner/analysis", "runner/commands", "runner/design", "runner/host",
-    "runner/output", "runner/studies",
+    "blocks", "graphs", "runner/analysis", "runner/commands", "runner/comparison", "runner/continuous",
+    "runner/contract", "runner/design", "runner/fixed", "runner/host", "runner/output", "runner/plan",
+    "runner/reference", "runner/rtl", "runner/run", "runner/studies",
 )  # fmt: skip
 RIDDLES = re.compile(r"(What|Whether|How|Where|Why|Which|Of|By|As|But|In so|The same|Those|These|Some of)\b")
 

@@ -2,6 +2,7 @@
 
 import re
 import runpy
+import shutil
 from pathlib import Path
 
 import pytest
@@ -38,6 +39,15 @@ def test_the_compared_loops_agree() -> None:
     """Those that need nothing else to be installed; benchmarks/peers.py prints the others too."""
     answers = [peers.by_hand(100), peers.proofmass_loop("python")(100), peers.python_control(100)]
     assert answers == pytest.approx([1.0028136459271] * 3, abs=1e-12)
+
+
+def test_the_netlist_of_the_page_is_the_one_that_runs() -> None:
+    assert peers.NETLIST.read_text() in (DOCS / "coming-from" / "spice.md").read_text()
+
+
+@pytest.mark.skipif(not shutil.which("ngspice"), reason="needs ngspice")
+def test_the_netlist_answers_as_the_graph() -> None:
+    assert peers.spice_loop(100) == pytest.approx(1.0028136459271, abs=2e-6)
 
 
 @pytest.mark.parametrize("page", PLAYED, ids=lambda page: page.stem)

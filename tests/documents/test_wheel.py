@@ -52,9 +52,10 @@ def test_links_for_type_checkers_point_at_the_folders(name: str) -> None:
 
 def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> None:
     """Only the dependencies come from this environment; a file `runner.py` and a folder `graphs` are in the way."""
-    venv.create(tmp_path / "environment", with_pip=True, symlinks=True)
+    venv.create(tmp_path / "environment", symlinks=True)
     python = tmp_path / "environment" / "bin" / "python"
-    subprocess.run([python, "-m", "pip", "install", "--quiet", "--no-deps", str(wheel)], check=True, timeout=300)
+    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", str(wheel)]
+    subprocess.run(install, check=True, timeout=300)
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     packages = next((tmp_path / "environment" / "lib").glob("python*/site-packages"))
     (packages / "dependencies.pth").write_text(sysconfig.get_paths()["purelib"] + "\n")

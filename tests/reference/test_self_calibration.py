@@ -196,11 +196,12 @@ class TestMirrorImages:
     """A resonance above the chip rate, at 8739 Hz, and what a cost surface by brute force says of it."""
 
     DEVICE = pn_runs.GYROSCOPE._replace(stiffness=146.72, damping=6.6e-5, rate=8500.0)
+    LAGGED = np.array([np.roll(pn_runs.chips(), lag) for lag in range(1, 16)])
 
     @staticmethod
     def fitted(device: Any) -> Any:
         """h[1] to h[15] as the cells give it."""
-        return np.array([np.roll(pn_runs.chips(), lag) for lag in range(1, 16)]) @ pn_runs.response(device) / 1024.0
+        return TestMirrorImages.LAGGED @ pn_runs.response(device) / 1024.0
 
     def test_both_minima_are_found_and_the_right_one_is_taken(self) -> None:
         stiffnesses, dampings = np.linspace(122.0, 154.0, 81), np.geomspace(4e-5, 1.1e-4, 16)

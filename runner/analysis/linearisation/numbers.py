@@ -9,20 +9,27 @@ from proofmass.runner.plan.memory import Memory
 
 _BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
 _TRIES = 6  # of numbers of periods
+_ROUNDING = 1e-12
 _STILL = 1e-3  # of its size, below which the swing of a number is dither
 
 
 class Orbit:
     """Numbers of a graph at the ends of successive periods."""
 
-    def __init__(self, rows: Sequence[Mapping[Any, float]], paired: bool = False) -> None:
-        """Take the numbers of each period; `paired` with those of the next, since a sine has a value twice a cycle."""
+    def __init__(
+        self, rows: Sequence[Mapping[Any, float]], paired: bool = False, sizes: Mapping[Any, float] | None = None
+    ) -> None:
+        """Take the numbers of each period; `paired` with those of the next, since a sine has a value twice a cycle.
+
+        What moves by a rounding of the largest values that numbers have had, `sizes`, stands still.
+        """
         keys = sorted(set(rows[0]).intersection(*rows))
         values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
         swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
         steps = np.diff(values, axis=0)
         straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
-        moving = swing > _STILL * size
+        largest = np.array([(sizes or {}).get(key, 0.0) for key in keys])
+        moving = (swing > _STILL * size) & (swing > _ROUNDING * largest)
         self._paired = paired
         self._keys, self._values, self._swing = keys, values, swing
         self.turning = np.flatnonzero(moving & ~straight)

@@ -167,9 +167,9 @@ class Transfer:
 
     def of_signals(self, z: Complex, inputs: Complex) -> Complex:
         """Return what comes of one input vector for each z, a row each, without the matrices between."""
-        given = inputs.T
+        spectra = inputs.T
         x = np.zeros((len(self._form), len(z)), dtype=complex)
         for i in range(len(x) - 1, -1, -1):
-            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ given) / (z - self._form[i, i])
-        value: Complex = (self._out @ x + self._direct @ given).T
+            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ spectra) / (z - self._form[i, i])
+        value: Complex = (self._out @ x + self._direct @ spectra).T
         return value

@@ -138,7 +138,7 @@ def period_map(
     The map covers this many common `periods`, or `span` base ticks. With a `memory` it starts at its tick;
     `point_slopes` are the derivatives of what is there `by_parameters`. Without them what still has its start value has
     those of that.
-    With `integrated` continuous groups move as in a run, and are linearised in the middle of each tick.
+    With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the

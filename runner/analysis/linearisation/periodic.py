@@ -85,7 +85,7 @@ class _Shooting:
         run, names = Forward(without_noise(plan), start(plan)), sorted(plan.blocks)
         for tick in _looks(self.common, self.first):
             self._start = run.to(tick)
-            for entry, value in states_of(self._start, names):
+            for entry, value in (*states_of(self._start, names), *wires_of(self._start, names)):
                 self._sizes[entry] = max(self._sizes.get(entry, 0.0), abs(float(value)))
 
     def candidates(self) -> Iterator[int]:
@@ -97,7 +97,9 @@ class _Shooting:
     def _orbit(self) -> Orbit:
         run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
         ticks = (self.first + i * self.common for i in range(1, min(LONGEST // self.common, MOST_PERIODS) + 2))
-        return Orbit([dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True)
+        return Orbit(
+            [dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes
+        )
 
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
         """Return the point over so many common periods, or None and what is in its way."""
@@ -132,8 +134,8 @@ class _Shooting:
         after = self.map(end, periods)
         wires = [end.wires, (after.end or end).wires]
         same = all(
-            abs(wires[1][key] - wires[0][key]) <= _SAME * max(abs(wires[0][key]), self._orbit.swing(key))
-            for key in ((name, port) for name, port, _ in self._orbit.turning_keys if (name, port) in end.wires)
+            abs(wires[1][key] - wires[0][key]) <= _SAME * max(abs(wires[0][key]), self._sizes.get(entry, 0.0))
+            for entry, key in ((entry, entry[:2]) for entry in self._orbit.turning_keys if entry[:2] in end.wires)
         )
         if not same or after.states != whole.states or not _alike(whole, after, scale):
             return "the period that follows is another: a signal of the time does not fit it"

@@ -58,20 +58,20 @@ def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:
     return [planned.graph.placed(problem) for problem in problems]
 
 
-def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
+def _missed(name: str, loop: Loop, margins: Margins) -> Iterator[Problem]:
     for key, limit in loop.requirements.items():
         path = ("loops", name, key)
-        if not got.stable:
+        if not margins.stable:
             yield Problem(
-                message=f"the loop is {got.verdict}",
+                message=f"the loop is {margins.verdict}",
                 key=f"loops.{name}.{key}",
-                got=_slowest(got.slowest[0], not got.system.continuous),
+                got=_slowest(margins.slowest[0], not margins.system.continuous),
                 expected="a stable loop",
-                hint=_way_back(got),
+                hint=_way_back(margins),
                 path=path,
             )
             return
-        value, unit = attained(got, key), REQUIREMENTS[key]
+        value, unit = attained(margins, key), REQUIREMENTS[key]
         peak = key == "sensitivity_peak"
         if value <= limit if peak else value >= limit:
             continue
@@ -80,7 +80,7 @@ def _missed(name: str, loop: Loop, got: Margins) -> Iterator[Problem]:
             key=f"loops.{name}.{key}",
             got=f"{value:.4g} {unit}",
             expected=f"at {'most' if peak else 'least'} {limit:g} {unit}",
-            hint=f"proofmass margins shows what limits it; it is opened at {got.open_at}",
+            hint=f"proofmass margins shows what limits it; it is opened at {margins.open_at}",
             path=path,
         )
 
@@ -96,21 +96,21 @@ def _slowest(pole: Pole, sampled: bool) -> str:
     return f"a closed-loop pole of size {abs(pole.value):.6g}"
 
 
-def _way_back(got: Margins) -> str:
+def _way_back(margins: Margins) -> str:
     """Return how a loop that is not stable could become stable."""
-    if not got.stable_gains:
-        return f"no factor at {got.open_at} makes it stable; proofmass margins shows its poles and crossovers"
-    low, high = got.stable_gains[-1]
+    if not margins.stable_gains:
+        return f"no factor at {margins.open_at} makes it stable; proofmass margins shows its poles and crossovers"
+    low, high = margins.stable_gains[-1]
     limits = f"above {low:.4g}" if math.isinf(high) else f"between {low:.4g} and {high:.4g}"
-    return f"a factor {limits} at {got.open_at} makes it stable"
+    return f"a factor {limits} at {margins.open_at} makes it stable"
 
 
-def attained(got: Margins, key: str) -> float:
+def attained(margins: Margins, key: str) -> float:
     """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite."""
     if key == "gain_margin":
-        limits = [got.gain_margin, got.gain_reduction]
+        limits = [margins.gain_margin, margins.gain_reduction]
         return min((abs(decibels(limit) or 0.0) for limit in limits if limit is not None), default=math.inf)
     if key == "sensitivity_peak":
-        return decibels(got.sensitivity_peak) or 0.0
-    value = got.phase_margin if key == "phase_margin" else got.delay_margin
+        return decibels(margins.sensitivity_peak) or 0.0
+    value = margins.phase_margin if key == "phase_margin" else margins.delay_margin
     return math.inf if value is None else math.degrees(value) if key == "phase_margin" else value

@@ -187,6 +187,13 @@ def response_of(
 ) -> Response:
     """Return the linear response between two outputs of a plan at a base tick."""
     whole = map_at(planned, [source], [target], tick=tick)
+    return response_of_map(planned, source, target, whole, frequencies)
+
+
+def response_of_map(
+    planned: Plan, source: Endpoint, target: Endpoint, whole: PeriodMap, frequencies: Sequence[float] = ()
+) -> Response:
+    """Return the linear response of a map from one output to another."""
     wires = WireResponse.of(whole)
     if not any(part.any() for part in (wires.matrices[1], wires.matrices[3])):
         raise ModelError([planned.graph.placed(_unreached(source, target))])

@@ -99,11 +99,14 @@ export class View {
     const duration = (old && this.state.duration !== secondsOf(old)) ? this.state.duration : secondsOf(model);
     const seed = old && this.state.seed !== old.seed ? this.state.seed : model.seed;
     this.state = { values: Object.fromEntries(kept), seed, duration };
-    const open = new Set([...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent));
+    const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
+    const open = new Set(old ? [...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent) : [asked]);
     this.list.replaceChildren();
     this.controls = new Controls(this.list, model.sliders, model.fixed, model.units, (name, value) => this.set(name, value), this.process?.ask ?? null);
-    if (old)
-      for (const group of this.list.querySelectorAll("details")) group.open = open.has(group.querySelector("summary")?.textContent ?? "");
+    for (const group of this.list.querySelectorAll("details")) {
+      const block = group.querySelector("summary")?.textContent ?? "";
+      group.open = open.has(block) || (!old && block === "values");
+    }
     Controls.filter(this.list, this.filter.value);
     this.charts?.remove();
     this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));

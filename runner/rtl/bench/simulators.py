@@ -58,7 +58,7 @@ class Played:
         return self.differences == 0
 
     def as_data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return plain data."""
         return asdict(self) | {"passed": self.passed, "clocks_per_second": round(self.clocks / self.seconds)}
 
     def __str__(self) -> str:

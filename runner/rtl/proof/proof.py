@@ -97,7 +97,7 @@ class _Sides:
         self.implementation = read_implementation(verilog, reference.name)
         _check_names(reference, self.implementation)
         self.specification = Specification()
-        self.held: dict[str, Word] = {each.name: each.word for each in reference.held}
+        self.held: dict[str, Word] = {port.name: port.word for port in reference.held}
         self.controls = CLOCKING[1:] if reference.clocked else ()
         bits = {name: self._bits(name, word) for name, word in self.held.items()}
         assumed = [bits[name].within(word.low, word.high) for name, word in self.held.items()]
@@ -105,7 +105,7 @@ class _Sides:
         self.goals = tuple(self._goals(present))
         self.solver = Solver([*self.implementation.lines, *self.specification.lines])
         self.pipeline = netlist_pipeline(self.solver, self.implementation, reference)
-        self.assumptions = [self.solver.read(each) for each in assumed]
+        self.assumptions = [self.solver.read(term) for term in assumed]
         terms = self.implementation.terms
         self.steps = self.solver.read(f"(= {terms['enable']} #b1)" if reference.clocked else "true")
         self.stimulus = {n: self.solver.read(terms[n]) for n in (*self.controls, *self.held)}

@@ -42,7 +42,7 @@ _MOST_CLOCKS = 1000  # until timers have come to rest
 
 @dataclass(frozen=True)
 class Pipeline:
-    """What was found: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
+    """Findings: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
     the stages of the blocks' registers, by name.
 
     `checks` counts the registers and outputs that were looked at, `faults` says what is wrong with them.
@@ -70,7 +70,7 @@ def netlist_pipeline(solver: Solver, implementation: Implementation, reference: 
 
 
 class _NoStagesError(Exception):
-    """What is wrong with a pipeline whose registers have no stages."""
+    """Fault of a pipeline whose registers have no stages."""
 
 
 class _Netlist:
@@ -78,14 +78,14 @@ class _Netlist:
 
     def __init__(self, solver: Solver, implementation: Implementation, reference: Reference) -> None:
         self.solver, self.latency = solver, reference.latency
-        named = [*implementation.following, *(each.name for each in reference.held), *CLOCKING]
+        named = [*implementation.following, *(port.name for port in reference.held), *CLOCKING]
         constants = {n: constants_of(solver.read(implementation.terms[n])) for n in named if n in implementation.terms}
         self.following = {solver.read(name): solver.read(term) for name, term in implementation.moves.items()}
-        self.own = {each: register.name for register in reference.registers for each in constants[register.name]}
-        self.added = [each for each in self.following if each not in self.own]
+        self.own = {bit: register.name for register in reference.registers for bit in constants[register.name]}
+        self.added = [term for term in self.following if term not in self.own]
         self.outputs = {port.name: solver.read(implementation.terms[port.name]) for port in reference.outputs}
-        self._clocking = {name: each for name in CLOCKING[1:] for each in constants.get(name, ())}
-        self._names = {each: name for name, found in constants.items() for each in found}
+        self._clocking = {name: term for name in CLOCKING[1:] for term in constants.get(name, ())}
+        self._names = {term: name for name, terms in constants.items() for term in terms}
 
     # -- parts -----------------------------------------------------------------------------------------------------
 
@@ -133,7 +133,7 @@ class _Netlist:
 
     @cached_property
     def stages(self) -> dict[Term, int]:
-        """Of the registers; raises _NoStagesError for a loop of registers of the pipeline."""
+        """Stages of the registers; raises _NoStagesError for a loop of registers of the pipeline."""
         stages = {register: self.begins[register] for register in self.own}
         for register in self._ordered():
             leaves = self._leaves(self.taken[register])
@@ -147,7 +147,7 @@ class _Netlist:
 
     @cached_property
     def transparent(self) -> dict[Term, Term]:
-        """What the timers come to rest at, and D of the registers of the pipeline, down to what is none."""
+        """Resting values of the timers, and D of the registers of the pipeline, down to what is no register of it."""
         found = dict(self.phases[-1])
         for register in self._ordered():
             found[register] = self.solver.replaced(self.taken[register], found)
@@ -156,7 +156,7 @@ class _Netlist:
     # -- faults ----------------------------------------------------------------------------------------------------
 
     def faults(self) -> Iterator[str]:
-        """What is wrong with registers and outputs: of each the first that is found."""
+        """Yield the first fault of each register and output."""
         for found in (*map(self._of_register, self.following), *map(self._of_output, self.outputs)):
             yield from islice(found, 1)
 
@@ -187,7 +187,7 @@ class _Netlist:
             yield f"{name} is given by other operations when its first values come"
 
     def _out_of_step(self, name: str, term: Term, stage: int) -> Iterator[str]:
-        """What is wrong with a term all of whose registers and inputs should have a stage."""
+        """Yield the fault of a term all of whose registers and inputs should have one stage."""
         leaves = sorted(self._leaves(term), key=self._name, reverse=True)
         late = {self.stages.get(each, 0): self._name(each) for each in leaves}
         texts = [f"{late[each]}, {_ticks(each)} late" for each in sorted(late)]
@@ -222,7 +222,7 @@ class _Netlist:
         return {**self._given(reset=False, enable=True), **phase}
 
     def _given(self, **values: bool) -> dict[Term, Term]:
-        """What to put in the place of reset and enable."""
+        """Return what to put in the place of reset and enable."""
         constants = ((self._clocking[name], value) for name, value in values.items())
         return {each: self.solver.truth(value, each) for each, value in constants}
 

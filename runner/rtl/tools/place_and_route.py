@@ -51,7 +51,7 @@ class Clock:
     path: CriticalPath | None = None
 
     def as_data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return plain data."""
         path = {"critical_path": asdict(self.path)} if self.path else {}
         return {"clock_mhz": self.megahertz, "clock_from": self.told} | path
 

@@ -59,7 +59,7 @@ class Resources:
         return -(-max(self.luts, self.flip_flops) // 2)
 
     def as_data(self) -> dict[str, Any]:
-        """As plain data."""
+        """Return plain data."""
         counts = {field.name: getattr(self, field.name) for field in fields(self) if field.name != "clock"}
         slices = {"slices_bound": self.slices_bound} if self.family == "xc2vp" else {}
         return counts | slices | self.clock.as_data()

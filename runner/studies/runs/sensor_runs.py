@@ -4,12 +4,13 @@ The graph is planned and compiled once, without probes. A run passes its own num
 runs side by side with it and their order change no bit of it.
 """
 
+import copy
 import dataclasses
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -58,6 +59,12 @@ class SensorRuns:
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
+    def at(self, values: Mapping[str, float]) -> Self:
+        """Return the runs about other values of parameters that the study sweeps; nothing is compiled again."""
+        other = copy.copy(self)
+        other.study = self.study.at(values)
+        return other
+
     def _side_by_side(self) -> SideBySide:
         names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
         return SideBySide(self.plan, self.study.seed, self.ticks, self.lanes, names)
@@ -99,17 +106,17 @@ class SensorRuns:
         left = {name: np.full(len(which), value) for name, value in self._unset.items()}
         intervals = len(self.study.recalibration.every)
         calibrated = np.array([self.study.calibrated(number) for number in range(intervals)])[which % intervals]
-        done = np.zeros((len(which), epochs), dtype=bool)
+        calibrations = np.zeros((len(which), epochs), dtype=bool)
         for some in [slice(e, e + 1) for e in range(epochs)] if left else [slice(None)]:
             values = {name: rows[some] for name, rows in drawn.items()}
             values |= {name: now[None] for name, now in left.items()}
             self._abreast(outcomes, range(epochs)[some], self.study.settings(values, on_arrays), stop)
             if left:
-                done[:, some.start] = self._carry(outcomes, some.start, calibrated[:, some.start], left)
-                if self.study.followed and done[:, some.start].any():
+                calibrations[:, some.start] = self._carry(outcomes, some.start, calibrated[:, some.start], left)
+                if self.study.followed and calibrations[:, some.start].any():
                     values |= {name: now[None] for name, now in left.items()}
-                    self._follow(after, some.start, done[:, some.start], values, stop)
-        return self._with_changes(outcomes, done, after.values)
+                    self._follow(after, some.start, calibrations[:, some.start], values, stop)
+        return self._with_changes(outcomes, calibrations, after.values)
 
     def _one_by_one(self, numbers: Array) -> Outcomes:
         """Return the outcomes of runs one after the other."""

@@ -26,11 +26,11 @@ ABOUT = {  # description of each file
 }
 
 
-def save_answers(found: StudyInfluences, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
+def save_answers(influences: StudyInfluences, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
     """Write the tables that have rows, by the names of `ABOUT`; returns the names of the files."""
-    result = found.result
+    result = influences.result
     savers = {"json": _save_json, "nc": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
-    tables = (found.rows(), index_rows(result), yield_rows(result), lifetime_rows(result))
+    tables = (influences.rows(), index_rows(result), yield_rows(result), lifetime_rows(result))
     written = []
     for name, rows in zip(ABOUT, tables, strict=True):
         for form in ("json", "nc", *formats) if rows else ():

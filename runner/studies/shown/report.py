@@ -32,12 +32,12 @@ _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
 
 
-def save_study_report(result: StudyResult, path: str | Path, found: StudyInfluences | None = None) -> Path:
+def save_study_report(result: StudyResult, path: str | Path, influences: StudyInfluences | None = None) -> Path:
     """Write the report; its commands replay runs of the study in the same folder.
 
-    `found` are the influences, if they are known already.
+    `influences` are computed if they are not known already.
     """
-    found = found or StudyInfluences(result)
+    known = influences or StudyInfluences(result)
     sections = [
         *([("Yield", _yield(result))] if result.yields() else []),
         *([("Lifetimes", lives)] if (lives := lifetimes_section(result)) else []),
@@ -45,7 +45,7 @@ def save_study_report(result: StudyResult, path: str | Path, found: StudyInfluen
         ("Measures", _measures(result)),
         ("Distributions", _distributions(result)),
         *([("Curves over the sweep", curves)] if (curves := _curves(result)) else []),
-        *([("What scatters them", influences)] if (influences := _influences(result, found)) else []),
+        *([("What scatters them", tables)] if (tables := _influences(result, known)) else []),
         *([("Sobol indices", indices)] if (indices := _indices(result)) else []),
         ("Runs to look at", _worst(result)),
         ("Study", _facts(result)),
@@ -132,12 +132,12 @@ def _curves(result: StudyResult) -> str:
     )
 
 
-def _influences(result: StudyResult, found: StudyInfluences) -> str:
+def _influences(result: StudyResult, known: StudyInfluences) -> str:
     """Return a tornado of each measure at the last epoch, and the shares of the strongest factors at every one."""
 
     @at_each(parts)
     def shown(part: StudyResult) -> str:
-        ages = found.by_measure(part)
+        ages = known.by_measure(part)
         return "\n".join(_of_measure(part, name, tables) for name, tables in ages.items())
 
     return shown(result)

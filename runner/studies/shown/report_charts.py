@@ -51,14 +51,14 @@ def shares_chart(ages: Sequence[float], regressions: Sequence[Regression], name:
     """Return the shares of the variance of a measure that its strongest factors explain, over the age."""
     size, unit = _scale(ages[-1])
     total = dict[str, float]()
-    for found in regressions:
-        for influence in found.influences:
+    for regression in regressions:
+        for influence in regression.influences:
             total[influence.parameter] = total.get(influence.parameter, 0.0) + influence.share
     panel = Panel(f"age [{unit}]", f"share of the variance of {name} [%]")
     for factor, colour in zip(sorted(total, key=lambda factor: -total[factor])[:_LINES], COLOURS, strict=False):
-        shares = [100.0 * sum(i.share for i in found.influences if i.parameter == factor) for found in regressions]
+        shares = [100.0 * sum(i.share for i in r.influences if i.parameter == factor) for r in regressions]
         panel.line(np.array(ages) / size, shares, colour, factor)
-    panel.line(np.array(ages) / size, [100.0 * found.explained for found in regressions], INK, "all factors", True)
+    panel.line(np.array(ages) / size, [100.0 * r.explained for r in regressions], INK, "all factors", True)
     return chart([panel], f"what scatters {name} at each age")
 
 

@@ -5,14 +5,22 @@ import re
 import pytest
 
 from proofmass.blocks.declaration.catalog import all_blocks
-from proofmass.blocks.declaration.other_names import _KINDS, kind_hint
+from proofmass.blocks.declaration.other_names import _KINDS, _squashed, kind_hint, other_names
 
 
 def test_every_kind_that_is_named_exists_and_no_word_is_a_kind_itself() -> None:
     kinds = all_blocks(None)
     named = {word for text in _KINDS.values() for word in re.findall(r"\b[A-Z]\w+", text)}
     assert named <= kinds.keys()
-    assert not {kind.lower() for kind in kinds} & {word for words in _KINDS for word in words}
+    words = [_squashed(word) for words in _KINDS for word in words]
+    assert not {kind.lower() for kind in kinds} & set(words)
+    assert len(words) == len(set(words))
+
+
+def test_a_kind_knows_its_other_names() -> None:
+    assert "summing junction" in other_names("Sum")
+    assert "summing junction" not in other_names("Difference")
+    assert other_names("Gai") == []
 
 
 @pytest.mark.parametrize(

@@ -39,6 +39,7 @@ def test_every_kind_stands_under_its_family(capsys: pytest.CaptureFixture[str]) 
         ("MIXER", {"Product", "PhaseMixer"}),
         ("butterworth", {"Butterworth"}),
         ("saturation", {"Saturation"}),
+        ("summing junction", {"Sum"}),
     ],
 )
 def test_words_that_describe(words: str, kinds: set[str], capsys: pytest.CaptureFixture[str]) -> None:

@@ -7,6 +7,7 @@ has on the orbit, which a RepeatingSequence plays: with the factor one it change
 import math
 from collections.abc import Iterator
 from dataclasses import replace
+from itertools import pairwise
 from pathlib import Path
 from typing import NamedTuple
 
@@ -19,8 +20,10 @@ from proofmass.blocks import (
     Constant,
     Difference,
     DiscreteIntegrator,
+    FractionalDelay,
     Gain,
     LowPass,
+    Pulse,
     RepeatingSequence,
     Sine,
     Sum,
@@ -34,7 +37,9 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Probe, Wire
 from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.linearise import open_loop
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, periodic_point
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import without_noise
 from proofmass.runner.planning.plan import plan
@@ -144,8 +149,10 @@ def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> 
             assert far.states[name] == pytest.approx(state, rel=1e-6, abs=1e-8), name
 
 
-def with_factor(graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float) -> Graph:
-    """The graph whose wire carries its values on the orbit, and a factor times what they are off."""
+def with_factor(
+    graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float = 0.0, delay: float = 0.0
+) -> Graph:
+    """The graph whose wire carries its values on the orbit, and a factor times what they are off, some ticks later."""
     name, _, port = wire.partition(".")
     run, values, first = (
         Forward(without_noise(plan(graph)), point.memory.copy()),
@@ -159,25 +166,40 @@ def with_factor(graph: Graph, wire: str, point: PeriodicPoint, factor: float, ki
     unit = short_unit(unit_of(block, type(block).outputs[port]))
     own = {
         "orbit": RepeatingSequence(values=values, unit=unit),
-        "kick": RepeatingSequence(values=[*[0.0] * first, kick, *[0.0] * 100_000], unit=unit),
         "off": Difference(unit=unit),
         "factor": Gain(gain=factor, input_unit=unit, output_unit=unit),
         "again": Sum(unit=unit),
     }
+    before = "late_off" if delay else "off"
     wires = [Wire("again.output" if w.source == wire else w.source, w.target) for w in flat.wires]
     wires += [
-        Wire(f"{name}.{port}", "off.first"), Wire("orbit.output", "off.second"), Wire("off.output", "factor.input"),
-        Wire("orbit.output", "again.first"), Wire("kick.output", "again.third"),
+        Wire(f"{name}.{port}", "off.first"), Wire("orbit.output", "off.second"),
+        Wire(f"{before}.output", "factor.input"), Wire("orbit.output", "again.first"),
         Wire("factor.output", "again.second"),
     ]  # fmt: skip
+    chain = ["off", *(f"late_off_{i}" for i in range(math.floor(delay) - 1)), *(["late_off"] if delay else [])]
+    own |= {name: UnitDelay(unit=unit) for name in chain[1:]}
+    if delay % 1.0:
+        own["late_off"] = FractionalDelay(delay=delay - len(chain) + 2.0, longest=4, unit=unit)
+    wires += [Wire(f"{first}.output", f"{second}.input") for first, second in pairwise(chain)]
+    if kick:
+        tick = float(1 / graph.rate)  # the pulse takes one
+        own["kick"] = Pulse(amplitude=kick, delay=first * tick, repetition=1e6 * tick, duty=0.9e-6, unit=unit)
+        wires.append(Wire("kick.output", "again.third"))
     return flat.as_graph().changed(blocks={**flat.blocks, **own}, wires=tuple(wires), probes=(Probe("off.output"),))
 
 
 def growth(
-    graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float = 1e-4, periods: int = 60
+    graph: Graph,
+    wire: str,
+    point: PeriodicPoint,
+    factor: float,
+    kick: float = 1e-4,
+    periods: int = 60,
+    delay: float = 0.0,
 ) -> float:
     """Logarithm by which what a wire is off its orbit grows from one part of a run that starts there to the next."""
-    changed = plan(with_factor(graph, wire, point, factor, kick))
+    changed = plan(with_factor(graph, wire, point, factor, kick, delay))
     memory = start(changed)
     memory.states.update(point.memory.states)
     memory.tick = point.memory.tick
@@ -200,6 +222,51 @@ def test_gain_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> 
     assert growth(graph, wire, point, 1.0) < 0.0
     assert growth(graph, wire, point, limit * 0.99) < 0.0
     assert growth(graph, wire, point, limit * 1.01) > 0.0
+
+
+def margins_with(graph: Graph, wire: str, point: PeriodicPoint, factor: float, ticks: int) -> Margins:
+    """Margins of the loop that has a factor and a delay about the same orbit."""
+    changed = plan(with_factor(graph, wire, point, factor, delay=ticks))
+    memory = start(changed)
+    memory.states.update(point.memory.states)
+    memory.tick = point.memory.tick
+    node = ("factor", "output")
+    return margins_of(open_loop(changed, node, PeriodicPoint(memory, point.ticks, 0.0, 0)), "", "factor.output")
+
+
+@pytest.mark.defect("S31", before="a gain margin 2 % too low about a bent orbit", after="within 1 %")
+@pytest.mark.parametrize("ticks", [1, 9])
+def test_gain_and_delay_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint], ticks: int) -> None:
+    """With each delay the loop decays 1 % within its gain margin, and grows 1 % beyond it."""
+    graph, wire, point = orbit
+    limit = margins_with(graph, wire, point, 1.0, ticks).gain_margin
+    assert limit is not None
+    assert growth(graph, wire, point, limit * 0.99, delay=ticks) < 0.0
+    assert growth(graph, wire, point, limit * 1.01, delay=ticks) > 0.0
+
+
+def test_delay_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
+    """With most of its gain margin it decays with as many ticks as the margin says, and grows with one more."""
+    graph, wire, point = orbit
+    factor = 0.6 * (margins(graph, wire, at="periodic").gain_margin or math.nan)
+    found = margins_with(graph, wire, point, factor, 0)
+    assert found.delay_margin is not None
+    ticks = round(found.delay_margin / found.sample)
+    assert 0 < ticks < 64
+    assert growth(graph, wire, point, factor, delay=ticks) < 0.0
+    assert growth(graph, wire, point, factor, delay=ticks + 1) > 0.0
+
+
+@pytest.mark.exhaustive
+def test_delay_margin_of_the_carrier_readout() -> None:
+    """The loop decays with 1 % less delay than its margin, and grows with 1 % more."""
+    graph = carrier()
+    point = periodic_point(plan(graph))
+    delay = margins(graph, "converter.current", at="periodic").delay_margin
+    assert delay is not None
+    ticks = delay * float(graph.rate)
+    assert growth(graph, "converter.current", point, 1.0, 1e-4, 1600, ticks * 0.99) < 0.0
+    assert growth(graph, "converter.current", point, 1.0, 1e-4, 1600, ticks * 1.01) > 0.0
 
 
 @pytest.mark.exhaustive

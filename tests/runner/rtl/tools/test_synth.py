@@ -37,6 +37,7 @@ def test_a_shift_register_is_ten_flip_flops_and_one_lookup_table() -> None:
     assert str(found).startswith("1 LUT, 10 FF, 0 multipliers, 0 carries, at least 5 slices; clock: ")
 
 
+@pytest.mark.exhaustive  # seconds of Yosys
 def test_a_product_of_32_by_32_bits_is_four_multipliers() -> None:
     wide = Fixed(32, 20)
     block = FixedProduct(first_format=wide, second_format=wide, output_format=wide)

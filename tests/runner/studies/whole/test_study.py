@@ -140,6 +140,7 @@ def test_the_ledger_keeps_each_run_once_in_whatever_order(tmp_path: Path) -> Non
     ledger.close()
 
 
+@pytest.mark.exhaustive  # five processes; tests/crash has two kills in every run of the tests
 def test_killed_again_and_again_it_ends_with_the_same_bits(tmp_path: Path) -> None:
     """Killed without warning (signal 9) three times, interrupted (Ctrl-C) once, then left to end."""
     path = tmp_path / "study.toml"
