@@ -6,7 +6,7 @@ from collections.abc import Iterator, Sequence
 from itertools import groupby
 from pathlib import Path
 
-from docs.site.markdown import code, fence, plain, table
+from docs.site.markdown import code, diagram_attributes, fence, plain, table
 from proofmass.blocks.declaration.catalog import all_blocks, family_of
 from proofmass.graphs.drawing.diagram import svg
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit_of, exhibits
@@ -63,8 +63,10 @@ def _page(item: Exhibit, *, runs: bool) -> str:
     if item.study:
         lines += _study(item, read_study(item.path))
     else:
-        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){{.diagram}}", ""]
-        lines += _graph(item.name, read_graph(item.path), runs=runs)
+        graph = read_graph(item.path)
+        attributes = diagram_attributes(svg(graph))
+        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){attributes}", ""]
+        lines += _graph(item.name, graph, runs=runs)
     lines += ["## File", "", f"`proofmass new sensor.toml --from {item.name}` copies it.", ""]
     lines += fence("toml", item.path.read_text(encoding="utf-8"))
     return "\n".join(lines) + "\n"

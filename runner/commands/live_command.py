@@ -9,6 +9,7 @@ from pathlib import Path
 import click
 
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.commands.answers import print_problem
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.live_tabs import TABS
@@ -56,6 +57,6 @@ def _report(session: Session) -> None:
     began = time.perf_counter()
     problems = session.reload()
     for problem in problems:
-        click.echo(str(problem), err=True)
+        print_problem(problem)
     said = count(len(problems), "problem") if problems else f"ready in {time.perf_counter() - began:.2f} s"
     click.echo(f"{time.strftime('%H:%M:%S')}  {said}")
