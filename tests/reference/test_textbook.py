@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import linalg, signal
+from scipy import linalg, optimize, signal
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
@@ -141,3 +141,18 @@ def test_the_accelerometer_in_a_chamber_against_its_data_sheet() -> None:
     error = np.mean((codes * sign)[:1440]) * 2.5 / 2.0**19 / 0.1 / 9.80665 - 1.0
     assert result.measures["found"].value == pytest.approx(error, abs=1e-9)
     assert result.measures["kept"].value == pytest.approx(1.0 / (1.0 + error), rel=1e-9)
+
+
+def test_cantilever_against_the_beam_of_euler_and_bernoulli() -> None:
+    """Under a step of force at the tip each mode has 4 F / (m w^2) at rest, w from cos(k) cosh(k) = -1."""
+    found = run("finite_element_cantilever", samples=200)["tip.output"].values
+    length, width, height, young, density = 1e-3, 50e-6, 10e-6, 169e9, 2330.0
+    mass = density * width * height * length
+    t, expected, slowest = np.arange(200) * 1e-6, np.zeros(200), 0.0
+    for guess in (1.9, 4.7, 7.9):
+        k = optimize.brentq(lambda x: math.cos(x) * math.cosh(x) + 1.0, guess - 0.1, guess + 0.1)
+        w = k * k * math.sqrt(young * width * height**3 / 12.0 / (mass / length)) / length**2
+        slowest = slowest or w
+        decay = 0.5 * w * w / (100.0 * slowest)
+        expected += 4e-6 / (mass * w * w) * (1.0 - np.exp(-decay * t) * np.cos(math.sqrt(w * w - decay**2) * t))
+    assert np.abs(found - expected).max() < 0.01 * 1e-6 * length**3 / (3.0 * young * width * height**3 / 12.0)
