@@ -27,8 +27,8 @@ class PipelineAnalogToDigital(Block):
 
     voltage = Input("V", "Voltage to convert.")
 
-    gains = Buffer("Of each stage.", float, ("stages",))
-    shifts = Buffer("Of the thresholds of each stage, over the reference.", float, ("stages",))
+    gains = Buffer("Gain of each stage.", float, ("stages",))
+    shifts = Buffer("Shift of the thresholds of each stage, over the reference.", float, ("stages",))
 
 
 @PipelineAnalogToDigital.requires

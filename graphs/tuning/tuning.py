@@ -84,7 +84,7 @@ class Goal:
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """Each limit with the sign that makes the distance into the allowed side positive."""
+        """Limits, each with the sign that makes the distance into the allowed side positive."""
         return tuple((s, limit) for s, limit in ((1.0, self.at_least), (-1.0, self.at_most)) if math.isfinite(limit))
 
     def as_table(self) -> dict[str, Any]:
