@@ -19,7 +19,7 @@ An output depends on an input in the same tick only if its function takes that i
 import dataclasses
 import typing
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 from proofmass.blocks.declaration.kind import Kind
 from proofmass.blocks.declaration.parameter import param, read_parameters
@@ -46,6 +46,7 @@ class Block(metaclass=Kind):
     """
 
     __slots__ = ("__dict__", "__weakref__", "_texts")  # values are in __dict__, quantities as they were written beside
+    _texts: ClassVar[dict[str, str]]  # of each block, in its slot; this name keeps it from being a parameter
 
     def __init__(self, /, **values: Any) -> None:
         kind = type(self)

@@ -22,8 +22,8 @@ class FixedInPhaseQuadratureDemodulator(Block):
     coefficient_format: Fixed = param("1", "Format of the filters' coefficients.", default=Fixed(24, 22))
     state_format: Fixed = param("1", "Format of the filters' states.", default=Fixed(34, 28))
     output_format: Fixed = param("1", "Format of both components.", default=Fixed(18, 14))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of states and outputs.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of states and outputs.", default="saturate")
     unit: str = param("", "Unit of signal and components.", default="1")
 
     signal = Input("{unit}", "The carrier.", dtype=FixedValue)

@@ -21,9 +21,9 @@ class FixedMashModulator(Block):
     state_bits: int = param(
         "bit", "Bits of the integrators before the point, the sign included.", default=6, at_least=3
     )
-    overflow: Overflow = param("", "What happens beyond the range of the integrators.", default="saturate")
+    overflow: Overflow = param("", "Handling of values beyond the range of the integrators.", default="saturate")
 
-    input = Input("1", "What is converted.", dtype=FixedValue)
+    input = Input("1", "Value to convert.", dtype=FixedValue)
 
 
 class State(NamedTuple):

@@ -22,10 +22,10 @@ class FixedSigmaDeltaModulator(Block):
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(16, 14))
     coefficient_format: Fixed = param("1", "Format of g, f and the resonance.", default=Fixed(12, 9))
     state_format: Fixed = param("1", "Format of the integrators.", default=Fixed(24, 18))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the integrators.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the integrators.", default="saturate")
 
-    input = Input("1", "What is converted; 1 is the level of one bit.", dtype=FixedValue)
+    input = Input("1", "Value to convert; 1 is the level of one bit.", dtype=FixedValue)
 
     integrators = Buffer("x, zero in tick 0.", FixedValue, ("gains",))
 

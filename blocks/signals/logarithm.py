@@ -13,11 +13,13 @@ class Logarithm(Block):
     base: float = param("1", "Base of the logarithm; e by default.", default=2.718281828459045, above=1.0)
     scale: float = param("{output_unit}", "Output where the input is base times the reference.", default=1.0)
     reference: float = param("{input_unit}", "Input at which the output is zero.", default=1.0, above=0.0)
-    smallest: float = param("{input_unit}", "What smaller and negative inputs count as.", default=1e-12, above=0.0)
+    smallest: float = param(
+        "{input_unit}", "Value that smaller and negative inputs count as.", default=1e-12, above=0.0
+    )
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What the logarithm is taken of.")
+    input = Input("{input_unit}", "Number to take the logarithm of.")
 
 
 @Logarithm.output("{output_unit}")

@@ -12,6 +12,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_problem
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.live_study import has_study, live_study
 from proofmass.runner.commands.live_tabs import TABS
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.output.counts import count
@@ -29,6 +30,7 @@ class LiveRequest:
     probes: tuple[str, ...]
     browser: bool
     own: Path | None
+    study: Path | None
 
 
 def serve_live(request: LiveRequest) -> int:
@@ -38,7 +40,10 @@ def serve_live(request: LiveRequest) -> int:
         return graph_of(request.graph, request.own, request.changes, request.probes)
 
     more = (request.own,) if request.own else ()
-    session = Session(request.graph, load, TABS, more)
+    source = request.study or (request.graph if has_study(request.graph) else None)
+    more = (*more, *[source] * (source is not None))
+    study = live_study(source, request.own) if source is not None else None
+    session = Session(request.graph, load, TABS, more, study)
     _report(session)
     server = LiveServer(session)
     click.echo(f"{request.graph} is live at {server.url}\nCtrl-C ends it.")
@@ -47,6 +52,7 @@ def serve_live(request: LiveRequest) -> int:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with interrupts() as stop:
         watch(session.files, lambda: _report(session), stop)
+    session.end()
     server.shutdown()
     server.server_close()
     return DONE

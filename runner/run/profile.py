@@ -1,8 +1,9 @@
 """Profile of a run: the time of checking, planning, compiling and the loop, and of each block within a tick.
 
 The loop is run as ever, and timed. Then its ticks are run again by a program with a clock in it, in many stretches: of
-each part the median over the stretches counts, less the cost of the clock itself. So a part is timed alone. A processor
-overlaps parts that do not wait for each other, so that together they take longer than the loop.
+each part the lower quartile over the stretches counts, less the cost of the clock itself: what else a machine does only
+adds. So a part is timed alone. A processor overlaps parts that do not wait for each other, so that together they take
+longer than the loop.
 """
 
 import math
@@ -27,12 +28,12 @@ from proofmass.runner.targets.machine_code import Module, is_cached, load_module
 from proofmass.runner.targets.native import settings
 from proofmass.runner.targets.profiled import ProfiledLoop, can_profile
 
-STRETCHES = 25  # of ticks that are timed
-STRETCH = 0.008  # seconds of each, about
+STRETCHES = 80  # of ticks that are timed
+STRETCH = 0.002  # seconds of each, about: seldom interrupted
 FIRST = 64  # ticks of the first one, which is not counted
 _MOST_ROWS = 1 << 22  # numbers that a stretch may record
-_OF_MEDIAN = 1.2533  # standard error of a median of normal numbers, over that of their mean
-_OF_DISTANCE = 1.4826  # standard deviation of normal numbers, over their median distance from the median
+_OF_QUARTILE = 1.3626  # standard error of a quartile of normal numbers, over that of their mean
+_OF_DISTANCE = 1.4826  # standard deviation of normal numbers, over the distance of their quartile from their median
 
 
 @dataclass(frozen=True)
@@ -120,13 +121,12 @@ def _parts(planned: Plan, seed: int, total: int) -> tuple[float, int, tuple[Part
     times = np.array(rows)
     place = loop.parts.index(CLOCK)
     alone = times - times[:, [place]]
-    middle = np.median(alone, axis=0)
-    spread = _OF_DISTANCE * np.median(np.abs(alone - middle), axis=0)
-    errors = _OF_MEDIAN * spread / math.sqrt(STRETCHES)
+    quartile, median = np.quantile(alone, [0.25, 0.5], axis=0)
+    errors = _OF_QUARTILE * _OF_DISTANCE * (median - quartile) / math.sqrt(STRETCHES)
     parts = [
-        Part(name, max(0.0, float(middle[i])), float(errors[i])) for i, name in enumerate(loop.parts) if name != CLOCK
+        Part(name, max(0.0, float(quartile[i])), float(errors[i])) for i, name in enumerate(loop.parts) if name != CLOCK
     ]
-    clock = float(np.median(times[:, place]))
+    clock = float(np.quantile(times[:, place], 0.25))
     return clock, timed, tuple(sorted(parts, key=lambda part: (-part.nanoseconds, part.name)))
 
 
@@ -136,7 +136,7 @@ def _stretch(planned: Plan, loop: ProfiledLoop, total: int, length: int) -> tupl
         loop.restart()
     first = loop.tick
     last = min(total, first + length)
-    rows = [np.empty((probe.rows(first, last), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
+    rows: list[Any] = [np.empty((probe.rows(first, last), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
     began = time.perf_counter()
     counts = loop.advance(last, rows)
     return last - first, counts, time.perf_counter() - began

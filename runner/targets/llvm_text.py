@@ -287,7 +287,8 @@ class FunctionText:
 
     def _turns(self, s: form.For, end: str) -> None:
         """The turns of a loop, written one behind the other."""
-        for number in range(s.first.value, s.last.value, s.step):
+        first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Constant))
+        for number in range(first, last, s.step):
             following = self._label()
             self.names[s.counter] = str(number)
             self._one_turn(s, following, end)
