@@ -1,6 +1,6 @@
 """Noise budgets of every noisy graph of the library beside its own runs.
 
-python benchmarks/noise_budgets.py [NAME]
+python benchmarks/noise_budgets.py [NAME ...]
 
 A row is an output that is probed or measured and that noise reaches. The noise of a run is what two runs of different
 seeds differ by, over sqrt(2): signals drop out. Columns: the rms by the budget and by these runs; how many lines of the
@@ -38,12 +38,12 @@ from proofmass.runner.planning.plan import plan
 
 LIBRARY = Path(__file__).parents[1] / "graphs" / "library"
 CONFIDENCE, SEED = 0.99, 7
-VALUES, FEWEST, TICKS = 40_000, 1_000, 8_000_000  # of an output in a run, and base ticks
+VALUES, FEWEST, TICKS = 20_000, 1_000, 8_000_000  # of an output in a run, and base ticks
 SEGMENT, SEGMENTS = 256, 40
 RUNS, RUN_VALUES, RUN_TICKS = 1000, 3000, 200_000
-PHASES = 64  # of the period of the schedule at which runs are looked at, at most
+LOOKS = 64  # at each run, at most: at the phases of the period of the schedule, for all outputs together
 SLOW = 0.01  # of the mean square, below the lowest frequency of a run
-PATIENCE = 60  # seconds of processor time for a row
+PATIENCE = 40  # seconds of processor time for a row
 POINTS = (None, "periodic", "settled")  # operating points, the first that there is
 _LINES = slice(3, -2)  # the mean is taken off, and the window leaks it into those beside
 _FINE = 8  # points of the predicted density from line to line
@@ -88,10 +88,10 @@ class Scatter:
     increments: bool
 
 
-def noisy_graphs(name: str = "") -> Iterator[tuple[Path, Graph, list[str]]]:
+def noisy_graphs(names: Sequence[str] = ()) -> Iterator[tuple[Path, Graph, list[str]]]:
     """Yield the graphs of the library, and of each the outputs that noise reaches."""
     for path in sorted(LIBRARY.rglob("*.toml"), key=lambda path: path.name):
-        if "parts" in path.parts or path.name == "template.toml" or name not in path.name:
+        if "parts" in path.parts or path.name == "template.toml" or (names and path.stem not in names):
             continue
         graph = proofmass.read_graph(path)
         planned = plan(graph)
@@ -180,7 +180,7 @@ def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
         output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
-        phases = min(PHASES, max(1, round(budget.period * budget.rate)))
+        phases = min(max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
         step = Fraction(strides[-1]) / graph.rate
         values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
         looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
@@ -244,7 +244,7 @@ def main() -> None:
         "  largest source"
     )
     signal.signal(signal.SIGPROF, _out_of_time)
-    for path, graph, outputs in noisy_graphs(sys.argv[1] if len(sys.argv) > 1 else ""):
+    for path, graph, outputs in noisy_graphs(sys.argv[1:]):
         rows = list[Row]()
         for output in outputs:
             signal.setitimer(signal.ITIMER_PROF, PATIENCE)
