@@ -41,7 +41,7 @@ CONFIDENCE, SEED = 0.99, 7
 VALUES, FEWEST, TICKS = 20_000, 1_000, 8_000_000  # of an output in a run, and base ticks
 SEGMENT, SEGMENTS = 256, 40
 RUNS, RUN_VALUES, RUN_TICKS = 1000, 3000, 200_000
-LOOKS = 64  # at each run, at most: at the phases of the period of the schedule, for all outputs together
+PHASES, LOOKS = 64, 256  # of the period of the schedule at which a run is looked at, and for all outputs, at most
 SLOW = 0.01  # of the mean square, below the lowest frequency of a run
 PATIENCE = 40  # seconds of processor time for a row
 POINTS = (None, "periodic", "settled")  # operating points, the first that there is
@@ -180,7 +180,7 @@ def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
         output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
-        phases = min(max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
+        phases = min(PHASES, max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
         step = Fraction(strides[-1]) / graph.rate
         values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
         looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
