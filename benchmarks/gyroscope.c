@@ -9,8 +9,9 @@ static inline double force(double v, double x)
 {
     const double bias = 15.0, capacitance = 0.05e-12, gap = 4e-6;
 #ifdef SAME_OPERATIONS
-    double near = (bias + v) / (gap - x), far = (bias - v) / (gap + x);
-    return 0.5 * capacitance * gap * (near * near - far * far);
+    double near = gap - x, far = gap + x, half = 0.5 * capacitance * gap;
+    double pull = (bias + v) * far, pull_back = (bias - v) * near, both = near * far;
+    return half * (pull * pull - pull_back * pull_back) / (both * both);
 #else
     double near = (bias + v) / (1.0 - x / gap), far = (bias - v) / (1.0 + x / gap);
     return 0.5 * capacitance / gap * (near * near - far * far);
@@ -23,9 +24,14 @@ static inline void rates(double v, double turn, const double *x, double *r)
     double on_sense = -(2.0 * m * turn * x[1]), coriolis = 2.0 * m * turn * x[3];
     double on_drive = force(v, x[0]) + coriolis;
     r[0] = x[1];
+#ifdef SAME_OPERATIONS
+    r[1] = (on_drive - (18.9e-6 * x[1] + 122.28 * x[0])) / m;
+    r[3] = (on_sense - (57e-6 * x[3] + 132.23 * x[2])) / m;
+#else
     r[1] = (on_drive - 18.9e-6 * x[1] - 122.28 * x[0]) / m;
-    r[2] = x[3];
     r[3] = (on_sense - 57e-6 * x[3] - 132.23 * x[2]) / m;
+#endif
+    r[2] = x[3];
 }
 
 void gyroscope(int64_t n, int64_t substeps, double period, const double *drive, const double *rotation, double *record)

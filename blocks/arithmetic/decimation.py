@@ -8,7 +8,9 @@ Polyphase form: in phase p of the period the input has the tap h[(i + 1) ratio -
 def accumulate(sums: list[float], taps: list[float], ratio: int, tick: int, value: float) -> None:
     """Add an input to the sums, the nearest output first; at the start of a period they move up by one."""
     phase = tick % ratio
+    if phase == 0:
+        for i in range(len(sums) - 1):
+            sums[i] = sums[i + 1]
+        sums[len(sums) - 1] = 0.0
     for i in range(len(sums)):
-        later = 0.0 if i + 1 == len(sums) else sums[i + 1]
-        before = later if phase == 0 else sums[i]
-        sums[i] = before + taps[(i + 1) * ratio - 1 - phase] * value
+        sums[i] = sums[i] + taps[(i + 1) * ratio - 1 - phase] * value

@@ -81,7 +81,7 @@ class Mantissa(Protocol):
 
     @abstractmethod
     def held(self, low: int, high: int, expected: str) -> Any:
-        """Itself, refused where it does not stay between the bounds of what is `expected`."""
+        """Return the value itself; it is refused if its bounds exceed those `expected`."""
 
     @abstractmethod
     def wrapped(self, low: int, high: int) -> Any:
@@ -89,7 +89,7 @@ class Mantissa(Protocol):
 
     @abstractmethod
     def cut(self) -> Any:
-        """Itself behind a pipeline cut."""
+        """Return the value behind a pipeline cut."""
 
 
 Integer: TypeAlias = int | Mantissa

@@ -11,7 +11,9 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class FitSelector(Block):
     """Takes the better of two fits of a reference model, and says whether it is to be believed."""
 
-    residual_limit: float = param("V", "Of model and device that agree: some noise.", default=5.4e-3, above=0.0)
+    residual_limit: float = param(
+        "V", "Largest residual of a model that agrees with its device: some noise.", default=5.4e-3, above=0.0
+    )
 
     first_stiffness = Input("N/m", "Stiffness of the first fit.")
     first_damping = Input("kg/s", "Damping of the first fit.")

@@ -22,7 +22,7 @@ class State(NamedTuple):
 def stepped(
     largest: float, stiffness: float, damping: float, kk: float, kc: float, cc: float, kr: float, cr: float
 ) -> State:
-    """Both after one step, from the sums of J'J and J' times what is left; as they were where J'J is singular."""
+    """Return both parameters after one step, from the sums of J'J and J'r; unchanged where J'J is singular."""
     determinant = kk * cc - kc * kc
     if determinant <= 1e-12 * kk * cc:  # the two cannot be told apart, or there is no response yet
         return State(stiffness, damping)

@@ -10,7 +10,9 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class SelfTestVerdict(Block):
     """Verdict of a self-test: passed or not, from a calibration of the device's reference model."""
 
-    residual_limit: float = param("V", "Of model and device that agree: some noise.", default=8e-3, above=0.0)
+    residual_limit: float = param(
+        "V", "Largest residual of a model that agrees with its device: some noise.", default=8e-3, above=0.0
+    )
 
     inside = Input("1", "Whether the identified parameters are within their tolerances.", dtype=bool)
     settled = Input("1", "Whether the calibration has settled.", dtype=bool)

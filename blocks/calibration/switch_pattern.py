@@ -7,7 +7,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class SwitchPattern(Block):
-    """When a reference is on and when off, slot by slot."""
+    """Pattern of a reference that is switched on and off, slot by slot."""
 
     palindrome: bool = param("", "Whether it goes on off off on instead of on off on off.", default=False)
 

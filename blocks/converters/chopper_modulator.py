@@ -15,7 +15,7 @@ class ChopperModulator(Block):
     half_period: int = param("1", "Ticks between changes.", default=1, at_least=1, at_most=1_000_000_000)
     unit: str = param("", "Unit of input and output.", default="V")
 
-    input = Input("{unit}", "What is chopped.")
+    input = Input("{unit}", "Signal to chop.")
 
 
 class State(NamedTuple):

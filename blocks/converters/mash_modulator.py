@@ -22,7 +22,7 @@ class MashModulator(Block):
     leakage: float = param("1", "Part that an integrator loses in a tick.", default=0.0, at_least=0.0, at_most=1.0)
     unit: str = param("", "Unit of the input.", default="V")
 
-    input = Input("{unit}", "What is converted.")
+    input = Input("{unit}", "Value to convert.")
 
 
 class State(NamedTuple):

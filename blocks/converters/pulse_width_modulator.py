@@ -19,7 +19,7 @@ class PulseWidthModulator(Block):
     high: float = param("{unit}", "Output during a pulse.", default=1.0)
     unit: str = param("", "Unit of the output.", default="V")
 
-    input = Input("1", "What is modulated, from -1 to 1.")
+    input = Input("1", "Signal to modulate, from -1 to 1.")
 
 
 class State(NamedTuple):

@@ -19,7 +19,7 @@ class SamplingNoise(Block):
     temperature: float = param("K", "Absolute temperature, T.", default=300.0, at_least=0.0)
     jitter: float = param("s", "Standard deviation of the instant of sampling.", default=0.0, at_least=0.0)
 
-    voltage = Input("V", "What is sampled.")
+    voltage = Input("V", "Signal to sample.")
 
 
 class State(NamedTuple):

@@ -22,7 +22,7 @@ class SigmaDeltaModulator(Block):
     reference: float = param("{unit}", "The highest level.", default=1.0, above=0.0)
     unit: str = param("", "Unit of the input.", default="V")
 
-    input = Input("{unit}", "What is converted.")
+    input = Input("{unit}", "Value to convert.")
 
     weights = Buffer("g.", float, ("gains",))
     returns = Buffer("f.", float, ("feedback",))

@@ -13,7 +13,7 @@ class Meaning(Enum):
     TICK = "tick", "ticks of the block since the start"
     DEVIATE = "normal", "a fresh standard normal deviate, a pure function of (seed, run, block, tick)"
     OUT = "out", "where an output with a shape writes its entries"
-    PERIOD = "period", "an argument of `constants`"
+    PERIOD = "period", "seconds between ticks, an argument of `constants` and `start`"
     BUFFER = "", "a buffer of the block, by its name"
     INPUT = "", "an input of the block, by its name"
 

@@ -33,8 +33,8 @@ class Registration(Facts):
         return function
 
     def start(cls, function: Function) -> Function:
-        """Register `start(p, buffers...) -> State`: the state at tick 0; without it every field starts at zero."""
-        cls.functions["start"] = _bound(cls, function, set(cls.buffers))
+        """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it each field is zero."""
+        cls.functions["start"] = _bound(cls, function, {*cls.buffers, "period"})
         return function
 
     def update(cls, function: Function) -> Function:

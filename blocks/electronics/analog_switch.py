@@ -13,7 +13,7 @@ class AnalogSwitch(Block):
     normally_closed: bool = param("", "Whether the command opens it instead of closing it.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is switched.")
+    input = Input("{unit}", "Signal to switch.")
     control = Input("1", "The command.", dtype=bool, default=False)
 
 

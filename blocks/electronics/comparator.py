@@ -18,7 +18,7 @@ class Comparator(Block):
     initially_on: bool = param("", "Whether it is on before tick 0; it counts within the hysteresis.", default=False)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What is compared.")
+    input = Input("{unit}", "Signal to compare.")
 
 
 class State(NamedTuple):

@@ -15,11 +15,11 @@ class AllPass(Block):
     """Turns the phase and leaves the amplitude: phase adjustment of a loop, quadrature of a carrier."""
 
     order: int = param("1", "1 or 2.", default=1, at_least=1, at_most=2)
-    frequency: float = param("Hz", "Where the phase is -90 degrees an order.", default=100.0, above=0.0)
-    quality: float = param("1", "How steep the phase of order 2 is there.", default=0.7071067811865476, above=0.0)
+    frequency: float = param("Hz", "Frequency at which the phase is -90 degrees an order.", default=100.0, above=0.0)
+    quality: float = param("1", "Steepness of the phase of order 2 there.", default=0.7071067811865476, above=0.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is turned.")
+    input = Input("{unit}", "Signal to turn.")
 
 
 class State(NamedTuple):

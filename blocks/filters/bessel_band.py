@@ -18,12 +18,14 @@ class BesselBand(Block):
     order: int = param(
         "1", "Order of the prototype: half the number of poles.", default=2, at_least=1, at_most=LARGEST_BAND_ORDER
     )
-    low_frequency: float = param("Hz", "Where it is down by 3 dB below the band.", default=80.0, above=0.0)
-    high_frequency: float = param("Hz", "Where it is down by 3 dB above the band.", default=120.0, above=0.0)
+    low_frequency: float = param("Hz", "Frequency at which it is down by 3 dB below the band.", default=80.0, above=0.0)
+    high_frequency: float = param(
+        "Hz", "Frequency at which it is down by 3 dB above the band.", default=120.0, above=0.0
+    )
     stop: bool = param("", "Whether it stops the band, and passes all else.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 @BesselBand.requires

@@ -13,11 +13,11 @@ class Butterworth(Block):
     """Digital low-pass or high-pass with the flattest response: anti-aliasing, bandwidth of an output."""
 
     order: int = param("1", "Number of poles.", default=2, at_least=1, at_most=LARGEST_ORDER)
-    corner_frequency: float = param("Hz", "Where it is down by 3 dB.", default=100.0, above=0.0)
+    corner_frequency: float = param("Hz", "Frequency at which it is down by 3 dB.", default=100.0, above=0.0)
     high_pass: bool = param("", "Whether it passes what is above the corner.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 @Butterworth.constants

@@ -16,7 +16,7 @@ class CascadedIntegratorComb(Block):
     ratio: int = param("1", "Ticks per output.", default=16, at_least=1, at_most=65536)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is decimated.")
+    input = Input("{unit}", "Signal to decimate.")
 
     taps = Buffer("The impulse response, and zeros.", float, (lambda p: p.order * p.ratio,))
     sums = Buffer("Sums of the outputs to come, the nearest first.", float, ("order",))

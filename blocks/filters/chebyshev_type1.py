@@ -13,12 +13,12 @@ class ChebyshevType1(Block):
     """Digital low-pass or high-pass that is steeper than a Butterworth filter, for ripples below the corner."""
 
     order: int = param("1", "Number of poles.", default=4, at_least=1, at_most=LARGEST_ORDER)
-    corner_frequency: float = param("Hz", "Where the ripple ends.", default=100.0, above=0.0)
+    corner_frequency: float = param("Hz", "Frequency at which the ripple ends.", default=100.0, above=0.0)
     ripple: float = param("1", "Ripple of the passband in decibels.", default=0.5, above=0.0, at_most=20.0)
     high_pass: bool = param("", "Whether it passes what is above the corner.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 @ChebyshevType1.constants

@@ -13,14 +13,14 @@ class ChebyshevType2(Block):
     """Digital low-pass or high-pass that is flat where it passes, and stops by so many decibels from the corner on."""
 
     order: int = param("1", "Number of poles.", default=4, at_least=1, at_most=LARGEST_ORDER)
-    corner_frequency: float = param("Hz", "Where the attenuation is reached.", default=100.0, above=0.0)
+    corner_frequency: float = param("Hz", "Frequency at which the attenuation is reached.", default=100.0, above=0.0)
     attenuation: float = param(
         "1", "Decibels by which what is stopped is down, at least.", default=40.0, above=0.0, at_most=200.0
     )
     high_pass: bool = param("", "Whether it passes what is above the corner.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 @ChebyshevType2.constants

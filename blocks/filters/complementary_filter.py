@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class ComplementaryFilter(Block):
     """Joins a fast sensor of a rate with a slow one of the value: attitude from gyroscope and accelerometer."""
 
-    time_constant: float = param("s", "How long the slope is trusted, tau.", default=1.0, above=0.0)
+    time_constant: float = param("s", "Time over which the slope is trusted, tau.", default=1.0, above=0.0)
     initial: float = param("{unit}", "Estimate before tick 0.", default=0.0)
     unit: str = param("", "Unit of reference and estimate.", default="rad")
 

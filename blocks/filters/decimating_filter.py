@@ -23,7 +23,7 @@ class DecimatingFilter(Block):
     beta: float = param("1", "Shape of Kaiser's window.", default=8.0, at_least=0.0, at_most=40.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is decimated.")
+    input = Input("{unit}", "Signal to decimate.")
 
     taps = Buffer("h, and zeros up to a multiple of the ratio.", float, (lambda p: -(-p.length // p.ratio) * p.ratio,))
     sums = Buffer("Sums of the outputs to come, the nearest first.", float, (lambda p: -(-p.length // p.ratio),))

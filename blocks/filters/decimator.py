@@ -11,7 +11,7 @@ class Decimator(Block):
     ratio: int = param("1", "Ticks of a window.", default=10, at_least=1, at_most=1_000_000_000)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is averaged.")
+    input = Input("{unit}", "Signal to average.")
 
 
 class State(NamedTuple):

@@ -15,7 +15,7 @@ class Differentiator(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1/s")
 
-    input = Input("{input_unit}", "What is differentiated.")
+    input = Input("{input_unit}", "Signal to differentiate.")
 
 
 class State(NamedTuple):

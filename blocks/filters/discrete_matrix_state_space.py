@@ -16,7 +16,7 @@ class DiscreteMatrixStateSpace(Block):
     readout: tuple[float, ...] = param("1", "C, r by n, row after row.", default=(1.0, 0.5))
     direct: tuple[float, ...] = param("1", "D, r by m, row after row.", default=(0.0, 0.0))
 
-    input = Input("1", "What drives it.", shape=("input_size",))
+    input = Input("1", "Input u of the system.", shape=("input_size",))
 
     matrix = Buffer("A.", float, ("transition",))
     into = Buffer("B.", float, ("entry",))

@@ -15,7 +15,7 @@ class DiscreteStateSpace(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What drives it.")
+    input = Input("{input_unit}", "Input u of the system.")
 
     matrix = Buffer("A.", float, ("transition",))
     column = Buffer("B.", float, ("entry",))

@@ -16,7 +16,7 @@ class DiscreteTransferFunction(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.")
+    input = Input("{input_unit}", "Signal to filter.")
 
     forward = Buffer("b0 to bn, divided by a0.", float, ("denominator",))
     backward = Buffer("a0 to an, divided by a0.", float, ("denominator",))

@@ -16,7 +16,7 @@ class Elliptic(Block):
     """Digital low-pass or high-pass with the steepest edge: ripples where it passes and where it stops."""
 
     order: int = param("1", "Number of poles.", default=4, at_least=1, at_most=LARGEST_ORDER)
-    corner_frequency: float = param("Hz", "Where the ripple ends.", default=100.0, above=0.0)
+    corner_frequency: float = param("Hz", "Frequency at which the ripple ends.", default=100.0, above=0.0)
     ripple: float = param("1", "Ripple of the passband in decibels.", default=0.5, above=0.0, at_most=20.0)
     attenuation: float = param(
         "1", "Decibels by which what is stopped is down, at least.", default=40.0, above=0.0, at_most=200.0
@@ -24,7 +24,7 @@ class Elliptic(Block):
     high_pass: bool = param("", "Whether it passes what is above the corner.", default=False)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 @Elliptic.requires

@@ -13,7 +13,7 @@ class FiniteImpulseResponse(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.")
+    input = Input("{input_unit}", "Signal to filter.")
 
     weights = Buffer("The taps.", float, ("taps",))
     sums = Buffer("Sums of the outputs to come, and a zero.", float, ("taps",))

@@ -10,7 +10,7 @@ class GatedAverage(Block):
 
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What is averaged.")
+    input = Input("{unit}", "Signal to average.")
     measure = Input("1", "Whether the tick counts; a new average begins when it becomes true.", dtype=bool)
 
 

@@ -13,7 +13,7 @@ class Integrator(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="s")
 
-    input = Input("{input_unit}", "What is integrated.")
+    input = Input("{input_unit}", "Signal to integrate.")
 
 
 class State(NamedTuple):

@@ -18,8 +18,8 @@ class KalmanFilter(Block):
     unit: str = param("", "Unit of the measurement.", default="1")
     control_unit: str = param("", "Unit of the control.", default="1")
 
-    measurement = Input("{unit}", "What is measured, z.")
-    control = Input("{control_unit}", "What is known to drive the states, u.", default=0.0)
+    measurement = Input("{unit}", "Measurement z.")
+    control = Input("{control_unit}", "Known input u that drives the states.", default=0.0)
 
     matrix = Buffer("A.", float, ("transition",))
     column = Buffer("B.", float, ("entry",))

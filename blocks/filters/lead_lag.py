@@ -19,7 +19,7 @@ class LeadLag(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is compensated.")
+    input = Input("{input_unit}", "Signal to compensate.")
 
 
 class State(NamedTuple):

@@ -14,7 +14,7 @@ class LowPass(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.")
+    input = Input("{input_unit}", "Signal to filter.")
 
 
 class State(NamedTuple):

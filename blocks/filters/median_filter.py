@@ -17,7 +17,7 @@ class MedianFilter(Block):
     length: int = param("1", "Samples, an odd number.", default=5, at_least=1, at_most=9999)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
     line = Buffer("The last samples.", float, ("length",))
     ordered = Buffer("The last samples, the smallest first.", float, ("length",))

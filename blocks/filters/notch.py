@@ -14,11 +14,11 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class Notch(Block):
     """Takes one frequency out of a signal: mains, a structural mode in a control loop; `band` is that frequency."""
 
-    frequency: float = param("Hz", "What is taken out; less than half the rate.", default=50.0, above=0.0)
+    frequency: float = param("Hz", "Frequency to take out; less than half the rate.", default=50.0, above=0.0)
     quality: float = param("1", "Frequency over bandwidth.", default=30.0, above=0.5)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is filtered.")
+    input = Input("{unit}", "Signal to filter.")
 
 
 class State(NamedTuple):

@@ -19,7 +19,7 @@ class StateSpace(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What drives it.")
+    input = Input("{input_unit}", "Input u of the system.")
 
 
 class State(NamedTuple):

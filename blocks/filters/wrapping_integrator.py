@@ -22,7 +22,7 @@ class WrappingIntegrator(Block):
     input_unit: str = param("", "Unit of the input.", default="rad/s")
     output_unit: str = param("", "Unit of the output.", default="rad")
 
-    input = Input("{input_unit}", "What is integrated.")
+    input = Input("{input_unit}", "Signal to integrate.")
 
 
 class State(NamedTuple):

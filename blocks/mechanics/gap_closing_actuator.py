@@ -31,6 +31,10 @@ def force(p: GapClosingActuator, voltage: float, displacement: float) -> float:
     """Force on the proof mass."""
     if displacement >= p.gap or (p.push_pull and displacement <= -p.gap):
         return math.nan
-    near = (p.bias + voltage) / (p.gap - displacement)  # fields in V/m
-    far = (p.bias - voltage) / (p.gap + displacement) if p.push_pull else 0.0
-    return 0.5 * p.capacitance * p.gap * (near * near - far * far)
+    near, far = p.gap - displacement, p.gap + displacement
+    half = 0.5 * p.capacitance * p.gap
+    if not p.push_pull:
+        return half * (p.bias + voltage) * (p.bias + voltage) / (near * near)
+    # Over one denominator: a division is what the integrator waits for.
+    pull, pull_back, both = (p.bias + voltage) * far, (p.bias - voltage) * near, near * far
+    return half * (pull * pull - pull_back * pull_back) / (both * both)

@@ -64,7 +64,7 @@ def contact(p: MassBetweenStops, x: State) -> int:
 
 @MassBetweenStops.output("s")
 def last_impact(p: MassBetweenStops, x: State) -> float:
-    """When it hit a stop last."""
+    """Time of the last impact on a stop."""
     return x.hit_at
 
 

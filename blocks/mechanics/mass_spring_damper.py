@@ -34,4 +34,4 @@ def velocity(p: MassSpringDamper, x: State) -> float:
 
 @MassSpringDamper.derivative(linear=True)
 def derivative(p: MassSpringDamper, x: State, force: float) -> State:
-    return State(x.velocity, (force - p.damping * x.velocity - p.stiffness * x.displacement) / p.mass)
+    return State(x.velocity, (force - (p.damping * x.velocity + p.stiffness * x.displacement)) / p.mass)

@@ -13,7 +13,7 @@ class DriftRamp(Block):
         not_driven="a slope that moves would move the drift before too: take a DiscreteIntegrator, and "
         "wire it to the offset of a DriftOffset",
     )
-    start_time: float = param("s", "When the drift begins.", default=0.0, at_least=0.0)
+    start_time: float = param("s", "Time at which the drift begins.", default=0.0, at_least=0.0)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)
     unit: str = param("", "Unit of the value.", default="1")
 

@@ -24,8 +24,8 @@ class FlickerNoise(Block):
     """A parameter with bias instability: 1/f noise of amplifiers, references and readouts."""
 
     level: float = param("1", "Relative density of amplitude at 1 Hz times sqrt(Hz).", default=1.0e-6, at_least=0.0)
-    lowest_frequency: float = param("Hz", "Where the band begins.", default=1.0e-3, above=0.0)
-    highest_frequency: float = param("Hz", "Where the band ends.", default=1.0e3, above=0.0)
+    lowest_frequency: float = param("Hz", "Frequency at which the band begins.", default=1.0e-3, above=0.0)
+    highest_frequency: float = param("Hz", "Frequency at which the band ends.", default=1.0e3, above=0.0)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)
     unit: str = param("", "Unit of the value.", default="1")
 

@@ -14,7 +14,9 @@ from proofmass.blocks.declaration.declare import Block, param
 class GaussMarkov(Block):
     """A parameter that wanders about its nominal value and forgets: an Ornstein-Uhlenbeck process."""
 
-    standard_deviation: float = param("1", "Of the relative deviation, once settled.", default=10.0e-6, at_least=0.0)
+    standard_deviation: float = param(
+        "1", "Standard deviation of the relative deviation, once settled.", default=10.0e-6, at_least=0.0
+    )
     correlation_time: float = param("s", "Time in which the correlation falls to 1/e.", default=100.0, above=0.0)
     stationary: bool = param("", "Whether it starts settled; otherwise it starts at the nominal value.", default=True)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)

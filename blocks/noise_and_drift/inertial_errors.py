@@ -16,15 +16,17 @@ class InertialErrors(Block):
     """Errors of a gyroscope or an accelerometer, as its data sheet states them; noise comes by a wire."""
 
     scale: float = param("1", "Relative error of the scale factor.", default=0.0)
-    scale_temperature: float = param("1/K", "Its growth per kelvin.", default=0.0)
+    scale_temperature: float = param("1/K", "Growth of the scale error per kelvin.", default=0.0)
     asymmetry: float = param("1", "Half the difference of the scale factors for positive and negative u.", default=0.0)
     second_order: float = param("1/({unit})", "Quadratic coefficient.", default=0.0)
     bias: float = param("{unit}", "Output at rest.", default=0.0)
-    bias_temperature: float = param("({unit})/K", "Its growth per kelvin.", default=0.0)
-    acceleration_sensitivity: float = param("({unit})/(m/s^2)", "Of a gyroscope to acceleration.", default=0.0)
+    bias_temperature: float = param("({unit})/K", "Growth of the bias per kelvin.", default=0.0)
+    acceleration_sensitivity: float = param(
+        "({unit})/(m/s^2)", "Sensitivity of a gyroscope to acceleration.", default=0.0
+    )
     unit: str = param("", "Unit of input and output.", default="rad/s")
 
-    input = Input("{unit}", "What the axis senses, u.")
+    input = Input("{unit}", "Quantity that the axis senses, u.")
     noise = Input("{unit}", "Noise that is added.", default=0.0)
     acceleration = Input("m/s^2", "Acceleration along the sensitive axis, a.", default=0.0)
     temperature = Input("K", "Temperature.", default=REFERENCE)

@@ -13,7 +13,7 @@ class PeriodicDrift(Block):
     amplitude: float = param("1", "Largest relative deviation.", default=100.0e-6)
     cycle_time: float = param(
         "s",
-        "How long one cycle takes.",
+        "Duration of one cycle.",
         default=86400.0,
         above=0.0,
         not_driven="the cycles before would move too: take a NumericallyControlledOscillator, and wire its sine to the "

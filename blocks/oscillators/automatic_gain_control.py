@@ -15,7 +15,7 @@ class AutomaticGainControl(Block):
     """Keeps the amplitude of a sine constant whatever the input's is: before a phase detector, a demodulator."""
 
     setpoint: float = param("{output_unit}", "Amplitude of the output.", default=1.0, above=0.0)
-    time_constant: float = param("s", "How fast the gain follows, tau; many periods.", default=0.1, above=0.0)
+    time_constant: float = param("s", "Time constant of the gain, tau; many periods.", default=0.1, above=0.0)
     initial: float = param("({output_unit})/({input_unit})", "Gain in tick 0.", default=1.0, above=0.0)
     lowest: float = param("({output_unit})/({input_unit})", "Lowest gain.", default=1e-3, above=0.0)
     highest: float = param("({output_unit})/({input_unit})", "Highest gain.", default=1e3, above=0.0)

@@ -20,11 +20,11 @@ class NumericallyControlledOscillator(Block):
     gain: float = param("Hz/({control_unit})", "Frequency per control.", default=1.0)
     amplitude: float = param("{unit}", "Peak value of sine and cosine.", default=1.0)
     initial_phase: float = param("rad", "Phase in tick 0.", default=0.0)
-    lead: float = param("rad", "How far the leading sine and cosine are ahead of the others.", default=0.0)
+    lead: float = param("rad", "Angle by which the leading sine and cosine are ahead of the others.", default=0.0)
     control_unit: str = param("", "Unit of the control.", default="Hz")
     unit: str = param("", "Unit of sine and cosine.", default="1")
 
-    control = Input("{control_unit}", "What moves the frequency.", default=0.0)
+    control = Input("{control_unit}", "Control of the frequency.", default=0.0)
 
 
 class State(NamedTuple):

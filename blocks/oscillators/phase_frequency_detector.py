@@ -15,8 +15,8 @@ class PhaseFrequencyDetector(Block):
     level: float = param("{unit}", "Output while up alone is set.", default=1.0)
     unit: str = param("", "Unit of the output.", default="V")
 
-    reference = Input("1", "What is locked to.", dtype=bool)
-    signal = Input("1", "What is locked: the oscillator.", dtype=bool)
+    reference = Input("1", "Signal to lock to.", dtype=bool)
+    signal = Input("1", "Signal to lock: the oscillator.", dtype=bool)
 
 
 class State(NamedTuple):

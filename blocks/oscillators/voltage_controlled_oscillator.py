@@ -21,7 +21,7 @@ class VoltageControlledOscillator(Block):
     control_unit: str = param("", "Unit of the control.", default="V")
     unit: str = param("", "Unit of sine and cosine.", default="V")
 
-    control = Input("{control_unit}", "What moves the frequency.")
+    control = Input("{control_unit}", "Control of the frequency.")
 
 
 class State(NamedTuple):

@@ -17,14 +17,14 @@ class FixedCascadedIntegratorComb(Block):
     bits: int = param("1", "Logarithm to base 2 of the ticks per output.", default=4, at_least=1, at_most=8)
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(4))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is decimated.", dtype=FixedValue)
+    input = Input("{unit}", "Signal to decimate.", dtype=FixedValue)
 
     sums = Buffer("Integrators, the first at the input.", FixedValue, ("order",))
-    before = Buffer("What the combs had in the output before.", FixedValue, ("order",))
+    before = Buffer("Values of the combs in the output before.", FixedValue, ("order",))
 
 
 class State(NamedTuple):

@@ -9,11 +9,11 @@ class FixedCast(Block):
 
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(24, 18))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is converted.", dtype=FixedValue)
+    input = Input("{unit}", "Value to convert.", dtype=FixedValue)
 
 
 @FixedCast.formats

@@ -18,7 +18,7 @@ class FixedCoefficientMemory(Block):
     b1: float = param("1/({temperature_unit})", "Exponent of the first exponential.", default=-6.0)
     a2: float = param("{unit}", "Second exponential at zero temperature.", default=3.239676e-4)
     b2: float = param("1/({temperature_unit})", "Exponent of the second exponential.", default=1.5)
-    growth: float = param("1", "What the factors are divided by: K = 0.82816 to preload.", default=1.0, above=0.0)
+    growth: float = param("1", "Divisor of the factors: K = 0.82816 to preload.", default=1.0, above=0.0)
     factor_format: Fixed = param("1", "Format of a1 and a2.", default=Fixed(25, 24))
     exponent_format: Fixed = param("1", "Format of b1 and b2.", default=Fixed(21, 16))
     temperature_unit: str = param("", "Unit of the temperature: volts of a sensor, or kelvins.", default="V")

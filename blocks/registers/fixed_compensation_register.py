@@ -17,8 +17,8 @@ class FixedCompensationRegister(Block):
     limit: float = param("1", "Largest deviation from the initial value, relative.", default=0.01, above=0.0, below=1.0)
     input_format: Fixed = param("1", "Format of the deviation.", default=Fixed(24, 23))
     output_format: Fixed = param("1", "Format of the value.", default=Fixed(32, 30))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the value.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the value.", default="saturate")
 
     deviation = Input("1", "Relative deviation of the gain.", dtype=FixedValue)
     load = Input("1", "Whether to correct for it.", dtype=bool)

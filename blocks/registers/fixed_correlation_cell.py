@@ -19,8 +19,8 @@ class FixedCorrelationCell(Block):
     order: int = param("1", "Cells of the shift register.", default=10, at_least=2, at_most=16)
     input_format: Fixed = param("1", "Format of the response.", default=Fixed(16, 12))
     output_format: Fixed = param("1", "Format of the coefficient.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of the response.", default="V")
 
     bit = Input("1", "Chip that excites the device.", dtype=bool)

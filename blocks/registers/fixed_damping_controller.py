@@ -20,8 +20,8 @@ class FixedDampingController(Block):
     gain_format: Fixed = param("1", "Format of the gain.", default=Fixed(16, 22))
     correction_format: Fixed = param("1", "Format of the correction.", default=Fixed(16, 22))
     output_format: Fixed = param("1", "Format of the damping.", default=Fixed(17, 22))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of a register.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of a register.", default="saturate")
 
     measured = Input("V", "Coefficient h of the device.", dtype=FixedValue)
     modelled = Input("V", "Coefficient h_R of the reference model.", dtype=FixedValue)

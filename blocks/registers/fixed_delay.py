@@ -11,7 +11,7 @@ class FixedDelay(Block):
     ticks: int = param("1", "Registers.", default=1, at_least=1, at_most=256)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is delayed.", dtype=FixedValue)
+    input = Input("{unit}", "Signal to delay.", dtype=FixedValue)
 
     held = Buffer("Inputs of the ticks before, newest first, zero in tick 0.", FixedValue, ("ticks",))
 

@@ -20,12 +20,12 @@ class FixedFiniteImpulseResponse(Block):
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(16, 12))
     tap_format: Fixed = param("1", "Format of the taps.", default=Fixed(16, 15))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.", dtype=FixedValue)
+    input = Input("{input_unit}", "Signal to filter.", dtype=FixedValue)
 
     line = Buffer("Inputs of the ticks before, newest first.", FixedValue, (lambda p: max(len(p.taps) - 1, 1),))
 

@@ -19,12 +19,12 @@ class FixedIntegrator(Block):
     gain_format: Fixed = param("1", "Format of gain times period.", default=Fixed(32, 30))
     sum_format: Fixed = param("1", "Format of the sum.", default=Fixed(32, 28))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of sum and output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of sum and output.", default="saturate")
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="s")
 
-    input = Input("{input_unit}", "What is integrated.", dtype=FixedValue)
+    input = Input("{input_unit}", "Signal to integrate.", dtype=FixedValue)
 
 
 class State(NamedTuple):

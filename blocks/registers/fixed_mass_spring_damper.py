@@ -24,8 +24,8 @@ class FixedMassSpringDamper(Block):
     damping_format: Fixed = param("1", "Format of c/m.", default=Fixed(24, 6))
     small_format: Fixed = param("1", "Format of velocity and displacement.", default=Fixed(32, 30))
     step_format: Fixed = param("1", "Format of the step T in milliseconds.", default=Fixed(32, 30))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of a register.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of a register.", default="saturate")
 
     acceleration = Input("um/ms^2", "Force over mass.", dtype=FixedValue)
     stiffness = Input("1/ms^2", "Stiffness over mass, k/m.", dtype=FixedValue)

@@ -15,11 +15,11 @@ class FixedMovingAverage(Block):
     order: int = param("1", "Logarithm to base 2 of the number of samples.", default=3, at_least=1, at_most=8)
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(16, 12))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is averaged.", dtype=FixedValue)
+    input = Input("{unit}", "Signal to average.", dtype=FixedValue)
 
     line = Buffer("Inputs of the ticks before, newest first.", FixedValue, (lambda p: 1 << p.order,))
 

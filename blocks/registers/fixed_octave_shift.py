@@ -18,10 +18,10 @@ class FixedOctaveShift(Block):
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(18, 16, signed=False))
     octave_format: Fixed = param("1", "Format of the octave, an integer.", default=Fixed(8))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(32, 16))
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is shifted.", dtype=FixedValue)
+    input = Input("{unit}", "Value to shift.", dtype=FixedValue)
     octave = Input("1", "Power of two.", dtype=FixedValue)
 
 

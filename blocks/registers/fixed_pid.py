@@ -21,8 +21,8 @@ class FixedPID(PIDGains):
     gain_format: Fixed = param("1", "Format of Kp, Ki Ts, Kd (1-a)/Ts and a.", default=Fixed(24, 20))
     sum_format: Fixed = param("1", "Format of integral and derivative.", default=Fixed(32, 26))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of sums and output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of sums and output.", default="saturate")
 
     error = Input("{input_unit}", "Setpoint minus measurement.", dtype=FixedValue)
 

@@ -19,8 +19,8 @@ class FixedPolynomial(PolynomialCoefficients):
     c1: float = param("({unit})/({temperature_unit})", "Coefficient of the temperature.", default=0.5)
     input_format: Fixed = param("1", "Format of the temperature.", default=Fixed(18, 16))
     sum_format: Fixed = param("1", "Format of coefficients, sums and value.", default=Fixed(28, 24))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the sums.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the sums.", default="saturate")
 
     temperature = Input(
         "{temperature_unit}", "Voltage of the temperature sensor, or the temperature.", dtype=FixedValue

@@ -10,8 +10,8 @@ class FixedProduct(Block):
     first_format: Fixed = param("1", "Format of the first factor.", default=Fixed(16, 12))
     second_format: Fixed = param("1", "Format of the second factor.", default=Fixed(18, 14))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     first_unit: str = param("", "Unit of the first factor.", default="1")
     second_unit: str = param("", "Unit of the second factor.", default="1")
 

@@ -22,11 +22,11 @@ class FixedQuantiser(Block):
     """Quantiser from numbers to fixed-point values."""
 
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is quantised.")
+    input = Input("{unit}", "Signal to quantise.")
 
 
 class State(NamedTuple):

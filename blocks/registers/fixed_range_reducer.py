@@ -21,7 +21,7 @@ class FixedRangeReducer(Block):
     fraction_bits: int = param("1", "M, of exponent and remainder.", default=16, at_least=4, at_most=28)
     range_bits: int = param("1", "N: the exponent is from -2^N to 2^N.", default=6, at_least=0, at_most=16)
 
-    exponent = Input("1", "What is split.", dtype=FixedValue)
+    exponent = Input("1", "Exponent to split.", dtype=FixedValue)
 
 
 class Constants(NamedTuple):

@@ -22,12 +22,12 @@ class FixedSecondOrderSection(Block):
     coefficient_format: Fixed = param("1", "Format of the coefficients.", default=Fixed(18, 16))
     state_format: Fixed = param("1", "Format of y.", default=Fixed(24, 20))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of y and output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of y and output.", default="saturate")
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.", dtype=FixedValue)
+    input = Input("{input_unit}", "Signal to filter.", dtype=FixedValue)
 
 
 class State(NamedTuple):

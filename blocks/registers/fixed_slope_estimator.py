@@ -20,8 +20,8 @@ class FixedSlopeEstimator(Block):
     input_format: Fixed = param("1", "Format of the response.", default=Fixed(24, 20))
     scale_format: Fixed = param("1", "Format of 1 / S.", default=Fixed(24, 28))
     output_format: Fixed = param("1", "Format of the deviation.", default=Fixed(24, 23))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the deviation.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the deviation.", default="saturate")
 
     response = Input("1", "Averaged response to a number of the sweep.", dtype=FixedValue)
     read = Input("1", "Whether the response is the next point of the sweep.", dtype=bool)

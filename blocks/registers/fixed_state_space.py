@@ -23,12 +23,12 @@ class FixedStateSpace(Block):
     coefficient_format: Fixed = param("1", "Format of A, B, C and D.", default=Fixed(18, 16))
     state_format: Fixed = param("1", "Format of the states.", default=Fixed(32, 26))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of states and output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of states and output.", default="saturate")
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is filtered.", dtype=FixedValue)
+    input = Input("{input_unit}", "Signal to filter.", dtype=FixedValue)
 
     states = Buffer("States, zero in tick 0.", FixedValue, ("entry",))
 

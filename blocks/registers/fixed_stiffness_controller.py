@@ -20,8 +20,8 @@ class FixedStiffnessController(Block):
     sum_format: Fixed = param("1", "Format of the summed error.", default=Fixed(20, 12))
     correction_format: Fixed = param("1", "Format of the correction.", default=Fixed(16, 12))
     output_format: Fixed = param("1", "Format of the stiffness.", default=Fixed(20, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of a register.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of a register.", default="saturate")
 
     measured = Input("V", "Response y of the device.", dtype=FixedValue)
     modelled = Input("V", "Response y_R of the reference model.", dtype=FixedValue)

@@ -9,8 +9,8 @@ class FixedSum(Block):
 
     input_format: Fixed = param("1", "Format of the inputs.", default=Fixed(16, 12))
     output_format: Fixed = param("1", "Format of the output.", default=Fixed(16, 12))
-    rounding: Rounding = param("", "How bits below the last are lost.", default="half_even")
-    overflow: Overflow = param("", "What happens beyond the range of the output.", default="saturate")
+    rounding: Rounding = param("", "Rounding of the bits below the last.", default="half_even")
+    overflow: Overflow = param("", "Handling of values beyond the range of the output.", default="saturate")
     unit: str = param("", "Unit of inputs and output.", default="1")
 
     first = Input("{unit}", "First term.", dtype=FixedValue)

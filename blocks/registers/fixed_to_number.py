@@ -16,7 +16,7 @@ class FixedToNumber(Block):
     input_format: Fixed = param("1", "Format of the input.", default=Fixed(16, 12))
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is converted.", dtype=FixedValue)
+    input = Input("{unit}", "Value to convert.", dtype=FixedValue)
 
 
 class Constants(NamedTuple):

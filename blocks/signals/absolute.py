@@ -8,7 +8,7 @@ class Absolute(Block):
 
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is rectified.")
+    input = Input("{unit}", "Signal to rectify.")
 
 
 @Absolute.output("{unit}")

@@ -10,8 +10,8 @@ class DataFlipFlop(Block):
 
     initially_on: bool = param("", "Output in tick 0.", default=False)
 
-    data = Input("1", "What is taken.", dtype=bool)
-    clock = Input("1", "When, at its rising edge.", dtype=bool)
+    data = Input("1", "Bit to take.", dtype=bool)
+    clock = Input("1", "Clock: its rising edge takes the bit.", dtype=bool)
 
 
 class State(NamedTuple):

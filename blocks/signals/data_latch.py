@@ -10,7 +10,7 @@ class DataLatch(Block):
 
     initially_on: bool = param("", "The bit that is kept before tick 0.", default=False)
 
-    data = Input("1", "What is followed.", dtype=bool)
+    data = Input("1", "Signal to follow.", dtype=bool)
     enable = Input("1", "Whether to follow it.", dtype=bool)
 
 

@@ -9,11 +9,11 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class DeadZone(Block):
     """Nothing until a threshold is passed, then what goes beyond it: crossover distortion, play of a valve."""
 
-    lowest: float = param("{unit}", "Where the zone begins.", default=-0.5)
-    highest: float = param("{unit}", "Where the zone ends.", default=0.5)
+    lowest: float = param("{unit}", "Lower end of the zone.", default=-0.5)
+    highest: float = param("{unit}", "Upper end of the zone.", default=0.5)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What passes the zone.")
+    input = Input("{unit}", "Signal to pass through the zone.")
 
 
 @DeadZone.requires

@@ -12,7 +12,7 @@ class Delay(Block):
     initial: float = param("{unit}", "Output in the first ticks.", default=0.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is delayed.")
+    input = Input("{unit}", "Signal to delay.")
 
     line = Buffer("The last inputs.", float, ("ticks",))
 

@@ -8,8 +8,8 @@ class Difference(Block):
 
     unit: str = param("", "Unit of inputs and output.", default="1")
 
-    first = Input("{unit}", "What is subtracted from.")
-    second = Input("{unit}", "What is subtracted.")
+    first = Input("{unit}", "Signal to subtract from.")
+    second = Input("{unit}", "Signal to subtract.")
 
 
 @Difference.output("{unit}")

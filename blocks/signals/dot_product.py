@@ -6,7 +6,9 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 class DotProduct(Block):
     """Weighted sum of the components of a vector: a row of a matrix, a correlation with a known response."""
 
-    weights: tuple[float, ...] = param("({output_unit})/({input_unit})", "Of each component.", default=(1.0, 1.0, 1.0))
+    weights: tuple[float, ...] = param(
+        "({output_unit})/({input_unit})", "Weight of each component.", default=(1.0, 1.0, 1.0)
+    )
     input_unit: str = param("", "Unit of the components.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 

@@ -10,7 +10,7 @@ class EdgeDetector(Block):
 
     initially_on: bool = param("", "The input before tick 0.", default=False)
 
-    input = Input("1", "What is watched.", dtype=bool)
+    input = Input("1", "Bit to watch.", dtype=bool)
 
 
 class State(NamedTuple):

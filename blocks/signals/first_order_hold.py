@@ -17,7 +17,7 @@ class FirstOrderHold(Block):
     )
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is sampled.")
+    input = Input("{unit}", "Signal to sample.")
 
 
 class State(NamedTuple):

@@ -18,7 +18,7 @@ class FractionalDelay(Block):
     longest: int = param("1", "Ticks that the line holds.", default=16, at_least=4, at_most=1_000_000)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is delayed.")
+    input = Input("{unit}", "Signal to delay.")
 
     line = Buffer("The last inputs, zero before tick 0.", float, ("longest",))
 

@@ -10,7 +10,7 @@ class Gain(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is amplified.")
+    input = Input("{input_unit}", "Signal to amplify.")
 
 
 @Gain.output("{output_unit}")

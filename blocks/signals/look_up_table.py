@@ -15,7 +15,7 @@ class LookUpTable(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is looked up.")
+    input = Input("{input_unit}", "Number to look up.")
 
     knots = Buffer("The breakpoints.", float, ("breakpoints",))
     levels = Buffer("The values.", float, ("values",))

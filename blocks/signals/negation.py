@@ -8,7 +8,7 @@ class Negation(Block):
 
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is negated.")
+    input = Input("{unit}", "Signal to negate.")
 
 
 @Negation.output("{unit}")

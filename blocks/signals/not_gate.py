@@ -6,7 +6,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 class NotGate(Block):
     """Inverter of a bit."""
 
-    input = Input("1", "What is inverted.", dtype=bool)
+    input = Input("1", "Bit to invert.", dtype=bool)
 
 
 @NotGate.output("1")

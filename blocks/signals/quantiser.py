@@ -19,7 +19,7 @@ class Quantiser(Block):
     highest: float = param("{unit}", "The highest level.", default=1.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is quantised.")
+    input = Input("{unit}", "Signal to quantise.")
 
 
 class Constants(NamedTuple):

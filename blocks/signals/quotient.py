@@ -13,8 +13,8 @@ class Quotient(Block):
     numerator_unit: str = param("", "Unit of the numerator.", default="1")
     denominator_unit: str = param("", "Unit of the denominator.", default="1")
 
-    numerator = Input("{numerator_unit}", "What is divided.")
-    denominator = Input("{denominator_unit}", "By what.")
+    numerator = Input("{numerator_unit}", "Number to divide.")
+    denominator = Input("{denominator_unit}", "Number to divide by.")
 
 
 @Quotient.output("({numerator_unit})/({denominator_unit})")

@@ -14,7 +14,7 @@ class RateLimiter(Block):
     initial: float = param("{unit}", "Output before tick 0.", default=0.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is followed.")
+    input = Input("{unit}", "Signal to follow.")
 
 
 class State(NamedTuple):

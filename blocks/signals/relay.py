@@ -20,7 +20,7 @@ class Relay(Block):
     input_unit: str = param("", "Unit of the input.", default="1")
     output_unit: str = param("", "Unit of the output.", default="1")
 
-    input = Input("{input_unit}", "What is compared.")
+    input = Input("{input_unit}", "Signal to compare.")
 
 
 class State(NamedTuple):

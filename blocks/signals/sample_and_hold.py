@@ -11,7 +11,7 @@ class SampleAndHold(Block):
     initial: float = param("{unit}", "Output when `hold` is true from tick 0 on.", default=0.0)
     unit: str = param("", "Unit of signal and output.", default="1")
 
-    signal = Input("{unit}", "What is followed.")
+    signal = Input("{unit}", "Signal to follow.")
     hold = Input("1", "Whether to keep the value.", dtype=bool)
 
 

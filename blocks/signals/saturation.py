@@ -13,7 +13,7 @@ class Saturation(Block):
     highest: float = param("{unit}", "Upper limit.", default=1.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is limited.")
+    input = Input("{unit}", "Signal to limit.")
 
 
 @Saturation.requires

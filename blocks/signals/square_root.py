@@ -11,7 +11,7 @@ class SquareRoot(Block):
     signed: bool = param("", "Whether a negative input gives a negative root instead of 0.", default=False)
     unit: str = param("", "Unit of the output; that of the input is its square.", default="1")
 
-    input = Input("({unit})^2", "What the root is taken of.")
+    input = Input("({unit})^2", "Number to take the root of.")
 
 
 @SquareRoot.output("{unit}")

@@ -11,7 +11,7 @@ class UnitDelay(Block):
     initial: float = param("{unit}", "Output in tick 0.", default=0.0)
     unit: str = param("", "Unit of input and output.", default="1")
 
-    input = Input("{unit}", "What is delayed.")
+    input = Input("{unit}", "Signal to delay.")
 
 
 class State(NamedTuple):

@@ -20,7 +20,7 @@ class Chirp(Block):
     stop_frequency: float = param(
         "Hz", "Frequency from the end of the sweep on.", default=1000.0, at_least=0.0, not_driven=_PHASE
     )
-    sweep_time: float = param("s", "How long the sweep takes.", default=1.0, above=0.0, not_driven=_PHASE)
+    sweep_time: float = param("s", "Duration of the sweep.", default=1.0, above=0.0, not_driven=_PHASE)
     phase: float = param("rad", "Phase at the start.", default=0.0)
     offset: float = param("{unit}", "Mean value.", default=0.0)
     unit: str = param("", "Unit of the output.", default="1")

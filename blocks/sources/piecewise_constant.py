@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, param
 class PiecewiseConstant(Block):
     """A value that changes at given times: switches, phases of a test, a set of operating points."""
 
-    times: tuple[float, ...] = param("s", "When each value begins, ascending.", default=(0.0,))
+    times: tuple[float, ...] = param("s", "Times at which the values begin, ascending.", default=(0.0,))
     values: tuple[float, ...] = param("{unit}", "The values, one for each time.", default=(0.0,))
     unit: str = param("", "Unit of the output.", default="1")
 

@@ -20,7 +20,7 @@ class Pulse(Block):
         "pulses, and a Comparator behind its sine",
     )
     duty: float = param("1", "Part of a repetition that is high.", default=0.5, at_least=0.0, at_most=1.0)
-    delay: float = param("s", "When the first pulse begins.", default=0.0, at_least=0.0)
+    delay: float = param("s", "Time at which the first pulse begins.", default=0.0, at_least=0.0)
     unit: str = param("", "Unit of the output.", default="1")
 
 

@@ -13,7 +13,7 @@ class Ramp(Block):
         default=1.0,
         not_driven="a slope that moves would move the growth before too: take a DiscreteIntegrator, which adds it up",
     )
-    start_time: float = param("s", "When the growth begins.", default=0.0, at_least=0.0)
+    start_time: float = param("s", "Time at which the growth begins.", default=0.0, at_least=0.0)
     unit: str = param("", "Unit of the output.", default="1")
 
 

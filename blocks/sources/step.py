@@ -12,8 +12,10 @@ class Step(Block):
     """A value that jumps once and stays, or comes back after a duration."""
 
     amplitude: float = param("{unit}", "Height of the step above the offset.", default=1.0)
-    start_time: float = param("s", "When the step begins: at the first tick not before it.", default=0.0, at_least=0.0)
-    duration: float = param("s", "How long the step lasts; 0 for ever.", default=0.0, at_least=0.0)
+    start_time: float = param(
+        "s", "Time at which the step begins: at the first tick not before it.", default=0.0, at_least=0.0
+    )
+    duration: float = param("s", "Duration of the step; 0 for ever.", default=0.0, at_least=0.0)
     offset: float = param("{unit}", "Value before and after the step.", default=0.0)
     unit: str = param("", "Unit of the output.", default="1")
 

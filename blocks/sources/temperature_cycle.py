@@ -17,8 +17,8 @@ class TemperatureCycle(Block):
 
     low: float = param("K", "Lower temperature, where it starts.", default=233.15, above=0.0)
     high: float = param("K", "Upper temperature.", default=358.15, above=0.0)
-    pace: float = param("K/s", "How fast the temperature changes.", default=1.0 / 60.0, above=0.0, not_driven=_CYCLES)
-    soak_time: float = param("s", "How long it stays at either end.", default=3600.0, at_least=0.0, not_driven=_CYCLES)
+    pace: float = param("K/s", "Pace of the temperature.", default=1.0 / 60.0, above=0.0, not_driven=_CYCLES)
+    soak_time: float = param("s", "Time that it stays at either end.", default=3600.0, at_least=0.0, not_driven=_CYCLES)
 
 
 class Constants(NamedTuple):

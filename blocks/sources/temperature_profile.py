@@ -16,11 +16,11 @@ class TemperatureProfile(Block):
     temperatures: tuple[float, ...] = param(
         "K", "The temperatures, in their order.", default=(298.15, 233.15, 358.15, 298.15), above=0.0
     )
-    soak_time: float = param("s", "How long each is held.", default=3600.0, at_least=0.0)
-    pace: float = param("K/s", "How fast the temperature changes between.", default=1.0 / 60.0, above=0.0)
+    soak_time: float = param("s", "Time that each is held.", default=3600.0, at_least=0.0)
+    pace: float = param("K/s", "Pace of the temperature between them.", default=1.0 / 60.0, above=0.0)
 
     levels = Buffer("The temperatures.", float, ("temperatures",))
-    begins = Buffer("When each is reached, in seconds.", float, ("temperatures",))
+    begins = Buffer("Times at which each is reached, in seconds.", float, ("temperatures",))
 
 
 class State(NamedTuple):

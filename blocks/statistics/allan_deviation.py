@@ -18,7 +18,7 @@ class AllanDeviation(Block):
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What is averaged: a rate, an acceleration, a voltage.")
+    input = Input("{unit}", "Signal to average: a rate, an acceleration, a voltage.")
 
     recent = Buffer("The last samples, less the first of all, in a ring.", float, (lambda p: 2 * p.averaging,))
 

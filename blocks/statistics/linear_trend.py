@@ -15,7 +15,7 @@ class LinearTrend(Block):
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What drifts.")
+    input = Input("{unit}", "Signal that drifts.")
 
 
 class State(NamedTuple):

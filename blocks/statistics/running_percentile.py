@@ -20,7 +20,7 @@ class RunningPercentile(Block):
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What is sorted.")
+    input = Input("{unit}", "Signal to sort.")
 
 
 class State(NamedTuple):

@@ -12,7 +12,7 @@ class RunningRange(Block):
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What is looked at.")
+    input = Input("{unit}", "Signal to watch.")
 
 
 class State(NamedTuple):

@@ -8,13 +8,13 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 class SettlingTime(Block):
     """Time after which a signal has stayed near a target, over all samples before the tick."""
 
-    target: float = param("{unit}", "Where the signal settles.", default=0.0)
-    within: float = param("{unit}", "How far from there it may be.", default=1.0, above=0.0)
+    target: float = param("{unit}", "Value at which the signal settles.", default=0.0)
+    within: float = param("{unit}", "Largest distance from the target.", default=1.0, above=0.0)
     skip: int = param("1", "Ticks left out at the start.", default=0, at_least=0)
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What settles.")
+    input = Input("{unit}", "Signal that settles.")
 
 
 class State(NamedTuple):

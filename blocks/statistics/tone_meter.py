@@ -20,7 +20,7 @@ class ToneMeter(Block):
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
 
-    input = Input("{unit}", "What holds the tone.")
+    input = Input("{unit}", "Signal that holds the tone.")
 
 
 class State(NamedTuple):

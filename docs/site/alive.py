@@ -12,11 +12,11 @@ from proofmass.runner.command_line import main
 STEP = Path(__file__).parents[1] / "tutorial" / "3-close-the-loop.md"
 NAME = "closed-loop.html"
 FRAME = f"""
-This sensor is alive: the page carries the compiled loop. Open *controller* and drag *integral*: the traces below
-follow. The SHA-256 is the one that `proofmass run` prints.
+This sensor is alive: the page carries the compiled loop. Drag *integral*, the gain of its controller: the traces
+below follow. The SHA-256 is the one that `proofmass run` prints.
 
 ```{{raw}} html
-<iframe class="alive" src="{NAME}" title="A closed-loop accelerometer with sliders" loading="lazy"></iframe>
+<iframe class="alive" src="{NAME}#controller" title="A closed-loop accelerometer with sliders" loading="lazy"></iframe>
 <p><a href="{NAME}">Open it on a page of its own</a></p>
 ```
 """

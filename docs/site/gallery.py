@@ -1,10 +1,12 @@
 """The gallery of the site: a page for every graph and study of the library, with picture, figures and file."""
 
+import json
 from collections import Counter
 from collections.abc import Iterator, Sequence
 from itertools import groupby
+from pathlib import Path
 
-from docs.site.markdown import code, fence, plain, table
+from docs.site.markdown import code, diagram_attributes, fence, plain, table
 from proofmass.blocks.declaration.catalog import all_blocks, family_of
 from proofmass.graphs.drawing.diagram import svg
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit_of, exhibits
@@ -61,20 +63,23 @@ def _page(item: Exhibit, *, runs: bool) -> str:
     if item.study:
         lines += _study(item, read_study(item.path))
     else:
-        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){{.diagram}}", ""]
-        lines += _graph(read_graph(item.path), runs=runs)
+        graph = read_graph(item.path)
+        attributes = diagram_attributes(svg(graph))
+        lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){attributes}", ""]
+        lines += _graph(item.name, graph, runs=runs)
     lines += ["## File", "", f"`proofmass new sensor.toml --from {item.name}` copies it.", ""]
     lines += fence("toml", item.path.read_text(encoding="utf-8"))
     return "\n".join(lines) + "\n"
 
 
-def _graph(graph: Graph, *, runs: bool) -> Iterator[str]:
+def _graph(name: str, graph: Graph, *, runs: bool) -> Iterator[str]:
     flat = flatten(graph)
     facts = [
         ("rate", write_rate(graph.rate) if graph.rate else ""),
         ("length of a run", f"{float(graph.duration):g} s" if graph.duration else ""),
         ("blocks, with those of its parts", str(len(flat.blocks))),
         ("wires", str(len(flat.wires))),
+        ("CPU time of a second", _cost(name)),
         ("control loops", ", ".join(map(code, graph.loops))),
         ("has outside, as a part", ", ".join(map(code, graph.exports))),
     ]
@@ -90,6 +95,18 @@ def _graph(graph: Graph, *, runs: bool) -> Iterator[str]:
     ]
     yield from ("## Blocks", "")
     yield from table(("kind", "how many"), rows)
+
+
+def costs() -> dict[str, float]:
+    """Return CPU seconds a simulated second of each graph that runs alone, by benchmarks/gallery_times.py."""
+    return dict(json.loads((Path(__file__).parents[1] / "gallery_times.json").read_text(encoding="utf-8")))
+
+
+def _cost(name: str) -> str:
+    cost = costs().get(name)
+    if cost is None:
+        return ""
+    return f"{1e3 * cost:.2g} ms of one core, " + ("faster than real time" if cost < 1.0 else "slower than real time")
 
 
 def _ticks(graph: Graph) -> float:

@@ -1,7 +1,10 @@
 """Pieces of Markdown that the generated pages are made of."""
 
+import re
 from collections.abc import Iterable, Sequence
 
+_DIAGRAM = re.compile(r'<svg [^>]*class="proofmass[ "][^>]*width="(\d+)"')
+_COLUMN, _LEAST = 744, 0.72  # pixels of the text beside a picture; how much a diagram may shrink to fit in there
 _FULL = 85  # letters of a line of a docstring that was broken for want of room
 
 
@@ -23,6 +26,21 @@ def code(text: object) -> str:
 def fence(language: str, text: str) -> list[str]:
     """Return the lines of a fenced block."""
     return [f"```{language}", *text.splitlines(), "```", ""]
+
+
+def diagram_attributes(picture: str) -> str:
+    """Return the attributes of a diagram that `draw` made: its size in the page; empty for other pictures.
+
+    It shrinks to the column as far as its letters can be read, scrolls beyond that, and a click shows it alone.
+
+    >>> diagram_attributes('<svg class="proofmass" width="1000" height="9">')
+    '{.diagram width=744px}'
+    """
+    size = _DIAGRAM.match(picture)
+    if not size:
+        return ""
+    own = int(size[1])
+    return f"{{.diagram width={min(own, max(_COLUMN, round(_LEAST * own)))}px}}"
 
 
 def plain(text: str) -> str:

@@ -8,6 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from docs.site.alive import live_page, with_frame
 from docs.site.gallery import gallery_pages, gallery_pictures
+from docs.site.markdown import diagram_attributes
 from docs.site.reference import contents, reference_pages
 
 ROOT = Path(__file__).parents[2]
@@ -24,7 +25,6 @@ FRONT = {  # pages outside docs/, and the landing page, by their names in the si
 _ALL_GRAPHS = (
     "\n## All others\n\n[All graphs of the library](gallery/index.md) have pages with picture, figures and file.\n"
 )
-_DIAGRAM = "{.diagram}"  # the class of a picture
 _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 _FENCE = re.compile(r"^(```.*?^```)$", re.DOTALL | re.MULTILINE)
 _ALONE = ("reference/blocks/", "gallery/", "decisions/")  # pages that an index of their own lists
@@ -125,16 +125,12 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
         return start + _relative(_place(there), name) + anchor + end
     if there.is_relative_to(DOCS / "pictures"):
         place = _relative(f"pictures/{there.relative_to(DOCS / 'pictures').as_posix()}", name)
-        return start + place + end + _DIAGRAM * _is_diagram(there)
+        attributes = diagram_attributes(there.read_text(encoding="utf-8")) if there.suffix == ".svg" else ""
+        return start + place + end + attributes
     place = f"files/{there.relative_to(ROOT).as_posix()}"
     (target / place).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(there, target / place)
     return start + _relative(place, name) + end
-
-
-def _is_diagram(picture: Path) -> bool:
-    """Return whether a picture is one that `draw` makes: these are shown unscaled, with a scroll bar."""
-    return picture.suffix == ".svg" and 'class="proofmass"' in picture.read_text(encoding="utf-8")[:200]
 
 
 def _relative(place: str, page: str) -> str:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
@@ -10,8 +11,9 @@ from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
+from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf, checked_quantity
 from proofmass.graphs.model.rates import read_duration
-from proofmass.graphs.model.requirements import TABLE, YIELD, Requirement
+from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
 
 _VERDICT = "stable"
 
@@ -26,9 +28,9 @@ class Asked(NamedTuple):
 
 def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     """Return the limits of a requirement in the unit of its quantity; raises `Refusal`."""
-    unit = _unit(flat, requirement.quantity)
+    quantity = quantity_of(flat, requirement)
     limits = [
-        missing if given is None else _limit(requirement, key, given, unit)
+        missing if given is None else _limit(quantity, key, given)
         for key, given, missing in (
             ("at_least", requirement.at_least, -math.inf),
             ("at_most", requirement.at_most, math.inf),
@@ -36,69 +38,93 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     ]
     if limits[0] > limits[1]:
         raise Refusal("nothing can meet it", key="at_least", got=shown(requirement.at_least), expected="below at_most")
-    if requirement.at and not is_margin(flat, requirement.quantity):
-        raise Refusal("is for margins, which have an operating point", key="at", got=shown(requirement.at))
+    if requirement.at and isinstance(quantity, MeasureOf | YieldOf):
+        raise Refusal("is for what is linearised, which has an operating point", key="at", got=shown(requirement.at))
+    if requirement.tolerances and isinstance(quantity, Verdict):
+        got = shown(requirement.tolerances)
+        raise Refusal("a verdict has no worst value", "require a margin", key="tolerances", got=got)
+    if requirement.tolerances == SPREAD and isinstance(quantity, YieldOf):
+        got, hint = shown(SPREAD), 'write tolerances of other parameters, { "torquer.gain" = "5 %" }'
+        raise Refusal("the spread is in the yield already", hint, key="tolerances", got=got)
     if requirement.at not in ("", SETTLED):
         try:
             read_duration(requirement.at)
         except Refusal as error:
             raise error.under("at", requirement.at) from None
-    return Asked(unit, *limits)
+    return Asked(quantity.unit, *limits)
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
     """Yield requirements of missing quantities, and limits that do not suit their quantity."""
     broken = (flat.measures.keys() | flat.root.derived.keys()) - measure_units(flat).keys()
     for name, requirement in flat.root.requirements.items():
-        if requirement.quantity in broken:
+        if isinstance(requirement.quantity, str) and requirement.quantity in broken:
             continue  # problems of a measure are reported at the measure
         try:
             asked(flat, requirement)
         except Refusal as error:
-            path = (TABLE, name, *([error.key] if error.key else ["quantity"]))
+            path = (TABLE, name, *(error.key.split(".") if error.key else ["quantity"]))
             got = error.got or shown(requirement.quantity)
             key, expected = ".".join(path), error.expected
             yield Problem(message=str(error), key=key, path=path, got=got, expected=expected, hint=error.hint)
 
 
-def is_margin(flat: FlatGraph, quantity: str) -> bool:
-    """Return whether a quantity is a margin, `main.phase_margin`."""
-    loop, margin = split(quantity)
-    return loop in flat.loops and margin in MARGIN_MEASURES
+@dataclass(frozen=True)
+class Verdict:
+    """Return whether a loop is stable."""
+
+    loop: str
+    unit: str = "1"
+
+    def __str__(self) -> str:
+        return f"{self.loop}.{_VERDICT}"
 
 
-def is_yield(flat: FlatGraph, quantity: str) -> bool:
-    """Return whether a quantity is the part of sensors that keep the limits of the study, or one of them."""
-    head = quantity.partition(".")[0]
-    return head == YIELD and quantity not in flat.measures and quantity not in flat.root.derived
-
-
-def _unit(flat: FlatGraph, quantity: str) -> str:
+def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | Verdict:
+    """Return the quantity of a requirement, whose name or table it has; raises `Refusal`."""
+    wanted = requirement.quantity
+    if not isinstance(wanted, str):
+        try:
+            return checked_quantity(wanted, flat)
+        except Refusal as error:
+            key = f"quantity.{error.key}" if error.key else "quantity"
+            raise Refusal(str(error), error.hint, key=key, got=error.got, expected=error.expected) from None
     units = measure_units(flat)
-    if quantity in units:
-        return units[quantity]
-    if is_margin(flat, quantity):
-        return MARGIN_MEASURES[split(quantity)[1]]
-    if is_yield(flat, quantity):
-        return "1"
+    if wanted in units:
+        return MeasureOf(wanted, units[wanted])
+    loop, margin = split(wanted)
+    if loop in flat.loops and margin == _VERDICT:
+        return Verdict(loop)
+    if loop in flat.loops and margin in MARGIN_MEASURES:
+        return LoopFigure(loop, margin, MARGIN_MEASURES[margin])
+    head, _, limit = wanted.partition(".")
+    if head == YIELD:
+        return YieldOf(limit)
     margins = [f"{loop}.{margin}" for loop in flat.loops for margin in MARGIN_MEASURES]
     names = [*flat.measures, *flat.root.derived, *margins, YIELD]
-    raise Refusal(f"there is no quantity {shown(quantity)[1:-1]}", did_you_mean(quantity, names, "the quantities"))
+    raise Refusal(f"there is no quantity {shown(wanted)[1:-1]}", did_you_mean(wanted, names, "the quantities"))
 
 
-def _limit(requirement: Requirement, key: str, written: float | str, unit: str) -> float:
+def _limit(quantity: Quantity | Verdict, key: str, written: float | str) -> float:
     try:
-        if split(requirement.quantity)[1] == _VERDICT and isinstance(written, str):
+        if isinstance(quantity, Verdict) and isinstance(written, str):
             return _verdict(written)
-        if unit == "dB":
-            return read_requirement(written, unit)
-        number = convert(written, unit) if isinstance(written, str) else float(written)
+        return _number(written, quantity.unit)
     except Refusal as error:
-        raise error.under(key, written, f"a quantity in {unit}") from None
+        raise error.under(key, written, f"a quantity in {quantity.unit}") from None
     except OverflowError:
         raise Refusal("is too large for a number", key=key, got=shown(written)) from None
+
+
+def _number(written: float | str, unit: str) -> float:
+    if unit == "dB":
+        return read_requirement(written, unit)
+    if unit == "%" and isinstance(written, str):
+        number = 100.0 * convert(written, "1")
+    else:
+        number = convert(written, unit) if isinstance(written, str) else float(written)
     if math.isnan(number):
-        raise Refusal("must be a number", key=key, got=shown(written))
+        raise Refusal("must be a number")
     return number
 
 

@@ -45,7 +45,7 @@ class Torn(NamedTuple):
 
     @property
     def steps(self) -> tuple[Step, ...]:
-        """All of it, the tears first."""
+        """All members of the loop, the tears first."""
         return self.tears + self.others
 
 
@@ -61,7 +61,7 @@ class AlgebraicLoop:
 
     @property
     def nodes(self) -> tuple[Endpoint, ...]:
-        """All of it, the tears first."""
+        """All members of the loop, the tears first."""
         return self.tears + self.others
 
 

@@ -7,7 +7,9 @@ from typing import Any
 from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.other_names import kind_hint
+from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.graphs.files.number_files import is_number_file, numbers_of_file
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph
@@ -67,8 +69,8 @@ class BlockTables:
             self.doubtful.add(name)
             return
         values = {key: value for key, value in table.items() if key not in BLOCK_KEYS}
-        values = self.formulas.of_block(kind, name, values)
         try:
+            values = self.formulas.of_block(kind, name, self._with_files(kind, name, values))
             self.blocks[name] = _block(kind, name, values)
         except ModelError as error:
             self.doubtful.add(name)
@@ -81,6 +83,23 @@ class BlockTables:
             self.rates[name] = table["rate"]
         if CLOCK_OFFSET in table:
             self.offsets[name] = table[CLOCK_OFFSET]
+
+    def _with_files(self, kind: type[Block], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+        """Return the table of a block with numbers in place of the files that hold them; raises `ModelError`."""
+        numbers, problems = dict(table), list[Problem]()
+        texts = {n: table.get(n, p.default) for n, p in kind.parameters.items() if p.kind is str}
+        for key, entry in table.items():
+            parameter = kind.parameters.get(key)
+            if parameter is None or parameter.kind is not tuple or not is_number_file(entry):
+                continue
+            path = ("blocks", name, key)
+            try:
+                numbers[key] = numbers_of_file(entry, self.place.folder, fill(parameter.unit, texts))
+            except Refusal as error:
+                problems.append(error.problem(".".join(path), entry, path=path))
+        if problems:
+            raise ModelError(problems)
+        return numbers
 
     def _read_table(self, name: str, table: dict[str, Any]) -> None:
         """Read a subgraph from a table of the file itself."""

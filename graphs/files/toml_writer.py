@@ -1,29 +1,40 @@
 """A graph as TOML text that reads back to the same graph."""
 
-from collections.abc import Callable, Iterator
+import re
+from collections.abc import Callable, Iterator, Mapping
 from functools import partial
+from typing import Any, Protocol
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
-from proofmass.graphs.model.requirements import Requirement
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import Value
 
+_BARE = re.compile(r"[A-Za-z0-9_-]+")
 SCHEMA_LINE = "#:schema proofmass-graph.json"
 
 
-def write_graph(graph: Graph) -> str:
+class WithTables(Protocol):
+    """A graph with tables beside it, such as `[tune]`, which writes both."""
+
+    def as_toml(self) -> str:
+        """Return the text of a graph file with these tables."""
+        ...
+
+
+def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
     """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
 
-    `graph` is any graph. What `read_graph` makes of the text is equal to it.
+    `graph` is any graph: what `read_graph` makes of the text is equal to it. Of a `Tuning` the text has `[tune]` too,
+    and `read_tuning` reads it back. `as_written` keeps quantities in the units in which they were given.
 
     >>> from proofmass import Graph, write_graph
     >>> from proofmass.blocks import Step
@@ -37,10 +48,12 @@ def write_graph(graph: Graph) -> str:
     kind = "Step"
     amplitude = 2.0
     """
-    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
+    if not isinstance(graph, Graph):
+        return graph.as_toml()
+    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written)]) + "\n"
 
 
-def _graph(graph: Graph, path: str) -> Iterator[str]:
+def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
     texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
     yield from (f"{key} = {_long_text(text)}" for key, text in texts if text and key != "name")
@@ -51,7 +64,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
     yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
-    yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
+    yield from _list("probes", [_probe(p) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
     if graph.values:
@@ -64,7 +77,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
         yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
-        requirements = (f"{quoted(n) if '.' in n else n} = {_table(r)}" for n, r in graph.requirements.items())
+        requirements = (f"{key_of(n)} = {inline(r.as_written())}" for n, r in graph.requirements.items())
         yield from ("", f"[{path}requirements]", *requirements)
     if graph.exports:
         yield from ("", f"[{path}exports]", *(f"{name} = {quoted(signal)}" for name, signal in graph.exports.items()))
@@ -81,13 +94,13 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
         yield from _offset(graph, name)
-        yield from _parameters(block, partial(_formula, graph, f"{name}."))
+        yield from _parameters(block, partial(_formula, graph, f"{name}."), as_written)
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
         yield from _offset(graph, name)
         if part.name:
             yield f"name = {quoted(part.name)}"
-        yield from _graph(part, f"{path}blocks.{name}.")
+        yield from _graph(part, f"{path}blocks.{name}.", as_written)
 
 
 def _formula(graph: Graph, target: str, entry: str = "") -> str:
@@ -97,8 +110,11 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
 
 
 def _offset(graph: Graph, name: str) -> Iterator[str]:
-    if name in graph.offsets:
-        yield f"{CLOCK_OFFSET} = {quoted(f'{graph.offsets[name]} s')}"
+    written = _formula(graph, f"{name}.{CLOCK_OFFSET}")
+    if name in graph.subgraphs and written:
+        return  # it stands among the formulas
+    if written or name in graph.offsets:
+        yield f"{CLOCK_OFFSET} = {quoted(written or f'{graph.offsets[name]} s')}"
 
 
 def _block_of(target: str) -> str:
@@ -111,7 +127,7 @@ def _value(value: Value) -> str:
     return value.written if plain else quoted(value.written)
 
 
-def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
+def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -> Iterator[str]:
     for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
         entries = [formula(f"{name}[{place}]") for place in range(len(value))] if isinstance(value, tuple) else []
@@ -126,6 +142,9 @@ def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
             continue
         unit = short_unit(unit_of(block, parameter))
         quantity = f"{value!r} {unit}"
+        if as_written and parameter.kind is float and (text := written(block, name)):
+            yield f"{name} = {quoted(text)}"
+            continue
         if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
             yield f"{name} = {quoted(quantity)}"
         elif parameter.kind in (str, Fixed):
@@ -136,21 +155,38 @@ def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
             yield f"{name} = {list(value) if isinstance(value, tuple) else repr(value)}"
 
 
-def _probe(signal: str, every: int) -> str:
-    return quoted(signal) if every == 1 else f"{{ signal = {quoted(signal)}, every = {every} }}"
+def _probe(probe: Probe) -> str:
+    signal = quoted(probe.signal)
+    more = (f", every = {probe.every}" if probe.every != 1 else "") + (
+        f", unit = {quoted(probe.unit)}" if probe.unit else ""
+    )
+    return f"{{ signal = {signal}{more} }}" if more else signal
 
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
     begin += f", until = {quoted(f'{measure.until} s')}" if measure.until is not None else ""
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
+    options |= {"unit": measure.unit} if measure.unit else {}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
 
 
-def _table(requirement: Requirement) -> str:
-    entries = requirement.as_written().items()
-    return "{ " + ", ".join(f"{k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in entries) + " }"
+def inline(entry: Any) -> str:
+    """A table, a list, a text, a truth value or a number as one line of TOML."""
+    if isinstance(entry, Mapping):
+        entries = ", ".join(f"{key_of(key)} = {inline(value)}" for key, value in entry.items())
+        return f"{{ {entries} }}" if entries else "{}"
+    if isinstance(entry, list | tuple):
+        return f"[{', '.join(map(inline, entry))}]"
+    if isinstance(entry, bool):
+        return "true" if entry else "false"
+    return quoted(entry) if isinstance(entry, str) else repr(entry)
+
+
+def key_of(name: str) -> str:
+    """A key of TOML, in quotes where it needs them."""
+    return name if _BARE.fullmatch(name) else quoted(name)
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import keep_written
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
@@ -14,7 +15,16 @@ from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Given, Graph, split
 from proofmass.graphs.model.rates import read_duration, read_rate
-from proofmass.graphs.model.targets import DURATION, RATE, Target, number_of, rate_of, target_at
+from proofmass.graphs.model.targets import (
+    CLOCK_OFFSET,
+    DURATION,
+    RATE,
+    Target,
+    number_of,
+    offset_of,
+    rate_of,
+    target_at,
+)
 from proofmass.graphs.model.values import Value, quantity_of, read_values
 
 
@@ -23,11 +33,12 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
 
     Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
     equals sign is a new formula: `{"sensor.mass": "= 2 * mass"}`. A rate is "rate", or "adc.rate" of a block or
-    subgraph of the graph itself; a run may have another "duration".
+    subgraph of the graph itself, as a clock offset is "adc.clock_offset"; a run may have another "duration".
     """
     values, formulas = dict[str, object](graph.values), dict(graph.formulas)
     numbers: dict[str, object] = {}
     rates: dict[str, Any] = {}
+    offsets: dict[str, Fraction] = {}
     problems: list[Problem] = []
     for key, change in changes.items():
         target = graph.exports.get(key, key)
@@ -40,9 +51,12 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
         entries, own, wrong = read_formulas(target, change)
         formulas |= own
         problems += wrong
-        if entries is not None and _is_rate(graph, target):
+        if entries is not None and is_rate(graph, target):
             try:
-                rates[split(target)[0] or target] = (read_duration if target == DURATION else read_rate)(entries)
+                if split(target)[1] == CLOCK_OFFSET:
+                    offsets[split(target)[0]] = read_duration(entries)
+                else:
+                    rates[split(target)[0] or target] = (read_duration if target == DURATION else read_rate)(entries)
             except Refusal as error:
                 problems.append(error.problem(key, change))
         elif entries is not None:
@@ -52,19 +66,21 @@ def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
     if problems:
         raise ModelError(problems)
     changed = graph.changed(values=read, formulas=formulas)
-    return settled(_with_rates(changed, rates) if rates else changed, numbers)
+    return settled(_with_offsets(_with_rates(changed, rates), offsets), numbers)
 
 
-def _is_rate(graph: Graph, target: str) -> bool:
-    """Return whether a name is the rate of the graph or of a part of it, or the duration of a run."""
+def is_rate(graph: Graph, target: str) -> bool:
+    """Return whether a name is a rate or clock offset of the graph or a part of it, or the duration of a run."""
     owner, _, entry = target.rpartition(".")
-    return target in (RATE, DURATION) or (entry == RATE and (owner in graph.blocks or owner in graph.subgraphs))
+    known = owner in graph.blocks or owner in graph.subgraphs
+    return target in (RATE, DURATION) or (entry in (RATE, CLOCK_OFFSET) and known)
 
 
 def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
     """Return the graph with these parameters, and with those of its formulas; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
+    offsets: dict[str, Fraction] = {}
     parameters = dict(numbers)
     for target, formula in graph.formulas.items():
         name, entry = split(target)
@@ -72,6 +88,8 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
         try:
             if entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
                 rates[name] = read_rate(rate_of(formula, graph.values))
+            elif entry == CLOCK_OFFSET and (name in graph.blocks or name in graph.subgraphs):
+                offsets[name] = read_duration(offset_of(formula, graph.values))
             elif target == DURATION:
                 rates[target] = read_duration(Fraction(repr(number_of(formula, graph.values, Target("s")))))
             else:
@@ -80,7 +98,7 @@ def settled(graph: Given, numbers: Mapping[str, object]) -> Given:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_rates(graph, rates), parameters)
+    return _with_numbers(_with_offsets(_with_rates(graph, rates), offsets), parameters)
 
 
 def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
@@ -90,6 +108,12 @@ def _with_rates(graph: Given, rates: Mapping[str, Any]) -> Given:
     parts = {name: part.changed(rate=rates[name]) for name, part in graph.subgraphs.items() if name in rates}
     alone = {key: rates[name] for key, name in ((RATE, ""), (RATE, RATE), (DURATION, DURATION)) if name in rates}
     return graph.changed(rates={**graph.rates, **own}, subgraphs={**graph.subgraphs, **parts}, **alone)
+
+
+def _with_offsets(graph: Given, offsets: Mapping[str, Fraction]) -> Given:
+    if not offsets:
+        return graph
+    return graph.changed(offsets={name: made for name, made in {**graph.offsets, **offsets}.items() if made})
 
 
 def _with_numbers(graph: Given, changes: Mapping[str, object]) -> Given:
@@ -191,7 +215,7 @@ def _changed(block: Block, values: dict[str, object]) -> Block:
             now[whole] = tuple(entries)
         else:
             now[name] = value
-    return type(block)(**now)
+    return keep_written(type(block)(**now), block, {name.partition("[")[0] for name in values})
 
 
 def _key(problem: Problem) -> str:

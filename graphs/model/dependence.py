@@ -14,7 +14,7 @@ from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import evaluated, plainly, slopes
 from proofmass.graphs.model.flatten import parts
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.targets import DURATION, RATE, target_at
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE, target_at
 
 
 @dataclass(frozen=True)
@@ -105,8 +105,8 @@ class Dependence:
 
 
 def is_fixed(target: str) -> bool:
-    """Return whether a formula sets a rate or the duration, which no run can vary."""
-    return split(target)[1] == RATE or target == DURATION
+    """Return whether a formula sets a rate, a clock offset or the duration, which no run can vary."""
+    return split(target)[1] in (RATE, CLOCK_OFFSET) or target == DURATION
 
 
 def _unit(part: Graph, target: str) -> str:

@@ -40,7 +40,7 @@ TOP_KEYS = {
     "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
     "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
     "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
-    "requirements": "What a measure, a margin or a yield must keep, by ids; `proofmass verify` shows whether it does.",
+    "requirements": "What measures, margins, noise or yields must keep, by ids; `proofmass verify` looks at them.",
     "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
     "tune": "What to tune: [tune.free] and [tune.goals]; `proofmass tune` finds the parameters.",
     "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
@@ -55,6 +55,7 @@ OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
     "until": "Until which time; to the end when nothing is said.",
+    "unit": 'In which unit tables show it, such as "deg/h"; its value stays in that of the signal.',
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
@@ -71,10 +72,11 @@ LOOP_KEYS = {
 }
 REQUIREMENT_KEYS = {
     "text": "What is required, in words.",
-    "quantity": 'A measure, "bias"; a margin, "main.phase_margin"; "yield" of the study, or of a limit, "yield.bias".',
+    "quantity": 'A measure, "bias"; a margin, "main.phase_margin"; "yield.bias"; or a table as goals of [tune] have.',
     "at_least": "Smallest value that meets it, a number in the unit of the quantity or a text with its own.",
     "at_most": "Largest value that meets it.",
-    "at": 'Of a margin: the time at which the loop is linearised, "0 s" when nothing is said, or "settled".',
+    "at": 'Of what is linearised: the time, "0 s" when nothing is said, or "settled".',
+    "tolerances": 'The limits hold for the worst case within these: { "pid.gain" = "5 %" }, or "spread" of [study].',
 }
 STUDY_KEYS = {
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml".',

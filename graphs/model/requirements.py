@@ -11,6 +11,7 @@ from proofmass.graphs.model.limits import TEXT_LENGTH
 
 TABLE = "requirements"
 YIELD = "yield"
+SPREAD = "spread"  # tolerances that are the spread of the study
 _ID = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9_.-]{0,62}[A-Za-z0-9])?")
 _EXPECTED_ID = "at most 64 letters, digits, dots, hyphens and underscores"
 _EXAMPLE = 'write bias = { quantity = "bias", at_most = "1 mV", text = "The bias after start-up." }'
@@ -20,11 +21,12 @@ _EXAMPLE = 'write bias = { quantity = "bias", at_most = "1 mV", text = "The bias
 class Requirement:
     """Limits of a quantity, as written: numbers in its unit, or texts with their own."""
 
-    quantity: str  # a measure, a margin "main.phase_margin", or "yield", "yield.bias"
+    quantity: str | Mapping[str, Any]  # a measure, "main.phase_margin", "yield.bias", or a table as goals have
     text: str = ""
     at_least: float | str | None = None
     at_most: float | str | None = None
-    at: str = ""  # operating point of a margin
+    at: str = ""  # operating point of what is linearised
+    tolerances: str | Mapping[str, Any] = ""  # the limits hold for the worst case within these
 
     def as_written(self) -> dict[str, Any]:
         """Return the entries that are not empty, as in a graph file."""
@@ -61,6 +63,12 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         elif key in ("at_least", "at_most"):
             if isinstance(value, bool) or not isinstance(value, int | float | str):
                 yield _problem("must be a number, or a text with a unit", name, key, got=shown(value))
+        elif key == "quantity" and isinstance(value, Mapping):
+            continue  # read with the graph
+        elif key == "tolerances":
+            if not (isinstance(value, Mapping) and value) and value != SPREAD:
+                hint = f'write {{ "torquer.gain" = "5 %" }}, or "{SPREAD}" for that of [study]'
+                yield _problem("must be a table of tolerances", name, key, got=shown(value), hint=hint)
         elif not isinstance(value, str) or len(value) > 10 * TEXT_LENGTH:
             yield _problem("must be a text", name, key, got=shown(value))
     if "quantity" not in table:

@@ -48,14 +48,14 @@ class Statistic:
 
 
 LAST = "last"
-_PERCENT = Option("Of a percentile: the part of the values that lies below it, in per cent.", "99")
-_TAU = Option('Of an Allan deviation: the averaging time, "1 s".', '"1 s"', samples="averaging", least=2)
-_TARGET = Option("Of a settling time: where the signal settles.", "1.0")
-_WITHIN = Option("Of a settling time: how far from the target it may be.", "0.01")
-_FREQUENCY = Option('Of a tone or a density: its frequency, "100 Hz".', '"100 Hz"')
-_LOW = Option('Of the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.', '"1 Hz"')
-_HIGH = Option('Of the rms in a band: where the band ends, "100 Hz".', '"100 Hz"')
-_SEGMENT = Option('Of a density: how long a segment is, "1 s".', '"1 s"', samples="segment")
+_PERCENT = Option("For a percentile: how many per cent of the values lie below it.", "99")
+_TAU = Option('For an Allan deviation: the averaging time, "1 s".', '"1 s"', samples="averaging", least=2)
+_TARGET = Option("For a settling time: where the signal settles.", "1.0")
+_WITHIN = Option("For a settling time: how far from the target it may be.", "0.01")
+_FREQUENCY = Option('For a tone or a density: its frequency, "100 Hz".', '"100 Hz"')
+_LOW = Option('For the rms in a band: where the band begins, "1 Hz"; 0 keeps the mean.', '"1 Hz"')
+_HIGH = Option('For the rms in a band: where the band ends, "100 Hz".', '"100 Hz"')
+_SEGMENT = Option('For a density: how long a segment is, "1 s".', '"1 s"', samples="segment")
 STATISTICS: Mapping[str, Statistic] = MappingProxyType(
     {
         "mean": Statistic(RunningStatistics, "mean"),

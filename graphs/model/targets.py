@@ -51,6 +51,14 @@ def rate_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
     return _exactly(formula, values, "Hz")
 
 
+def offset_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
+    """Return the clock offset in seconds that a formula gives; raises `Refusal`."""
+    number = number_of(formula, values, Target("s"))
+    if not 0.0 <= number < math.inf:
+        raise Refusal(f"must be at least zero, not {float(number):g} s")
+    return simplest(float(number)) if number else Fraction(0)
+
+
 def _exactly(formula: Formula, values: Mapping[str, Value], unit: str) -> Fraction:
     """Return the value of a formula without the rounding of its arithmetic."""
     number = number_of(formula, values, Target(unit))
@@ -62,6 +70,8 @@ def _exactly(formula: Formula, values: Mapping[str, Value], unit: str) -> Fracti
 def target_at(graph: Graph, signal: str) -> Target:
     """Return what a path names, as the target of a formula; raises `Refusal`."""
     name, entry = split(signal)
+    if entry == CLOCK_OFFSET and (name in graph.blocks or name in graph.subgraphs):
+        return Target("s")
     if name in graph.blocks:
         if entry == RATE:
             return Target("Hz", rate=True)

@@ -6,6 +6,7 @@ from urllib.parse import quote
 
 from proofmass.blocks.declaration.catalog import Own, all_blocks, facts
 from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.number_files import PARTS
 from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.model.keys import (
@@ -20,21 +21,30 @@ from proofmass.graphs.model.keys import (
 )
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
+from proofmass.graphs.model.requirements import SPREAD
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.targets import CLOCK_OFFSET
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import Schema, study_schema
-from proofmass.graphs.schema.tune_schema import tune_schema
+from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
+FILE, STUDY_FILE = "graph file", "study file"  # names of their schemas
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
-_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
+_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%°√1(][A-Za-zµμΩ%°√²³·⋅×0-9*/^()+. -]*)?$"
 _NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
 _SIGNAL = rf"{_NAME}(\.{_NAME})+"
 _PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
 _EXPORTS_OF_SIGNALS: Schema = {  # without values there are none to export
     "if": {"not": {"required": ["values"]}},
     "then": {"properties": {"exports": {"additionalProperties": {"pattern": f"^{_SIGNAL}$"}}}},
+}
+_UNIT: Schema = {"type": "string", "maxLength": 200}
+_GRAPH: Schema = {  # what a graph must have, as a file and as a table
+    "required": ["blocks"],
+    "not": {"required": ["samples", "duration"]},
+    **_EXPORTS_OF_SIGNALS,
+    "additionalProperties": False,
 }
 _FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
@@ -48,7 +58,7 @@ _JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "s
 
 
 def schema(own: Own | None = None) -> Schema:
-    """Return the JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    """Return the JSON Schema, draft 2020-12, of graphs and studies; `own` are the caller's own blocks by name."""
     kinds = all_blocks(own)
     rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
@@ -100,16 +110,21 @@ def schema(own: Own | None = None) -> Schema:
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "proofmass graph",
+        "title": "proofmass graph or study",
         "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
-        "required": ["blocks"],
-        "not": {"required": ["samples", "duration"]},
-        **_EXPORTS_OF_SIGNALS,
-        "additionalProperties": False,
+        "anyOf": [{"$ref": f"#/$defs/{quote(FILE)}"}, {"$ref": f"#/$defs/{quote(STUDY_FILE)}"}],
         "$defs": {
+            FILE: {
+                "title": "proofmass graph",
+                "type": "object",
+                "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
+                **_GRAPH,
+            },
+            # a reference with keys beside it: what is not said here is the study's
+            STUDY_FILE: {"title": "proofmass study", "$ref": "#/$defs/study", "required": ["graph"]},
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
+            "numbers": _numbers(),
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
             "study": study_schema(LARGEST_STUDY),
@@ -132,7 +147,7 @@ def _block(kind: type[Block], rate: Schema) -> Schema:
         properties["rate"] = {"description": BLOCK_KEYS["rate"], **rate}
         properties[CLOCK_OFFSET] = {
             "description": BLOCK_KEYS[CLOCK_OFFSET],
-            **_quantity({"type": "number", "minimum": 0}),
+            **_formulated({"type": "number", "minimum": 0}),
         }
     properties |= {name: _parameter(parameter) for name, parameter in about["parameters"].items()}
     return {
@@ -163,6 +178,7 @@ def _measures() -> Schema:
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
         "until": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "unit": _UNIT,
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
     measure = {
@@ -201,7 +217,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
     values: dict[str, Schema] = {
         "graph": {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH},
         "rate": rate,
-        CLOCK_OFFSET: _quantity({"type": "number", "minimum": 0}),
+        CLOCK_OFFSET: _formulated({"type": "number", "minimum": 0}),
         "count": {"type": "integer", "minimum": 1, "maximum": BLOCKS},
     }
     inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
@@ -216,12 +232,9 @@ def _parts(rate: Schema) -> dict[str, Schema]:
         },
         "graph": {
             "type": "object",
-            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS}
+            "properties": {key: {"$ref": f"#/$defs/{quote(FILE)}/properties/{key}"} for key in TOP_KEYS}
             | {CLOCK_OFFSET: {"description": PART_KEYS[CLOCK_OFFSET], **values[CLOCK_OFFSET]}},
-            "required": ["blocks"],
-            "not": {"required": ["samples", "duration"]},
-            **_EXPORTS_OF_SIGNALS,
-            "additionalProperties": False,
+            **_GRAPH,
         },
     }
 
@@ -244,13 +257,24 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
         return about | {"enum": parameter["choices"]}
     if parameter["type"] == "list":
         entry = _formulated({"type": "number"} | bounds)
-        return about | {"type": "array", "minItems": 1, "items": entry}
+        return about | {"anyOf": [{"type": "array", "minItems": 1, "items": entry}, {"$ref": "#/$defs/numbers"}]}
     if parameter["type"] == "format":
         return about | {"type": "string", "pattern": _FORMAT}
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     if parameter["type"] == "str":
         return about | value | {"maxLength": TEXT_LENGTH}
     return about | (value if parameter["type"] == "bool" else _formulated(value))
+
+
+def _numbers() -> Schema:
+    """Return the schema of a list of numbers that a file holds."""
+    name = {"type": "string", "maxLength": TEXT_LENGTH}
+    return {
+        "type": "object",
+        "properties": {"file": name, "column": name, "part": {"enum": list(PARTS)}},
+        "required": ["file"],
+        "additionalProperties": False,
+    }
 
 
 def _bounds(parameter: Mapping[str, Any]) -> Schema:
@@ -277,6 +301,13 @@ def _requirement() -> Schema:
         key: {"type": ["number", "string"]} if key in ("at_least", "at_most") else {"type": "string"}
         for key in REQUIREMENT_KEYS
     }
+    values["quantity"] = {"anyOf": [{"type": "string"}, quantity_schema({}, {})]}
+    tolerances: Schema = {
+        "type": "object",
+        "minProperties": 1,
+        "additionalProperties": {"type": ["number", "string", "array"]},
+    }
+    values["tolerances"] = {"anyOf": [{"const": SPREAD}, tolerances]}
     return {
         "type": "object",
         "properties": {key: {"description": doc, **values[key]} for key, doc in REQUIREMENT_KEYS.items()},
@@ -295,7 +326,11 @@ def _probe() -> Schema:
     signal = {"type": "string", "pattern": f"^{_SIGNAL}$"}
     table = {
         "type": "object",
-        "properties": {"signal": signal, "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN}},
+        "properties": {
+            "signal": signal,
+            "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
+            "unit": _UNIT,
+        },
         "required": ["signal"],
         "additionalProperties": False,
     }

@@ -1,12 +1,13 @@
 """JSON Schema of the table `[tune]` of a graph file."""
 
+from collections.abc import Mapping
 from typing import Any
 
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.model.quantities import FIGURES, QUANTITIES, QUANTITY_KEYS, RESPONSE_FIGURES
 from proofmass.graphs.tuning.build import MOST_SAMPLES, MOST_STARTS, SAMPLES, SCALES, STARTS
-from proofmass.graphs.tuning.quantities import FIGURES, QUANTITY_KEYS
 
 Schema = dict[str, Any]
 
@@ -32,23 +33,35 @@ def tune_schema() -> Schema:
     return _table(values, TUNE_KEYS) | {"required": ["free", "goals"]}
 
 
-def _goal() -> Schema:
+def quantity_schema(more: dict[str, Schema], docs: Mapping[str, str]) -> Schema:
+    """Return the keys that name a quantity, and others beside them."""
     quantity: dict[str, Schema] = dict.fromkeys(QUANTITY_KEYS, _TEXT)
-    quantity["figure"] = {"enum": list(FIGURES)}
+    quantity["figure"] = {"enum": [*FIGURES, *(figure for figure in RESPONSE_FIGURES if figure not in FIGURES)]}
     quantity["band"] = {"type": "array", "minItems": 2, "maxItems": 2, "items": _NUMBER}
-    wanted: dict[str, Schema] = {"at_least": _LIMIT, "at_most": _LIMIT} | dict.fromkeys(
-        ("soft", "minimise", "maximise"), _FLAG
-    )
-    kinds = ("loop", "noise", "scale_factor", "bias", "measure")
-    needs = {"loop": ["figure"], "figure": ["loop"], "scale_factor": ["input"], "bias": ["input"], "band": ["noise"]}
-    return _table(quantity | wanted, {**QUANTITY_KEYS, **GOAL_KEYS}) | {
-        "oneOf": [{"required": [key]} for key in kinds],
-        "anyOf": [{"required": [key]} for key in wanted if key != "soft"],
+    quantity["frequency"] = _NUMBER
+    quantity["yield"] = {"anyOf": [{"const": True}, _TEXT]}
+    needs = {
+        "loop": ["figure"],
+        "scale_factor": ["input"],
+        "bias": ["input"],
+        "response": ["input"],
+        "band": ["noise"],
+        "frequency": ["response"],
+    }
+    return _table(quantity | more, {**QUANTITY_KEYS, **docs}) | {
+        "oneOf": [{"required": [key]} for key in QUANTITIES],
         "dependentRequired": needs,
     }
 
 
-def _table(values: dict[str, Schema], docs: dict[str, str]) -> Schema:
+def _goal() -> Schema:
+    wanted: dict[str, Schema] = {"at_least": _LIMIT, "at_most": _LIMIT} | dict.fromkeys(
+        ("soft", "minimise", "maximise"), _FLAG
+    )
+    return quantity_schema(wanted, GOAL_KEYS) | {"anyOf": [{"required": [key]} for key in wanted if key != "soft"]}
+
+
+def _table(values: dict[str, Schema], docs: Mapping[str, str]) -> Schema:
     return {
         "type": "object",
         "properties": {key: {"description": docs[key], **value} for key, value in values.items()},

@@ -30,7 +30,7 @@ def age_text(seconds: float) -> str:
 
 
 def some_of(ages: Sequence[float]) -> frozenset[float]:
-    """At most a dozen of the ages at regular steps, for tables; the first and the last are among them.
+    """Return at most a dozen of the ages at regular steps, the first and the last among them, for tables.
 
     >>> sorted(some_of([0.0, 1.0, 2.0])), len(some_of(range(121)))
     ([0.0, 1.0, 2.0], 11)

@@ -24,7 +24,7 @@ _SLACK = 1e-9  # of an interval, for ages that are rounded
 
 @dataclass(frozen=True)
 class Recalibration:
-    """When sensors are calibrated, and which parameters keep which measures of that run.
+    """Times of calibrations, and the parameters that store measures of their runs.
 
     The first epoch always calibrates: it is the factory's. Each interval is a point that every sensor is tried at.
     """

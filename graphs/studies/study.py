@@ -56,13 +56,20 @@ class Study:
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""
-        study = type(self).__new__(type(self))
-        fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        fields |= {"runs": runs, "seed": seed}
-        Study.__init__(study, **fields)
+        study = self._with(runs=runs, seed=seed)
         problems = list(bad_numbers(study))
         if problems:
             raise ModelError(problems)
+        return study
+
+    def at(self, values: Mapping[str, float]) -> Self:
+        """Return the study about other values of parameters: a sweep that has one point in each of them."""
+        return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})
+
+    def _with(self, **values: Any) -> Self:
+        study = type(self).__new__(type(self))
+        fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
+        Study.__init__(study, **{**fields, **values})
         return study
 
     def placed(self, problem: Problem) -> Problem:

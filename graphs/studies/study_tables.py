@@ -154,7 +154,7 @@ class StudyTables:
         return tuple(read) or (0.0,)
 
     def recalibration(self, entry: object) -> Recalibration:
-        """When calibrations take place, and which parameters keep which measures."""
+        """Return the times of calibrations, and the parameters that store measures of their runs."""
         if entry == {}:
             return Recalibration()
         try:

@@ -1,9 +1,9 @@
 """Variants of a study: designs with names, and values of a sweep for which the loop is compiled anew.
 
 Each variant is a study of its own, with the same seed, so that all have the same sensors. What a variant says takes the
-place of what the study says, key by key; `set` changes parameters of the graph, of any kind. A sweep over integers,
-texts, truth values, numbers in fixed point, or over a law of drift, `"drift.amplifier.gain.ramp"`, makes a variant of
-each of its values.
+place of what the study says, key by key; `set` changes parameters of the graph, of any kind. A sweep makes a variant of
+each of its values where these are integers, texts, truth values, numbers in fixed point, rates or clock offsets, and
+where they are those of a law of drift, `"drift.amplifier.gain.ramp"`.
 """
 
 import itertools
@@ -12,6 +12,9 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
+from proofmass.graphs.model.changes import is_rate
+from proofmass.graphs.model.dependence import Dependence
+from proofmass.graphs.model.dependence import is_fixed as is_clock
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.keys import STUDY_KEYS
@@ -100,7 +103,11 @@ def _each_value(variant: Variant, graph: Graph, flat: FlatGraph) -> Iterator[tup
 
 
 def _is_fixed(key: str, graph: Graph, flat: FlatGraph) -> bool:
-    """Return whether a name is a parameter for which the loop is compiled anew."""
+    """Return whether a name is a rate, a value that rates follow from, or a parameter for which code is made anew."""
+    if is_rate(graph, graph.exports.get(key, key)):
+        return True
+    if key in graph.values:
+        return any(is_clock(step.target) for step in Dependence(graph).followers([key]))
     found = find_any(flat, inside(graph, graph.exports.get(key, key)).partition("[")[0])
     if isinstance(found, Missing) or not isinstance(found[1], Parameter):
         return False

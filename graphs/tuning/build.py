@@ -13,10 +13,11 @@ from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.loops import SETTLED, read_requirement
+from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
-from proofmass.graphs.tuning.quantities import QUANTITY_KEYS, LoopFigure, read_quantity_of
 from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 
 Tables = Mapping[str, Any]
@@ -38,14 +39,22 @@ def tuning_of(
     starts: object = STARTS,
     samples: object = SAMPLES,
     seed: object = 0,
+    study: Study | None = None,
     place: Place = NOWHERE,
 ) -> Tuning:
-    """Return a tuning from tables as they stand in a graph file; raises `ModelError` with every problem."""
+    """Return a tuning from tables as they stand in a graph file; raises `ModelError` with every problem.
+
+    `study` is the study of the graph of which yields are goals.
+    """
     read = _Tables(checked(graph), "")
     frees = read.parameters("free", free, _read_free)
     for name, problem in _outside(read, frees):
         read.refuse(problem, "free", read.written[name])
     wanted = read.goals(goals)
+    for name, goal in wanted.items():
+        if isinstance(goal.quantity, YieldOf) and study is None:
+            hint = "add [study] with spread and limits to the file"
+            read.refuse(Refusal("a yield is wanted, and there is no study with limits", hint), "goals", name)
     own_points = {str(name): read.parameters(f"points.{name}", table, _value) for name, table in _named(read, points)}
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
     for key, entries, example in (("free", frees, _FREE), ("goals", wanted, _GOAL)):
@@ -71,6 +80,7 @@ def tuning_of(
         tolerances=corners,
         at=moment,
         written=MappingProxyType(read.written),
+        study=study,
         place=place,
         **numbers,
     )
@@ -114,7 +124,7 @@ class _Tables(StudyTables):
             raise Refusal("is soft as it is", "leave soft out, or give a limit", key="soft", got="true")
         if limits.get("at_least", -math.inf) > limits.get("at_most", math.inf):
             raise Refusal("nothing can meet it", got=shown(dict(table)), expected="at_least below at_most")
-        if isinstance(quantity, LoopFigure) and quantity.figure == "settling_time" and flags["maximise"]:
+        if getattr(quantity, "figure", "") == "settling_time" and flags["maximise"]:
             raise Refusal("a settling time has no upper end", key="maximise", got="true")
         low, high = limits.get("at_least", -math.inf), limits.get("at_most", math.inf)
         return Goal(quantity, low, high, **flags)

@@ -10,6 +10,7 @@ from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
+from proofmass.graphs.studies.study_reader import STUDY, study_of_table
 from proofmass.graphs.tuning.build import tuning_of, unknown_keys
 from proofmass.graphs.tuning.tuning import Tuning
 
@@ -45,16 +46,23 @@ def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
 def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     """The tuning in a parsed file, of its graph; raises `ModelError`."""
     table: Any = data.get(TUNE)
-    place = dataclasses.replace(place, top=(TUNE,))
+    of_file, place = place, dataclasses.replace(place, top=(TUNE,))
     if not isinstance(table, dict):
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
         raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
+    study = study_of_table(data, of_file, graph) if STUDY in data and _asks_yields(table) else None
+    given = {key: value for key, value in table.items() if key in TUNE_KEYS}
     try:
-        tuning = tuning_of(graph, place=place, **{key: value for key, value in table.items() if key in TUNE_KEYS})
+        tuning = tuning_of(graph, study=study, place=place, **given)
     except ModelError as error:
         problems += error.problems
     if problems or tuning is None:
         placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
         raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line)))
     return tuning
+
+
+def _asks_yields(table: dict[str, Any]) -> bool:
+    goals = table.get("goals")
+    return isinstance(goals, dict) and any(isinstance(goal, dict) and "yield" in goal for goal in goals.values())

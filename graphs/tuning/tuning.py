@@ -5,12 +5,16 @@ import itertools
 import math
 from collections.abc import Mapping
 from functools import cached_property
+from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.files.toml_writer import inline, key_of, write_graph
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.tuning.quantities import Quantity
+from proofmass.graphs.model.graph import NOWHERE, Graph, Place
+from proofmass.graphs.model.quantities import Quantity, quantity_table
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_writer import write_study
 
 MOST_POINTS = 256  # operating points times corners
 
@@ -46,6 +50,11 @@ class Free:
             return value * math.log(self.at_most / self.at_least)
         return self.at_most - self.at_least
 
+    def as_table(self) -> dict[str, Any]:
+        """Return the bounds and the axis as a graph file has them."""
+        scale = "logarithmic" if self.logarithmic else "linear"
+        return {"at_least": self.at_least, "at_most": self.at_most, "scale": scale}
+
 
 @dataclasses.dataclass(frozen=True)
 class Goal:
@@ -75,8 +84,14 @@ class Goal:
 
     @property
     def limits(self) -> tuple[tuple[float, float], ...]:
-        """Each limit with the sign that makes the distance into the allowed side positive."""
+        """Limits, each with the sign that makes the distance into the allowed side positive."""
         return tuple((s, limit) for s, limit in ((1.0, self.at_least), (-1.0, self.at_most)) if math.isfinite(limit))
+
+    def as_table(self) -> dict[str, Any]:
+        """Return the goal as a graph file has it, with limits in the unit of its quantity."""
+        limits = {("at_least" if sign > 0.0 else "at_most"): limit for sign, limit in self.limits}
+        flags = {name: True for name in ("soft", "minimise", "maximise") if getattr(self, name)}
+        return {**quantity_table(self.quantity), **limits, **flags}
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
@@ -113,7 +128,8 @@ class Tuning:
     samples: int  # of the bounds, before the search
     seed: int  # of the samples
     written: Mapping[str, str]  # names that a person wrote, by those of the flat graph
-    place: Place  # file and lines that it comes from
+    study: Study | None = None  # that has the yields among the goals
+    place: Place = dataclasses.field(default=NOWHERE, compare=False, repr=False)  # file and lines that it comes from
 
     @property
     def nominal(self) -> dict[str, float]:
@@ -136,6 +152,24 @@ class Tuning:
     def placed(self, problem: Problem) -> Problem:
         """Return a problem with its file and line."""
         return problem if problem.file else problem.at(*self.place.find(problem.path))
+
+    def as_toml(self) -> str:
+        """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""
+        names = {name: self.written.get(name, name) for name in (*self.free, *self.tolerances)}
+        settings = {"at": self.at} if self.at else {}
+        settings |= {key: getattr(self, key) for key in ("starts", "samples", "seed")}
+        tables: dict[str, Mapping[str, Any]] = {
+            "free": {names[name]: free.as_table() for name, free in self.free.items()},
+            "goals": {name: goal.as_table() for name, goal in self.goals.items()},
+            "points": self.points,
+            "tolerances": {names[name]: width for name, width in self.tolerances.items()},
+        }
+        lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph), "[tune]"]
+        lines += [f"{key} = {inline(entry)}" for key, entry in settings.items()]
+        for name, table in tables.items():
+            entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]
+            lines += ["", f"[tune.{name}]", *entries] if entries else []
+        return "\n".join(lines) + "\n"
 
     def cases(self) -> dict[str, tuple[Mapping[str, float], Mapping[str, float]]]:
         """Return values and factors of parameters at each operating point and corner, by a name for people."""

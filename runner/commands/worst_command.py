@@ -1,6 +1,6 @@
 """The command `worst`: how bad margins, noise, scale factors and measures can get within tolerances."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,8 @@ from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
 from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.text_table import text_table
+from proofmass.runner.studies.whole.study import run_study
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,9 @@ class WorstRequest:
     noises: tuple[str, ...]
     scale_factors: tuple[str, ...]
     biases: tuple[str, ...]
+    responses: tuple[str, ...]
     measures: tuple[str, ...]
+    yields: tuple[str, ...]
     source_signal: str
     band: tuple[str, str] | None
     tolerances: tuple[str, ...]
@@ -39,6 +43,7 @@ class WorstRequest:
     corners: int
     samples: int
     seed: int | None
+    runs: int | None
     picture: Path | None
     changes: tuple[str, ...]
     quiet: bool
@@ -60,14 +65,33 @@ def show_worst(request: WorstRequest) -> int:
             seed=request.seed or 0,
             progress=bar,
         )
+    yields = _study_yields(source, request.runs)
     if request.as_json:
         name = source.graph.name if isinstance(source, Study) else source.name
-        print_json({"graph": name} | cases.as_data())
+        print_json({"graph": name} | cases.as_data() | ({"yields": yields} if yields else {}))
     else:
-        print_text([worst_text(cases)])
+        print_text([worst_text(cases), *_yields_text(yields, request.runs or 0)])
     if request.picture is not None:
         print_file(save_figure(plot_worst(cases), request.picture), request.as_json)
     return INTERRUPTED if cases.interrupted else DONE
+
+
+def _study_yields(source: Graph | Study, runs: int | None) -> dict[str, tuple[float, float, float]]:
+    """Return the yield of each limit with its interval of 95 %, if `runs` asks for sensors of the study."""
+    if runs is None:
+        return {}
+    if not (isinstance(source, Study) and source.limits):
+        raise click.UsageError("--runs: of a study with limits; a graph alone has no yield")
+    result = run_study(source, runs=runs)
+    intervals = result.yield_intervals()
+    return {name: (part, *intervals[name]) for name, part in result.yields().items()}
+
+
+def _yields_text(yields: Mapping[str, tuple[float, float, float]], runs: int) -> Iterator[str]:
+    if yields:
+        yield f"yield of {runs:,} sensors of the study, with intervals of 95 %"
+        rows = [(name, *(f"{100.0 * part:.4g} %" for part in parts)) for name, parts in yields.items()]
+        yield from (f"  {line}" for line in text_table([("limit", "yield", "from", "to"), *rows], left=(0,)))
 
 
 def _source(request: WorstRequest) -> Graph | Study:
@@ -95,8 +119,17 @@ def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:
         noise |= {"input": request.source_signal} if request.source_signal else {}
         noise |= {"band": list(request.band)} if request.band else {}
         yield f"noise of {signal}", noise
+    for text in request.responses:
+        signal, colon, figure = text.rpartition(":")
+        if not (colon and request.source_signal):
+            raise click.UsageError(f"--response {text}: write BLOCK.PORT:FIGURE, and --input, the output of the source")
+        figure, _, frequency = figure.partition("@")
+        response = {"response": signal, "input": request.source_signal, "figure": figure}
+        yield f"{figure} of {signal}", response | ({"frequency": frequency} if frequency else {})
     for name in request.measures:
         yield name, {"measure": name}
+    for name in request.yields:
+        yield f"yield of {name}", {"yield": True if name == "all" else name}
 
 
 def _tolerance(text: str) -> tuple[str, Any]:

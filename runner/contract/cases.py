@@ -30,7 +30,7 @@ _STEPS = Integration(method="runge_kutta_4", substeps=4)
 
 @dataclass(frozen=True)
 class Case:
-    """Some runs side by side that differ in numbers: those of the sources, and of the block."""
+    """Runs side by side that differ in numbers: those of the sources, and of the block."""
 
     sensors: Sequence[Sensor]
     given: dict[Endpoint, Array]  # what differs, for each of them
@@ -48,7 +48,7 @@ class Case:
 
     @property
     def runs(self) -> list[tuple[Sensor, Outcome]]:
-        """Each run with what it comes to."""
+        """Yield each run with its outcome."""
         return list(zip(self.sensors, self.outcomes, strict=True))
 
     def faults(self) -> Counter[str]:

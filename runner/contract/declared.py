@@ -140,7 +140,7 @@ def _fails(kind: type[Block], values: dict[str, Any]) -> str:
         if not all(map(math.isfinite, _numbers(made or ()))):
             return "constants gives a number that is not finite"
         sizes = {name: math.prod(shape_of(block, buffer)) for name, buffer in kind.buffers.items()}
-        start_of(block, {n: [held_as(b.dtype)(0)] * sizes[n] for n, b in kind.buffers.items()})
+        start_of(block, {n: [held_as(b.dtype)(0)] * sizes[n] for n, b in kind.buffers.items()}, PERIOD)
     except ModelError:
         return ""
     except Exception as error:

@@ -24,7 +24,7 @@ def start(p: Draws) -> Drawn:
 
 @Draws.output("{unit}")
 def output(p: Draws, x: Drawn) -> float:
-    """About zero, small numbers more often than large ones, the largest five times the scale."""
+    """Number about zero: small ones more often than large ones, the largest five times the scale."""
     even = x.number / 2**30 - 1.0
     return 5.0 * p.scale * even * even * even
 

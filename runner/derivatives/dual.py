@@ -153,17 +153,17 @@ class Dual:
         return err(value, variance) if err and parts > 1 else value
 
     def held(self, low: int, high: int, expected: str) -> Any:
-        """Itself, where the register can hold it."""
+        """Return the number itself, if the register can hold it."""
         if not low <= self <= high:
             raise OverflowError(f"{plain(self)} does not fit {expected}")
         return self
 
     def wrapped(self, low: int, high: int) -> Any:
-        """Itself, less the whole turns of a register that wraps."""
+        """Return the number less the whole turns of a register that wraps."""
         return self - (plain(self) - low) // (high - low + 1) * (high - low + 1)
 
     def cut(self) -> Any:
-        """Itself: a cut changes no value."""
+        """Return the number itself: a cut changes no value."""
         return self
 
     def select(self, chosen: Any, otherwise: Any) -> Any:
@@ -265,7 +265,7 @@ def _plain_integer(number: Any, operation: str) -> int:
 
 
 def _mask(mask: Any, operation: str) -> int:
-    """All bits or none: what else there is takes a number apart."""
+    """Return a mask of all bits or none; any other takes a number apart, and is refused."""
     if not isinstance(mask, int) or mask not in (0, -1):
         raise TypeError(f"{operation} {_BITS}")
     return mask

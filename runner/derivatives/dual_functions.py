@@ -265,12 +265,15 @@ def _round_half_even(value: Any) -> Any:
     return value if isinstance(value, Dual) else rounding.round_half_even(value)
 
 
+_clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
+
+
 def _nearest_level(value: Any, last: Any) -> Any:
-    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
+    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
 
 
 def _nearest_even_level(value: Any, last: Any) -> Any:
-    return rounding.clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
+    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
 
 
 def _ours(function: Callable[..., float]) -> Callable[..., Any]:

@@ -240,9 +240,9 @@ class IntegratedAdvance(Advance):
         wires = {node: plain(value) for node, value in moment.wires.items()}
         after = self._run(Moment(constants, states, wires, {}, moment.time))
         last = moment.time + self._linear.period
-        ends = [[float(getattr(part[b], field)) for b, field in group.states] for part in (states, after)]
-        speeds = [self._linear.rates(moment, ends[0]), self._linear.rates(moment._replace(time=last), ends[1])]
-        nodes = [_between(*ends, *speeds, self._linear.period, part) for part in _NODES]
+        first, second = ([float(getattr(part[b], field)) for b, field in group.states] for part in (states, after))
+        before, behind = self._linear.rates(moment, first), self._linear.rates(moment._replace(time=last), second)
+        nodes = [_between(first, second, before, behind, self._linear.period, part) for part in _NODES]
         slopes = dict(zip(group.states, self._linear.through(moment, nodes), strict=True))
         return {
             name: type(state)(

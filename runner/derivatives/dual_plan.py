@@ -31,8 +31,8 @@ def differentiated(plan: Plan) -> Plan:
                 constants[name] = dual_constants(block, parameters[name], plan.block_period(name))
             if "start" in type(block).functions:
                 filled = {b: list(buffers[name, b]) for b in type(block).buffers}
-                start = type(block).functions["start"]
-                made = for_duals(start.function)(parameters[name], *(filled[b] for b in start.arguments))
+                start, known = type(block).functions["start"], {**filled, "period": plan.block_period(name)}
+                made = for_duals(start.function)(parameters[name], *(known[b] for b in start.arguments))
                 starts[name] = _typed(made)
                 buffers |= {(name, b): tuple(values) for b, values in filled.items()}
         except (ArithmeticError, ValueError, TypeError, AttributeError) as error:

@@ -40,7 +40,7 @@ class Assumptions:
             self._known, self._found, self._first = known_before, found_before, first_before
 
     def assume(self, condition: Operation, outcome: bool) -> None:
-        """From here on the condition is known to hold (`outcome` True), or not to."""
+        """Take the condition to hold from here on (`outcome` True), or not to."""
         if condition.kind == "narrow":
             condition = condition.operands[0]
         is_truth = condition.low == 0 and condition.high == 1
@@ -102,7 +102,7 @@ class Assumptions:
                 self._cut(first, low << second.constant, ((high + 1) << second.constant) - 1, reach)
 
     def _interval(self, operation: Operation, reach: int) -> Interval:
-        """From the operands' intervals, as far as the reach goes."""
+        """Return the interval that follows from those of the operands, as far as the reach goes."""
         if operation.number < self._first:
             return operation.low, operation.high
         found = self._found.get(operation)

@@ -114,7 +114,7 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
             driver = schedule.drivers.get((name, argument))
             return Wire(driver) if driver else _default(block, name, argument)
         case Meaning.PERIOD:
-            raise ValueError(f"{name}: constants alone are made from the period")
+            raise ValueError(f"{name}: constants and start alone are made from the period")
 
 
 def _default(block: Block, name: str, argument: str) -> Default:

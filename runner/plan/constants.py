@@ -30,11 +30,11 @@ def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
     return behaviour.function if form is None or form.function is None else form.function
 
 
-def start_of(block: Block, buffers: Mapping[str, list[float]]) -> Any:
+def start_of(block: Block, buffers: Mapping[str, list[float]], period: float) -> Any:
     """State at tick 0; may fill the buffers."""
     if "start" in type(block).functions:
-        start = type(block).functions["start"]
-        return typed(start.function(block, *(buffers[name] for name in start.arguments)))
+        start, known = type(block).functions["start"], {**buffers, "period": period}
+        return typed(start.function(block, *(known[name] for name in start.arguments)))
     state = type(block).state_class()
     return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
 

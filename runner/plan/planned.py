@@ -44,7 +44,7 @@ class PlannedProbe:
 
     @property
     def beat(self) -> Beat:
-        """When it records."""
+        """Ticks in which the probe records."""
         return Beat(self.stride, self.phase)
 
     def rows(self, first: int, last: int) -> int:
@@ -112,7 +112,7 @@ class Wired:
         return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
 
     def beat(self, node: Endpoint) -> Beat:
-        """When an output has a new value."""
+        """Ticks in which an output has a new value."""
         return Beat(self.stride(node), self.schedule.phases.get(node[0], 0))
 
     def bindings(self, name: str, function: str) -> tuple[Binding, ...]:

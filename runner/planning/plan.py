@@ -124,7 +124,7 @@ def _made(
                 raise ArithmeticError("one of them is not finite")
             recorded = recordings.get(name) or read_recordings(planned.graph, name)
             filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in kind.buffers}
-            begin = start_of(block, filled)
+            begin = start_of(block, filled, planned.block_period(name))
         except ModelError as error:
             problems += error.problems
         except (ArithmeticError, ValueError) as error:

@@ -9,9 +9,10 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from proofmass.runner.program import form
+from proofmass.runner.program.shared import shared
 from proofmass.runner.program.varying import ArrayOf, Lanes, Varying, Way
 from proofmass.runner.targets.lane_ways import LaneWays
-from proofmass.runner.targets.llvm_functions import ATTRIBUTES, declared, symbol_of
+from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, symbol_of
 from proofmass.runner.targets.llvm_operations import TYPES, power_of_two, select, splat, templates
 from proofmass.runner.targets.llvm_text import BYTES, ENTRY
 
@@ -33,7 +34,7 @@ class _LaneProgram:
     """Writes each function for each way in which it is called."""
 
     def __init__(self, program: form.Program, lanes: int, of_entry: LanesOf) -> None:
-        self.lanes, self.looked = lanes, Lanes()
+        self.lanes, self.looked, self.once = lanes, Lanes(), shared(program)
         self.entry = self.looked.of_entry(program.entry, *of_entry)
         self.beside: dict[str, None] = {}
         self.symbols: dict[tuple[form.Function, Way], str] = {}
@@ -81,7 +82,7 @@ class _LaneFunction(LaneWays):
         if self.block:
             self._end()
         how = "" if self.is_entry else "internal fastcc "
-        attributes = "#1" if function.inline and not self.is_entry else "#0"
+        attributes = "#0" if self.is_entry else attributes_of(function, self.program.once)
         head = f"define {how}{self._returned(varying)} @{self.symbol}({', '.join(parameters)}) {attributes} {{"
         return "\n".join([head, "entry:", *self.top, *self.lines, "}"])
 

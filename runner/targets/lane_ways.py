@@ -18,6 +18,7 @@ from proofmass.runner.program.form import (
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_arrays import LaneArrays
 from proofmass.runner.targets.llvm_operations import cannot_overflow, splat
+from proofmass.runner.targets.turns import written_out
 
 _LIGHT = 12  # operations that are rather done for nothing than jumped over
 _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
@@ -92,6 +93,9 @@ class LaneWays(LaneArrays):
             return
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
+        if written_out(s) and id(s) not in self.varying.loops:
+            self._turns(s, end)
+            return
         loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
         self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
@@ -110,6 +114,9 @@ class LaneWays(LaneArrays):
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
         self._branch(self._and_any(more, loop), body, end)
         self._begin(end)
+
+    def _one_turn(self, s: For, following: str, end: str) -> None:
+        self._turn(self._loop(s, following, end), s.body)
 
     def _and_any(self, more: str, loop: _Loop) -> str:
         if not loop.live:

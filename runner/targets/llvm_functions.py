@@ -1,5 +1,7 @@
 """What LLVM is told of functions: their names, attributes and what they return."""
 
+from collections.abc import Collection
+
 from proofmass.runner.program.form import Call, External, Function, Kind, Program
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.llvm_operations import TYPES
@@ -11,12 +13,15 @@ ATTRIBUTES = (
     "attributes #3 = { nounwind }",
     "attributes #4 = { nounwind willreturn memory(inaccessiblemem: readwrite) }",
     "attributes #5 = { noinline nounwind }",
+    "attributes #6 = { noinline nounwind noimplicitfloat }",  # numbers are not gathered into short vectors
 )
 
 
-def attributes_of(function: Function) -> str:
+def attributes_of(function: Function, shared: Collection[Function]) -> str:
     """What LLVM is told of a function that another calls."""
-    return "#1" if function.inline else "#5" if function.apart else "#0"
+    if function in shared:
+        return "#6"
+    return "#1" if function.inline else "#5"
 
 
 def symbol_of(external: External) -> str:

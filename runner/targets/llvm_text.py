@@ -4,10 +4,11 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from typing import Any
 
 from proofmass.runner.program import form
+from proofmass.runner.program.shared import shared
 from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, result_type, symbol_of
 from proofmass.runner.targets.llvm_operations import (
     NATIVE,
@@ -19,12 +20,14 @@ from proofmass.runner.targets.llvm_operations import (
     power_of_two,
     select,
 )
+from proofmass.runner.targets.turns import written_out
 
 ENTRY = "proofmass_program"
 STORED = {form.FLOAT: "double", form.INTEGER: "i64", form.TRUTH: "i8"}  # in arrays
 BYTES = {form.FLOAT: 8, form.INTEGER: 8, form.TRUTH: 1}
 _SELECTS = {kind: select(kind) for kind in (form.FLOAT, form.INTEGER, form.TRUTH)}
 _LIKELY = '!0 = !{!"branch_weights", i32 2000, i32 1}'
+_SHORT = '!1 = distinct !{!1, !2}\n!2 = !{!"llvm.loop.unroll.disable"}'
 _LONGEST = 1000  # statements of a region in one block of instructions
 
 
@@ -33,8 +36,8 @@ def llvm_text(
 ) -> str:
     """The module of a program; its entry is called `ENTRY`."""
     beside: dict[str, None] = {}  # declarations and helpers
-    entry = program.entry
-    functions = [FunctionText(f, f is entry, beside, operations).text() for f in program.functions.values()]
+    entry, once = program.entry, shared(program)
+    functions = [FunctionText(f, f is entry, beside, operations, once).text() for f in program.functions.values()]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
     return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
 
@@ -48,8 +51,10 @@ class FunctionText:
         is_entry: bool,
         beside: dict[str, None],
         operations: Mapping[str, Template] = NATIVE,
+        once: Collection[form.Function] = (),
     ) -> None:
         self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
+        self.once = once  # functions that are shared
         self.lines: list[str] = []
         self.names: dict[form.Value | form.Variable | form.Array, str] = {}
         self.count = 0
@@ -61,7 +66,7 @@ class FunctionText:
         """Definition of the function."""
         parameters = ", ".join(self._parameter(p) for p in self.function.parameters)
         how = "" if self.is_entry else "internal fastcc "
-        attributes = "#0" if self.is_entry else attributes_of(self.function)
+        attributes = "#0" if self.is_entry else attributes_of(self.function, self.once)
         returned = result_type(self.function.results)
         if self.is_entry and returned == "i1":
             returned = "zeroext i1"  # as C has it
@@ -247,6 +252,9 @@ class FunctionText:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
+        if written_out(s):
+            self._turns(s, end)
+            return
         below = "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
         self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
@@ -267,8 +275,32 @@ class FunctionText:
             self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
             self.lines.append(f"{left} = sub i64 {high}, {low}")
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
-        self._branch(more, body, end)
+        self._branch(more, body, end, self._kept_short())
         self._begin(end)
+
+    def _kept_short(self) -> str:
+        """What LLVM is told of a loop in a solver: it is not worth a copy of its body for each turn."""
+        if self.is_entry or self.function.inline:
+            return ""
+        self._need((_SHORT,))
+        return ", !llvm.loop !1"
+
+    def _turns(self, s: form.For, end: str) -> None:
+        """The turns of a loop, written one behind the other."""
+        first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Constant))
+        for number in range(first, last, s.step):
+            following = self._label()
+            self.names[s.counter] = str(number)
+            self._one_turn(s, following, end)
+        self._jump(end)
+        self._begin(end)
+
+    def _one_turn(self, s: form.For, following: str, end: str) -> None:
+        self.loops.append((following, end))
+        self.region(s.body)
+        self.loops.pop()
+        self._jump(following)
+        self._begin(following)
 
     def _long_region(self, region: form.Region, integer: str) -> None:
         """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.

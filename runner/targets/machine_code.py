@@ -24,14 +24,13 @@ from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
 
 _C_TYPES: Mapping[Any, Any] = {FLOAT: ctypes.c_double, INTEGER: ctypes.c_int64, TRUTH: ctypes.c_bool}
-_LARGE = 40_000  # lines of a module, from which on some passes of the highest level take too long
 _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, and the function
 
 
 class Settings(NamedTuple):
     """What LLVM's passes are told."""
 
-    level: int = 3
+    level: int = 1  # a higher one takes half as long again, and its code is not faster
     rows: bool = False  # gather numbers into short vectors
     loops: bool = True  # make vectors of loops
     wide: bool = False  # as wide as the processor has them
@@ -48,6 +47,7 @@ class Module(NamedTuple):
     settings: Settings
     key: str
     rows: frozenset[Value] = frozenset()
+    defined: frozenset[str] = frozenset()  # external functions that the text itself defines
 
     @classmethod
     def of(cls, program: Program, settings: Settings = ALONE) -> "Module":
@@ -77,7 +77,8 @@ def load_module(module: Module, between: Callable[[], None] = _nothing) -> Calla
     with AT_WORK:
         between()
         if key not in _loaded:
-            _name_externals(externals(module.program))
+            called = externals(module.program)
+            _name_externals({symbol: called[symbol] for symbol in called.keys() - module.defined})
             code = kept(f"{key}.o")
             prototype = _prototype(module.program.entry, module.rows)
             function = _linked(code, prototype) if code else None
@@ -116,8 +117,6 @@ def key_of(text: str, settings: Settings = ALONE) -> str:
 
 def object_code(text: str, settings: Settings = ALONE, between: Callable[[], None] = _nothing) -> bytes:
     """Object file of a module, for the processor at hand."""
-    if text.count("\n") > _LARGE:
-        settings = settings._replace(level=1)
     between()
     machine = machine_of(settings)
     module = llvm.parse_assembly(text)
@@ -169,11 +168,15 @@ def vector_bits() -> int:
 
 @cache
 def _begin() -> None:
-    """Set LLVM up, once in a process; a second scheduler of instructions is of no use to processors of today, and takes
-    time with the square of a tick's length."""
+    """Set LLVM up, once in a process.
+
+    A second scheduler of instructions is of no use to processors of today, and takes time with the square of a tick's
+    length. Other addresses for the turns of loops take a fifth of the time of an object file; no graph gets faster.
+    """
     llvm.initialize_native_target()
     llvm.initialize_native_asmprinter()
-    llvm.set_option("proofmass", "-disable-post-ra")
+    for option in ("-disable-post-ra", "-disable-lsr"):
+        llvm.set_option("proofmass", option)
 
 
 def _name_externals(called: Mapping[str, External]) -> None:

@@ -7,21 +7,26 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.requirements import Asked, asked, is_yield
+from proofmass.graphs.checks.requirements import Asked, Verdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.quantities import MeasureOf, Quantity, YieldOf
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 from proofmass.runner.studies.whole.study import run_study
 
 START = "0 s"
-_ALL = "all limits"
+_IT = "required"
+_SAMPLES = 30  # random points of a worst case; `proofmass worst` tries as many as one likes
 
 
 @dataclass(frozen=True)
@@ -63,11 +68,7 @@ class Measurements:
     @cached_property
     def result(self) -> StudyResult:
         """The study; raises `ModelError` where the graph has none."""
-        if self.study is None:
-            hint = "add [study] with spread and limits to the file, or name the study's file"
-            problem = Problem(message="a yield is required, and there is no study", key=TABLE, hint=hint, path=(TABLE,))
-            raise ModelError([self.graph.placed(problem)])
-        return run_study(self.study, runs=self.runs, engine=self.engine)
+        return run_study(self._needed_study("a yield"), runs=self.runs, engine=self.engine)
 
     def margins(self, at: str) -> Mapping[str, float]:
         """Return the margins of all loops at an operating point, by names such as `main.phase_margin`."""
@@ -78,27 +79,53 @@ class Measurements:
             self._margins[at] = dict(zip(names, margins_at(planned, at), strict=True))
         return self._margins[at]
 
-    def value(self, requirement: Requirement) -> float:
-        """Return the value of what is required; raises `ModelError`."""
-        quantity, flat = requirement.quantity, self.flat
-        if quantity in flat.measures or quantity in flat.root.derived:
-            return self.run.measures[quantity].value
-        if is_yield(flat, quantity):
+    def values(self, requirement: Requirement) -> list[float]:
+        """Return the value of what is required, or the worst ones on the sides of its limits; raises `ModelError`."""
+        quantity = quantity_of(self.flat, requirement)
+        if requirement.tolerances and not isinstance(quantity, Verdict):
+            return self._worst(requirement, quantity)
+        return [self._value(requirement, quantity)]
+
+    def _value(self, requirement: Requirement, quantity: Quantity | Verdict) -> float:
+        if isinstance(quantity, MeasureOf):
+            return self.run.measures[quantity.measure].value
+        if isinstance(quantity, YieldOf):
             return self._yield(quantity)
-        return self.margins(requirement.at)[quantity]
+        if isinstance(requirement.quantity, str):
+            return self.margins(requirement.at)[requirement.quantity]
+        assert not isinstance(quantity, Verdict)
+        reading = Evaluator(self.graph, {_IT: quantity}, requirement.at, {}).readings({}, slopes=False)[_IT]
+        return math.nan if reading is None else reading.value
+
+    def _worst(self, requirement: Requirement, quantity: Quantity) -> list[float]:
+        """Return the worst values within tolerances; NaN where a loop is unstable or a run fails."""
+        given: Mapping[str, Any] = {} if isinstance(requirement.tolerances, str) else requirement.tolerances
+        source: Graph | Study = self.graph
+        if not given or isinstance(quantity, YieldOf):
+            source = self._needed_study("a yield" if given else "a worst case within the spread")
+        limits = ((1.0, requirement.at_least), (-1.0, requirement.at_most))
+        signs = tuple(sign for sign, limit in limits if limit is not None)
+        cases = worst_of(source, {_IT: quantity}, given, requirement.at, samples=_SAMPLES, signs=signs).cases
+        return [math.nan if case.worst is None else case.worst for case in cases]
 
     @cached_property
     def flat(self) -> FlatGraph:
         """The graph without subgraphs, which can run; raises `ModelError`."""
         return plan(self.graph).graph
 
-    def _yield(self, quantity: str) -> float:
-        name = quantity.partition(".")[2] or _ALL
-        yields = self.result.yields()
+    def _yield(self, quantity: YieldOf) -> float:
+        name, yields = quantity.limit or ALL_LIMITS, self.result.yields()
         if name not in yields:
             message, expected = f"the study has no limit {name}", ", ".join(yields) or "[study.limits]"
-            raise ModelError([Problem(message=message, key=TABLE, got=quantity, expected=expected)])
+            raise ModelError([Problem(message=message, key=TABLE, got=str(quantity), expected=expected)])
         return yields[name]
+
+    def _needed_study(self, what: str) -> Study:
+        if self.study is None:
+            hint = "add [study] with spread and limits to the file, or name the study's file"
+            problem = Problem(message=f"{what} is required, and there is no study", key=TABLE, hint=hint, path=(TABLE,))
+            raise ModelError([self.graph.placed(problem)])
+        return self.study
 
 
 def verify(measurements: Measurements) -> list[Finding]:
@@ -124,8 +151,13 @@ def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requ
 
 
 def _finding(measurements: Measurements, name: str, requirement: Requirement, limits: Asked) -> Finding:
-    value = measurements.value(requirement)
-    return Finding(name, requirement.text, requirement.quantity, limits.unit, value, limits.at_least, limits.at_most)
+    low, high = limits.at_least, limits.at_most
+    values = measurements.values(requirement)
+    value = next((value for value in values if not low <= value <= high), values[-1])
+    wanted = requirement.quantity
+    quantity = wanted if isinstance(wanted, str) else str(quantity_of(measurements.flat, requirement))
+    quantity += ", worst case" if requirement.tolerances else ""
+    return Finding(name, requirement.text, quantity, limits.unit, value, low, high)
 
 
 def _finite(value: Any) -> Any:

@@ -26,7 +26,7 @@ def drive(
     state_class = type(block).state_class()
     if "start" in type(block).functions:
         start = type(block).functions["start"]
-        known["x"] = start.function(block, *(known[name] for name in start.arguments))
+        known["x"] = start.function(block, *({**known, "period": period}[name] for name in start.arguments))
     elif state_class is not None:
         known["x"] = state_class(*(kind(0) for kind in state_class.__annotations__.values()))
     rows = []

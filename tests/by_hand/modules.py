@@ -24,7 +24,7 @@ def module_of(block: Block, ranges: Mapping[str, Word] | None = None, period: fl
         return make_module("block", block, constants, made.start, made.buffers, {})
     buffers: dict[str, list[Any]] = {name: [0] * shape_of(block, b)[0] for name, b in type(block).buffers.items()}
     constants_of(block, block, period)
-    return make_module("block", block, constants, start_of(block, buffers), buffers, ranges or {})
+    return make_module("block", block, constants, start_of(block, buffers, period), buffers, ranges or {})
 
 
 class Reference:

@@ -140,7 +140,33 @@ def variables() -> Case:
     return program(w.function), given, [np.array([0.5, 3.25, 6.5, 0.0]), np.array([0, 1, 12])]
 
 
-SMALL: dict[str, Callable[[], Case]] = {f.__name__: f for f in (ranges, primes, calls, variables)}
+def carried() -> Case:
+    """A loop of eight turns, each of which computes from the last; one is gone on from early, and one ends it."""
+    start, ends = Array(FLOAT, 3, False, "start"), Array(INTEGER, 3, False, "ends")
+    out = Array(FLOAT, 3, True, "out")
+    w = Writer("entry", start, ends, out)
+    for place in range(3):
+        total = w.variable(FLOAT, "total")
+        w.set(total, w.load(start, place))
+        with w.count(7, -1, -1) as i:
+            with w.when(w.do("equal_integers", i, 4)):
+                w.skip()
+            w.set(total, w.do("multiply", w.do("add", w.get(total), w.do("float_of_integer", i)), 0.7))
+            with w.when(w.do("equal_integers", i, w.load(ends, place))):
+                w.stop()
+        w.store(out, place, w.get(total))
+    given, last, totals = np.array([0.3, -5.0, 1e300]), np.array([2, 9, 7]), []
+    for begun, end in zip(given, last, strict=True):
+        value = begun
+        for i in (7, 6, 5, 3, 2, 1, 0):
+            value = (value + float(i)) * 0.7
+            if i == end:
+                break
+        totals.append(value)
+    return program(w.function), [given, last, np.zeros(3)], [given, last, np.array(totals)]
+
+
+SMALL: dict[str, Callable[[], Case]] = {f.__name__: f for f in (ranges, primes, calls, variables, carried)}
 
 
 def of_libm() -> Case:

@@ -4,9 +4,12 @@ import re
 
 import pytest
 
-from docs.site.gallery import gallery_pages, gallery_pictures
+from docs.site.gallery import costs, gallery_pages, gallery_pictures
 from proofmass import read_graph, simulate
+from proofmass.graphs.files.gallery import exhibits
 from proofmass.graphs.files.library import library_file, library_files
+from proofmass.graphs.model.exports import runs_alone
+from proofmass.graphs.model.flatten import flatten
 from tests.documents.pictures import DOCS, PICTURES, drawn
 
 
@@ -51,3 +54,13 @@ def test_figures_are_those_of_a_run() -> None:
     page = next(text for name, text in gallery_pages(runs=True, only=("template",)) if name == "gallery/template.md")
     trace = simulate(read_graph("library:template"))["adc.code"]
     assert f"| `adc.code` | `1` | {trace.values.mean():.6g} |" in page
+
+
+def test_every_graph_that_runs_alone_has_its_time() -> None:
+    """Figures of benchmarks/gallery_times.py; the table of the gallery has the same."""
+    alone = [item.name for item in exhibits() if not item.study and runs_alone(flatten(read_graph(item.path)))]
+    assert sorted(costs()) == sorted(alone)
+    assert [name for name, cost in costs().items() if cost >= 1.0] == ["capacitive_readout"]
+    rows = re.findall(r"^\| \[.*\]\(#.*\) \|.* ([\d.]+) ms \|$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
+    assert len(rows) == 10
+    assert {float(row) for row in rows} <= {float(f"{1e3 * cost:.2g}") for cost in costs().values()}

@@ -42,7 +42,7 @@ def test_every_page_is_in_the_navigation_once(source: Path) -> None:
 def test_the_landing_page_carries_the_engine(source: Path) -> None:
     page = (source / "extra" / NAME).read_text(encoding="utf-8")
     assert "WebAssembly" in page
-    assert f'src="{NAME}"' in (source / "index.md").read_text(encoding="utf-8")
+    assert f'src="{NAME}#controller"' in (source / "index.md").read_text(encoding="utf-8")
 
 
 def test_links_of_staged_pages_lead_somewhere(source: Path) -> None:
@@ -123,6 +123,6 @@ def test_full_lines_run_on_and_equations_keep_theirs() -> None:
     assert unwrapped(f"x = 1\ny = 2\n\n{full}\nand more.\nz = 3") == f"x = 1\ny = 2\n\n{full} and more.\nz = 3"
 
 
-def test_diagrams_are_shown_unscaled_and_plots_are_not(source: Path) -> None:
-    assert "pictures/tutorial_loop.svg){.diagram}" in (source / "index.md").read_text(encoding="utf-8")
+def test_diagrams_keep_their_letters_and_plots_shrink(source: Path) -> None:
+    assert "pictures/tutorial_loop.svg){.diagram width=" in (source / "index.md").read_text(encoding="utf-8")
     assert "tutorial_margins.svg)\n" in (source / "tutorial" / "4-margins.md").read_text(encoding="utf-8")

@@ -124,7 +124,7 @@ class _Decisions(Interpreter):
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         if self._owner not in self._deciding:
             return super()._callable(block, behaviour)
-        return with_functions(behaviour.function, {rule: self._noting(self._owner, rule) for rule in LEVELS})  # type: ignore[no-any-return]
+        return with_functions(behaviour.function, {rule: self._noting(self._owner, rule) for rule in LEVELS})
 
     def _noting(self, owner: str, rule: Callable[..., Any]) -> Callable[[Any, Any], Any]:
         def decide(first: Any, second: Any) -> Any:

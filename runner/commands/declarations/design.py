@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
@@ -62,26 +63,54 @@ def tune(**options: Any) -> int:
     metavar="LOOP:FIGURE",
     help="Find the worst case of this figure, as main:phase_margin; repeatable.",
 )
-@click.option("--noise", "noises", multiple=True, metavar="BLOCK.PORT", help="Find the worst noise of this output.")
+@click.option(
+    "--noise",
+    "noises",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Find the worst noise of this output.",
+)
 @click.option(
     "--scale-factor",
     "scale_factors",
     multiple=True,
     metavar="BLOCK.PORT",
+    shell_complete=outputs,
     help="Find the worst scale factor of this output.",
 )
 @click.option(
-    "--bias", "biases", multiple=True, metavar="BLOCK.PORT", help="Find the worst value of this output at zero input."
+    "--bias",
+    "biases",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Find the worst value of this output at zero input.",
+)
+@click.option(
+    "--response",
+    "responses",
+    multiple=True,
+    metavar="BLOCK.PORT:FIGURE",
+    help="Find the worst response of this output, as adc.number:bandwidth or adc.number:gain@100Hz; repeatable.",
 )
 @click.option(
     "--measure", "measures", multiple=True, metavar="NAME", help="Find the worst case of this measure; repeatable."
+)
+@click.option(
+    "--yield",
+    "yields",
+    multiple=True,
+    metavar="LIMIT",
+    help='Find the worst yield of the study for this limit of it, or "all", within --tolerance; repeatable.',
 )
 @click.option(
     "--input",
     "source_signal",
     default="",
     metavar="BLOCK.PORT",
-    help="Count scale factors from this output of a source.",
+    shell_complete=outputs,
+    help="Count scale factors and responses from this output of a source, and refer noise to it.",
 )
 @click.option(
     "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "1 Hz" "100 Hz" (default: all).'
@@ -103,6 +132,11 @@ def tune(**options: Any) -> int:
 )
 @click.option("--samples", type=Whole(1, 10**6), default=100, show_default=True, help="Try this many random points.")
 @click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed the random points (default: 0).")
+@click.option(
+    "--runs",
+    type=Whole(1, 10**9),
+    help="Run this many sensors of the study and show their yields beside (default: none).",
+)
 @plot_option("picture", "Draw what each parameter does alone, and all together")
 @set_option
 @quiet_option

@@ -86,7 +86,7 @@ def project(family: Family, exponents: Sequence[float], x: Array, v: Array) -> P
 
 
 def refine(family: Family, start: Sequence[float], x: Array, v: Array) -> Optimum:
-    """From a start to the nearest optimum."""
+    """Go from a start to the nearest optimum."""
     here, damping, size = project(family, start, x, v), 1e-3, float(np.linalg.norm(v))
     for iteration in range(MOST_ITERATIONS):
         if _stationary(here, size):

@@ -14,7 +14,16 @@ from proofmass.blocks.declaration.problem import ModelError, Refusal
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, Graph, split
-from proofmass.graphs.tuning.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart
+from proofmass.graphs.model.quantities import (
+    LoopFigure,
+    MeasureOf,
+    Noise,
+    Quantity,
+    ResponseFigure,
+    TransferPart,
+    YieldOf,
+)
+from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
@@ -22,24 +31,38 @@ from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.noise_figures import read_noise
+from proofmass.runner.design.quantities.response_figures import read_response
+from proofmass.runner.design.quantities.yields import YieldRuns
+from proofmass.runner.plan.measuring import derived_values
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.side_by_side import SideBySide, lane_counts
+from proofmass.runner.studies.draws.drawing import on_arrays
 
 STABLE = "stability of"  # before the name of a loop
 Readings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
 _STEP = 1e-3  # of a parameter's width, for differences between runs
+_YIELD_STEP = 0.05  # of a parameter's width, over which enough sensors change sides
 
 
 class Evaluator:
     """Evaluates quantities of one graph again and again; it is planned and compiled once."""
 
-    def __init__(self, graph: Graph, quantities: Mapping[str, Quantity], at: str, widths: Mapping[str, float]) -> None:
+    def __init__(
+        self,
+        graph: Graph,
+        quantities: Mapping[str, Quantity],
+        at: str,
+        widths: Mapping[str, float],
+        study: Study | None = None,
+    ) -> None:
         self.plan = plan(graph.changed(probes=()))
         self._adjustable = Adjustable(self.plan.graph)
         self.quantities, self.at, self.widths = quantities, at, widths
         self.loops = {q.loop: one_loop(self.plan, q.loop)[1] for q in quantities.values() if isinstance(q, LoopFigure)}
         self.measures = {name: q.measure for name, q in quantities.items() if isinstance(q, MeasureOf)}
+        self.yields = {name: q.limit for name, q in quantities.items() if isinstance(q, YieldOf)}
+        self._study = YieldRuns(study, self.yields.values()) if self.yields else None
         self.evaluations = 0
         self._runs: dict[tuple[str, ...], SideBySide] = {}
         if self.measures:
@@ -66,8 +89,11 @@ class Evaluator:
                 readings[name] = self._tried(read_noise, changed, quantity, self.at, free, slopes)
             elif isinstance(quantity, TransferPart):
                 readings[name] = self._tried(self._transfer, changed, quantity, free)
+            elif isinstance(quantity, ResponseFigure):
+                readings[name] = self._tried(read_response, changed, quantity, self.at, free, slopes)
         chained = {name: _chained(reading, moved) for name, reading in readings.items()}
-        return chained | (self._measured(values, slopes) if self.measures else {})
+        chained |= self._measured(values, slopes) if self.measures else {}
+        return chained | (self._yielded(values, slopes) if self.yields else {})
 
     @staticmethod
     def _parameters(changed: Plan, moved: Mapping[str, Mapping[str, float]]) -> dict[str, float]:
@@ -115,7 +141,7 @@ class Evaluator:
             for side in (1.0, -1.0):
                 rows.append({**values, name: values[name] + side * _STEP * self.widths[name]})
         table = self.measure(rows)
-        order = {measure.name: column for column, measure in enumerate(self.plan.measures)}
+        order = {name: column for column, name in enumerate(self.measured_names)}
         readings: Readings = {}
         for goal, measure in self.measures.items():
             column = table[:, order[measure]]
@@ -136,7 +162,30 @@ class Evaluator:
         given = {name: np.array([row[name] for row in rows]) for name in names}
         measured, sound = self._runs[names].measured(given, np.zeros(len(rows), dtype=np.int64))
         measured[~sound] = np.nan
-        return measured
+        columns = dict(zip(self.measured_names, measured.T, strict=False))
+        return np.column_stack([measured, *derived_values(self.plan, columns, on_arrays)])
+
+    @property
+    def measured_names(self) -> list[str]:
+        """Names of the measures in the order of the columns of `measure`: those of signals, then formulas of them."""
+        return [measure.name for measure in self.plan.measures] + [formula.name for formula in self.plan.derived]
+
+    def _yielded(self, values: Mapping[str, float], slopes: bool) -> Readings:
+        """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""
+        assert self._study is not None
+        rows = [dict(values)]
+        steps = {name: _YIELD_STEP * width for name, width in self.widths.items()} if slopes else {}
+        rows += [{**values, name: values[name] + side * step} for name, step in steps.items() for side in (1.0, -1.0)]
+        table = [self._study.yields(row) for row in rows]
+        readings: Readings = {}
+        for goal, limit in self.yields.items():
+            if table[0] is None:
+                readings[goal] = None
+                continue
+            sides = [table[0][limit] if row is None else row[limit] for row in table[1:]]
+            pairs = zip(steps.items(), sides[::2], sides[1::2], strict=True)
+            readings[goal] = Reading(table[0][limit], {n: (up - down) / (2.0 * step) for (n, step), up, down in pairs})
+        return readings
 
 
 def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) -> Reading | None:

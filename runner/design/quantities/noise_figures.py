@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.tuning.quantities import Noise
+from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period

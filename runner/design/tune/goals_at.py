@@ -68,7 +68,7 @@ class GoalsAt:
         self.tuning, self.names = tuning, list(tuning.free)
         widths = {name: free.at_most - free.at_least for name, free in tuning.free.items()}
         quantities = {name: goal.quantity for name, goal in tuning.goals.items()}
-        self.evaluator = Evaluator(tuning.graph, quantities, tuning.at, widths)
+        self.evaluator = Evaluator(tuning.graph, quantities, tuning.at, widths, tuning.study)
         self._sizes = dict[str, float]()  # of quantities that are to be small or large
         self.note: Callable[[At], None] = lambda at: None
 

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.graphs.tuning.quantities import LoopFigure
+from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned

@@ -7,22 +7,31 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.model.quantities import (
+    AT_FREQUENCY,
+    LoopFigure,
+    Noise,
+    Quantity,
+    ResponseFigure,
+    YieldOf,
+    checked_quantity,
+)
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.tuning.quantities import QUANTITY_KEYS, LoopFigure, Noise, Quantity, read_quantity_of
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.ranges import Range, ranges_of
 from proofmass.runner.design.worst.search import BoxSearch, Case, InterruptedSearch, Progress, Side
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.notebook import Plotted
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95
-_HIGH_IS_BAD = ("sensitivity_peak", "overshoot", "settling_time")
+_HIGH_IS_BAD = ("sensitivity_peak", "overshoot", "settling_time", "peak", "delay", "rise_time")
 _DEFAULT_FIGURES = ("gain_margin", "phase_margin")
 _LISTED = 5  # corners in a table
 
@@ -74,7 +83,7 @@ class WorstCase:
 
 
 @dataclass(frozen=True)
-class WorstCases:
+class WorstCases(Plotted):
     """All worst cases, and how much of the box was looked at.
 
     >>> from proofmass import read_graph, worst
@@ -133,8 +142,8 @@ def worst(
     `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main", "figure":
     "phase_margin"}}`; unless given, the gain and phase margins of all named loops. `tolerances` maps parameters to
     "5 %", to a width with a unit or to a list of two values; a study brings those of its spread, normal ones up to
-    three standard deviations. All corners are tried if there are no more than `corners`, and so many random
-    `samples`.
+    three standard deviations. The worst yield of a study is that within `tolerances` alone: its spread is in the yield.
+    All corners are tried if there are no more than `corners`, and so many random `samples`.
 
     Raises `ModelError` with everything that is wrong.
 
@@ -149,15 +158,32 @@ def worst(
     """
     source = source if isinstance(source, Study) else graph_from(source)
     graph = source.graph if isinstance(source, Study) else source
-    ranges = ranges_of(source, tolerances or {})
-    wanted = _quantities(graph, quantities)
     _refuse_moment(at)
+    return worst_of(source, _quantities(graph, quantities), tolerances or {}, at, corners, samples, seed, progress)
+
+
+def worst_of(
+    source: Graph | Study,
+    wanted: Mapping[str, Quantity],
+    tolerances: Mapping[str, Any],
+    at: str = "",
+    corners: int = CORNERS,
+    samples: int = SAMPLES,
+    seed: int = 0,
+    progress: Progress | None = None,
+    signs: tuple[float, ...] = (),
+) -> WorstCases:
+    """Find the worst cases of quantities that have been read; `signs` are 1 for lowest, -1 for highest values."""
+    graph = source.graph if isinstance(source, Study) else source
+    yields = any(isinstance(quantity, YieldOf) for quantity in wanted.values())
+    ranges = ranges_of(graph if yields else source, tolerances)
     widths = {r.name: r.high - r.low for r in ranges}
-    sides = {name: _sides(quantity) for name, quantity in wanted.items()}
+    sides = {name: signs or _sides(quantity) for name, quantity in wanted.items()}
     searched = [Side(name, sign) for name, signs in sides.items() for sign in signs]
     expected = 2 * len(ranges) + samples + min(2 ** len(ranges), corners) + 20 * len(searched)
     with interrupts() as stop:
-        search = BoxSearch(Evaluator(graph, wanted, at, widths), ranges, expected, progress, stop)
+        evaluator = Evaluator(graph, wanted, at, widths, source if isinstance(source, Study) else None)
+        search = BoxSearch(evaluator, ranges, expected, progress, stop)
         interrupted = False
         try:
             search.search(searched, corners, samples, seed)
@@ -186,11 +212,7 @@ def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> 
     read, problems = dict[str, Quantity](), list[Problem]()
     for name, table in tables.items():
         try:
-            for key in table:
-                if key not in QUANTITY_KEYS:
-                    hint = did_you_mean(str(key), QUANTITY_KEYS, "the keys")
-                    raise Refusal("unknown key", hint, key=str(key), got=shown(key))
-            read[name] = read_quantity_of(table, flat)
+            read[name] = checked_quantity(table, flat)
         except Refusal as error:
             key = f"{name}.{error.key}" if error.key else name
             got, expected = error.got, error.expected
@@ -210,8 +232,12 @@ def _refuse_moment(at: str) -> None:
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:
     """Return the sides on which a quantity is bad: 1 low, -1 high; both of what has no good side."""
-    if isinstance(quantity, LoopFigure):
+    if isinstance(quantity, ResponseFigure) and quantity.figure in AT_FREQUENCY:
+        return (1.0, -1.0)
+    if isinstance(quantity, LoopFigure | ResponseFigure):
         return (-1.0,) if quantity.figure in _HIGH_IS_BAD else (1.0,)
+    if isinstance(quantity, YieldOf):
+        return (1.0,)
     return (-1.0,) if isinstance(quantity, Noise) else (1.0, -1.0)
 
 

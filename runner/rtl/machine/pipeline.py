@@ -97,7 +97,7 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
 
 
 def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
-    """All on which the operations depend, themselves included, also through registers."""
+    """Return all operations on which some depend, these included, also through registers."""
     below: set[Operation] = set()
     todo = list(operations)
     while todo:

@@ -4,12 +4,13 @@ The graph is planned and compiled once, without probes. A run passes its own num
 runs side by side with it and their order change no bit of it.
 """
 
+import copy
 import dataclasses
 import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -57,6 +58,12 @@ class SensorRuns:
         wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
+
+    def at(self, values: Mapping[str, float]) -> Self:
+        """Return the runs about other values of parameters that the study sweeps; nothing is compiled again."""
+        other = copy.copy(self)
+        other.study = self.study.at(values)
+        return other
 
     def _side_by_side(self) -> SideBySide:
         names = self.study.settings({**self.study.drawn(0)[0], **self._unset})

@@ -74,9 +74,19 @@ def run_study(
     >>> result["scale_factor"].shape  # four sensors at six ages
     (4, 6)
     """
-    began = time.perf_counter()
-    study = with_numbers(study, runs, seed)
-    sensors = SensorRuns(study, engine, lanes)
+    sensors = SensorRuns(with_numbers(study, runs, seed), engine, lanes)
+    return run_sensors(sensors, threads, dask, folder, progress)
+
+
+def run_sensors(
+    sensors: SensorRuns,
+    threads: int | None = None,
+    dask: str | None = None,
+    folder: str | Path | None = None,
+    progress: StudyProgress | None = None,
+) -> StudyResult:
+    """Run the study of prepared sensors, as `run_study` does."""
+    began, study = time.perf_counter(), sensors.study
     total = study.runs * study.points
     path = None
     if folder is not None:

@@ -23,7 +23,7 @@ from tests.by_hand.words_of_blocks import OF_OUTPUTS, WORDS_OF_BLOCKS
         ("tick", "tick is ticks of the block"),
         ("normal", "normal is a fresh standard normal deviate"),
         ("out", "out is where an output with a shape writes"),
-        ("period", "period is an argument of `constants`"),
+        ("period", "period is seconds between ticks, an argument of `constants` and `start`"),
         ("rate", "rate is a key of a block in a graph file"),
         ("kind", "kind is a key of a block in a graph file"),
         ("graph", "graph is a key of a block in a graph file"),

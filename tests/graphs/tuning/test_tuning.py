@@ -8,6 +8,7 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.schema.schema import schema
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.reader import read_tuning
@@ -85,3 +86,33 @@ def test_python_tables_are_those_of_the_file() -> None:
             tolerances=dict.fromkeys(("plant.gain", "controller.gain"), "1 %"),
             points={str(i): {} for i in range(99)},
         )
+
+
+def test_it_is_written_and_reads_back(tmp_path: Path) -> None:
+    goals = """
+quiet = { noise = "plant.output", input = "wanted.output", band = ["1 Hz", "100 Hz"], at_most = 0.02, soft = true }
+calm = { loop = "main", figure = "overshoot", at_most = "15 %" }
+wide = { response = "plant.output", input = "wanted.output", frequency = "30 Hz", at_least = 0.7 }
+level = { bias = "plant.output", input = "wanted.output", at_least = -1, at_most = 1 }
+end = { measure = "end", at_least = 0.9 }
+good = { yield = "end", at_least = "90 %" }
+all = { yield = true, maximise = true }
+[tune.points]
+weak = { "controller.gain" = "50" }
+[tune.tolerances]
+"plant.gain" = "10 %"
+[study]
+runs = 8
+spread = { "plant.gain" = { normal = "1 %", relative = true } }
+limits = { end = { at_least = 0.9 } }
+"""
+    path, again = tmp_path / "loop.toml", tmp_path / "again.toml"
+    settings = "[tune]\nat = '5 ms'\nseed = 3\n[tune.free]"
+    path.write_text((TEXT + goals).replace("[tune.free]", settings), encoding="utf-8")
+    tuning = read_tuning(path)
+    again.write_text(write_graph(tuning), encoding="utf-8")
+    assert tomllib.loads(again.read_text())["tune"]["goals"]["calm"]["at_most"] == 15.0
+    read = read_tuning(again)
+    assert read == tuning
+    assert (read.at, read.seed, read.study) == ("5 ms", 3, tuning.study)
+    jsonschema.validate(tomllib.loads(again.read_text()), schema())

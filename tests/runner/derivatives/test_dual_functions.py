@@ -16,23 +16,29 @@ from proofmass.runner.contract.drawn import random_block
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
-from proofmass.runner.plan.constants import constants_of
+from proofmass.runner.plan.constants import constants_of, start_of
 
 PERIOD = 1e-4
 QUANTISERS = {
     "AnalogToDigital",
     "DigitalToAnalog",
     "MashModulator",
+    "PipelineAnalogToDigital",
     "Quantiser",
     "SigmaDeltaModulator",
+    "SuccessiveApproximation",
     "UnipolarDigitalToAnalog",
+    "WeightedDigitalToAnalog",
 }
 OF_VOLTAGES = {
     "AnalogToDigital",
     "MashModulator",
+    "PipelineAnalogToDigital",
     "Quantiser",
     "SigmaDeltaModulator",
+    "SuccessiveApproximation",
 }  # of signals about 1, where others take codes
+OF_WEIGHTS = {"PipelineAnalogToDigital", "SuccessiveApproximation", "WeightedDigitalToAnalog"}  # converters by these
 KINDS = {
     name: kind
     for name, kind in all_blocks().items()
@@ -244,6 +250,8 @@ def _arguments(block: Block, names: tuple[str, ...], dice: random.Random) -> lis
     for name, buffer in type(block).buffers.items():
         length = 7 if buffer.recorded else shape_of(block, buffer)[0]
         known[name] = sorted(_drawn(buffer.dtype, dice) for _ in range(length))
+    if type(block).__name__ in OF_WEIGHTS:
+        start_of(block, known, PERIOD)
     for name, port in type(block).inputs.items():
         known[name] = _drawn(port.dtype, dice) * (
             1e-7 if unit_of(block, port) == "m" else 1
@@ -268,7 +276,9 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
         seeded = _moved(arguments, place, dual(value, {"x": 1.0}))
         found = _flat_results(for_duals(function), seeded)
         step = 1e-6 * (abs(value) or 1.0)
-        if kind in OF_VOLTAGES:
+        if kind in OF_WEIGHTS:
+            step = 0.02 * (abs(value) or 1.0)
+        elif kind in OF_VOLTAGES:
             step = 0.3 * (abs(value) or 1.0)
         elif kind in QUANTISERS and place[0] > 0:
             step = 300.0
@@ -277,6 +287,7 @@ def _compare(block: Block, function: Any, arguments: list[Any], kind: str) -> No
             if _corner(up, middle, down):
                 continue
             coarse = max(1.0, _half_a_step(block)) if kind in QUANTISERS else 0.0
+            coarse = 3.0 if kind in OF_WEIGHTS else coarse  # wrong weights skip codes, too
             expected = (up - down) / (2.0 * step)
             allowed = 1e-5 * abs(expected) + 2e-9 * abs(middle) / step + coarse / step
             assert abs(slopes_of(got).get("x", 0.0) - expected) <= allowed, (kind, function.__name__, place)

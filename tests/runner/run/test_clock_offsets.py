@@ -3,6 +3,7 @@
 import cmath
 import math
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -27,6 +28,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.studies.study_reader import read_variants
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.response.response import response
 from proofmass.runner.planning.plan import plan
@@ -244,3 +246,82 @@ def test_hardware_of_one_clock_refuses_it() -> None:
     )
     with pytest.raises(ModelError, match="has a clock offset, and cannot become hardware"):
         compose(plan(graph))
+
+
+FORMULA_OF_A_VALUE = """
+name = "late"
+rate = "10 kHz"
+duration = "10 ms"
+wires = ["tone.output -> early.voltage", "tone.output -> late.voltage"]
+probes = ["early.number", "late.number"]
+[values]
+part = 0.25
+[measures]
+mean = { signal = "late.number", statistic = "mean" }
+[blocks]
+tone = { kind = "Sine", rate = "1 MHz", frequency = "130 Hz", unit = "V" }
+early = { kind = "AnalogToDigital", bits = 24, reference = "2 V" }
+late = { kind = "AnalogToDigital", clock_offset = "= part * 100 us", bits = 24, reference = "2 V" }
+"""
+
+
+def sampled(late: float) -> np.ndarray:
+    """The tone at the ticks of the converter, in its codes."""
+    t = np.arange(100) * 1e-4 + late
+    return np.round(np.sin(2.0 * np.pi * 130.0 * np.floor(t * 1e6 + 1e-6) / 1e6) * 2.0**22)
+
+
+@pytest.mark.parametrize("engine", ENGINES)
+def test_an_offset_may_be_a_formula_of_a_value(engine: str) -> None:
+    graph = read_graph_text(FORMULA_OF_A_VALUE)
+    assert graph.offsets == {"late": Fraction(25, 10**6)}
+    assert read_graph_text(write_graph(graph)).offsets == graph.offsets
+    assert "= part * 100 us" in write_graph(graph)
+    for changes, late in (
+        ({}, 25e-6),
+        ({"part": 0.5}, 50e-6),
+        ({"late.clock_offset": "10 us"}, 10e-6),
+        ({"part": 0.0}, 0.0),
+        ({"late.clock_offset": "= 3 * part * 10 us"}, 7.5e-6),
+    ):
+        found = simulate(graph.with_parameters(changes), engine=engine)["late.number"].values
+        assert found[:100] == pytest.approx(sampled(late), abs=1.0), changes
+
+
+@pytest.mark.parametrize(
+    ("offset", "words"),
+    [
+        ("= part * 2 V", "is V, not s"),
+        ("= -part * 1 us", "must be at least zero"),
+        ("= part * 1 s", "the clock offset is too long"),
+    ],
+)
+def test_a_formula_that_is_no_offset_is_refused(offset: str, words: str) -> None:
+    try:
+        problems = check(read_graph_text(FORMULA_OF_A_VALUE.replace("= part * 100 us", offset)))
+    except ModelError as error:
+        problems = list(error.problems)
+    assert [words in str(problem) for problem in problems] == [True]
+    assert "late.clock_offset" in str(problems[0])
+
+
+@pytest.mark.parametrize(
+    ("key", "values", "offsets", "rates"),
+    [
+        ("late.clock_offset", ["0 us", "10 us"], [Fraction(0), Fraction(1, 10**5)], [None, None]),
+        ("part", [0.1, 0.5], [Fraction(1, 10**5), Fraction(1, 20_000)], [None, None]),
+        ("early.rate", ["5 kHz", "2 kHz"], [Fraction(25, 10**6)] * 2, [Fraction(5000), Fraction(2000)]),
+    ],
+)
+def test_studies_sweep_offsets_and_rates(
+    tmp_path: Path, key: str, values: list[object], offsets: list[Fraction], rates: list[Fraction | None]
+) -> None:
+    path = tmp_path / "late.toml"
+    path.write_text(f'{FORMULA_OF_A_VALUE}[study]\nruns = 2\nsweep = {{ "{key}" = {values} }}\n', encoding="utf-8")
+    studies = read_variants(path)
+    assert len(studies) == 2
+    graphs = [study.graph for study in studies.values()]
+    assert [one.offsets.get("late", Fraction(0)) for one in graphs] == offsets
+    assert [one.rates.get("early") for one in graphs] == rates
+    for one in graphs:
+        assert not [problem for problem in check(one) if not problem.note]

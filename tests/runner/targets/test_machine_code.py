@@ -100,6 +100,12 @@ def test_a_function_that_has_an_address_is_called_there() -> None:
     assert seen == [1, 21]
 
 
+def test_loops_that_compute_from_turn_to_turn_are_written_out() -> None:
+    """Counters of the others are chosen by where a turn comes from."""
+    assert "phi i64" not in llvm_text(SMALL["carried"]()[0])
+    assert "phi i64" in llvm_text(SMALL["primes"]()[0])
+
+
 def test_long_regions_are_compiled_in_parts() -> None:
     """Behind so many statements a block of instructions ends, in a loop and outside of one."""
     n, x = Value(INTEGER, "n"), Value(FLOAT, "x")

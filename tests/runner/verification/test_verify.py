@@ -157,7 +157,10 @@ MISTAKES = {
     ),
     'above = { quantity = "last", at_least = "2 A" }': ("A is A, not m^2*kg/s^3/A", "give it in V"),
     'above = { quantity = "last", at_least = 3, at_most = 2 }': ("nothing can meet it", ""),
-    'above = { quantity = "last", at_least = 3, at = "1 s" }': ("is for margins, which have an operating point", ""),
+    'above = { quantity = "last", at_least = 3, at = "1 s" }': (
+        "is for what is linearised, which has an operating point",
+        "",
+    ),
     'above = { quantity = "main.stable", at_least = "firm" }': ("there is no such verdict", "the verdicts: unstable"),
     'above = { quantity = "main.stable", at_least = 1, at = "soon" }': ("not a number followed by a unit", "1.5 s"),
 }

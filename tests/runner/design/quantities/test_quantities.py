@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.quantities import FIGURES
 from proofmass.graphs.tuning.build import tuning_of
-from proofmass.graphs.tuning.quantities import FIGURES
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator
 from proofmass.runner.design.quantities.step_figures import step_figures

@@ -72,7 +72,7 @@ def test_a_worst_case_inside_is_found_where_no_corner_is() -> None:
 def values_at(graph: Any, quantities: dict[str, Any], values: dict[str, float]) -> dict[str, float | None]:
     """Quantities at some parameters, evaluated alone."""
     from proofmass.graphs.model.flatten import flatten
-    from proofmass.graphs.tuning.quantities import read_quantity_of
+    from proofmass.graphs.model.quantities import read_quantity_of
 
     wanted = {name: read_quantity_of(table, flatten(graph)) for name, table in quantities.items()}
     readings = Evaluator(graph, wanted, "", {}).readings(values, slopes=False)
@@ -82,7 +82,7 @@ def values_at(graph: Any, quantities: dict[str, Any], values: dict[str, float]) 
 def brute(points: list[tuple[float, ...]], found: WorstCases) -> None:
     """No point is worse than the worst case that was found."""
     from proofmass.graphs.model.flatten import flatten
-    from proofmass.graphs.tuning.quantities import read_quantity_of
+    from proofmass.graphs.model.quantities import read_quantity_of
 
     wanted = {name: read_quantity_of(table, flatten(COUPLED_GRAPH)) for name, table in BOTH.items()}
     evaluator = Evaluator(COUPLED_GRAPH, wanted, "", {})

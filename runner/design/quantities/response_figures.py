@@ -1,0 +1,63 @@
+"""Figures of the linear response from one output to another, with their derivatives by parameters.
+
+Derivatives are central differences along the exact derivatives of the period map.
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import replace
+
+import numpy as np
+
+from proofmass.graphs.model.quantities import ResponseFigure
+from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
+from proofmass.runner.analysis.response.response import Response, response_of_map
+from proofmass.runner.design.quantities.loop_figures import Reading
+from proofmass.runner.plan.planned import Plan
+
+_STEP = 1e-5  # of a parameter
+
+
+def read_response(
+    planned: Plan, wanted: ResponseFigure, at: str, parameters: Mapping[str, float], slopes: bool
+) -> Reading:
+    """Return a figure of a response; infinite where it has no value, as the settling time of what never settles.
+
+    Raises `ModelError` where no way leads from the input to the output.
+    """
+    source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
+    tick = tick_at(planned, at) if at else common_period(planned, [source], [target])
+    whole = map_at(planned, [source], [target], tick=tick, by_parameters=slopes)
+    shown = [] if wanted.frequency is None else [wanted.frequency]
+
+    def figure(of: PeriodMap) -> float:
+        return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
+
+    value = figure(whole)
+    if not slopes or not math.isfinite(value):
+        return Reading(value, {})
+    moved = {}
+    for name in (name for name in parameters if name in whole.slopes):
+        step = _STEP * (abs(parameters[name]) or 1.0)
+        ends = [figure(replace(whole, matrix=whole.matrix + side * step * whole.slopes[name])) for side in (1.0, -1.0)]
+        moved[name] = (ends[0] - ends[1]) / (2.0 * step) if all(map(math.isfinite, ends)) else 0.0
+    return Reading(value, moved)
+
+
+def value_of_response(response: Response, figure: str) -> float:
+    """Return a figure of a response in its unit; gain and phase are those at its first frequency."""
+    if figure in ("gain", "phase"):
+        gain = complex(response.gain[0])
+        return abs(gain) if figure == "gain" else float(np.degrees(np.angle(gain)))
+    if figure == "peak":
+        return response.peak[1]
+    if figure in ("bandwidth", "delay"):
+        value = response.bandwidth if figure == "bandwidth" else response.delay
+        return math.inf if value is None else value
+    step = response.step
+    values = {} if step is None else {"rise_time": step.rise, "settling_time": step.settling}
+    if figure == "overshoot":
+        return math.inf if step is None or step.overshoot is None else 100.0 * step.overshoot
+    return math.inf if values.get(figure) is None else float(values[figure])  # type: ignore[arg-type]

@@ -1,0 +1,53 @@
+"""The pipeline against exact quantising, whatever its thresholds, and its gain errors against an independent chain."""
+
+import math
+
+import numpy as np
+import pytest
+
+from proofmass.blocks import PipelineAnalogToDigital
+from proofmass.blocks.declaration.problem import ModelError
+from tests.by_hand.responses import response
+
+VOLTS = np.linspace(-0.97, 0.97, 997).tolist()
+
+
+@pytest.mark.parametrize("threshold_errors", [(0.0,), (0.2, -0.2, 0.15)])
+def test_thresholds_do_not_matter(threshold_errors: tuple[float, ...]) -> None:
+    block = PipelineAnalogToDigital(stages=5, last_bits=3, threshold_errors=threshold_errors)
+    found = np.array(response(block, VOLTS, "code", "voltage"))
+    assert np.abs(found - np.array(VOLTS) * 128.0).max() <= 0.5 + 1e-9
+    assert response(block, VOLTS, "number", "voltage") == found.tolist()
+
+
+def test_gain_errors_against_a_chain_of_residues() -> None:
+    errors = (0.01, -0.02)
+    block = PipelineAnalogToDigital(stages=4, last_bits=2, gain_errors=errors)
+    expected = []
+    for v in VOLTS:
+        residue, code = v, 0
+        for k in range(4):
+            d = (residue > 0.25) - (residue < -0.25)
+            residue = 2.0 * (1.0 + (errors[k] if k < 2 else 0.0)) * residue - d
+            code += d * 2 ** (5 - 1 - k)
+        expected.append(min(max(code + round(2.0 * residue), -32), 31))
+    assert response(block, VOLTS, "code", "voltage") == expected
+
+
+def test_devices_differ_by_their_spread() -> None:
+    """Of the first stage alone: the jump of the code at a threshold is 2^(bits-1) e / 4 steps, both sides of zero."""
+    ends = [
+        response(PipelineAnalogToDigital(stages=1, last_bits=4, gain_spread=0.05, device=k), [0.24], "code", "voltage")[
+            0
+        ]
+        for k in range(200)
+    ]
+    assert np.std(ends) == pytest.approx(0.05 * 0.48 * 8.0, rel=0.6)
+    assert len(set(ends)) > 1
+
+
+def test_beyond_the_span_and_too_many_errors() -> None:
+    assert response(PipelineAnalogToDigital(), [5.0, -5.0], "code", "voltage") == [2047, -2048]
+    with pytest.raises(ModelError, match="at most 1 numbers"):
+        PipelineAnalogToDigital(stages=1, gain_errors=(0.0, 0.0))
+    assert math.isfinite(response(PipelineAnalogToDigital(), [1e300], "number", "voltage")[0])

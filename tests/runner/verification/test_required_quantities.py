@@ -1,0 +1,137 @@
+"""Noise, responses, worst cases and yields as requirements and goals, against closed forms of an integrating loop.
+
+L = K T / (z - 1) / z and the response from wanted to plant is L / (1 + L); the settled plant is at the wanted value.
+"""
+
+import math
+
+import numpy as np
+import pytest
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.check import check
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.schema.schema import schema
+from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.design.tune.tune import tune
+from proofmass.runner.design.worst.worst import worst
+from proofmass.runner.verification.verify import Finding, Measurements, verify
+from tests.by_hand.design_texts import INTEGRATING
+
+REQUIREMENTS = """
+[requirements]
+quiet = { quantity = { noise = "plant.output" }, at_most = 0.0058, at_least = 0.0056 }
+in_band = { quantity = { noise = "plant.output", band = [0, "10 Hz"] }, at_most = 1 }
+gain = { quantity = { response = "plant.output", input = "IN", frequency = "10 Hz" }, at_least = 0.5 }
+turn = { at_most = 0, quantity = { response = "plant.output", input = "IN", frequency = 10, figure = "phase" } }
+fast = { quantity = { response = "plant.output", input = "IN", figure = "rise_time" }, at_most = "25 ms" }
+calm = { quantity = { response = "plant.output", input = "IN", figure = "overshoot" }, at_most = "1 %" }
+exact = { quantity = { scale_factor = "plant.output", input = "IN" }, at_least = 0.999999, at_most = 1.000001 }
+double = { quantity = { measure = "twice" }, at_least = 1.99 }
+good = { quantity = { yield = "end" }, at_least = "30 %" }
+phase = { quantity = "main.phase_margin", at_least = "70 deg", tolerances = { "plant.gain" = "10 %" } }
+worst_end = { quantity = "twice", at_least = 1.8, tolerances = "spread" }
+lot = { quantity = { yield = true }, at_least = "0 %", tolerances = { "plant.gain" = "10 %" } }
+
+[study]
+runs = 64
+spread = { "wanted.amplitude" = { uniform = 0.1 } }
+limits = { end = { at_least = 1.0 } }
+""".replace("IN", "wanted.output")
+TEXT = INTEGRATING.replace("[blocks.hiss]", "[blocks.hiss]  # noise", 1).replace("density", "density", 1)
+TEXT = TEXT.replace("top = { signal", 'twice = "= 2 * end"\ntop = { signal') + REQUIREMENTS
+QUIET = TEXT.replace("1e-3 1/sqrt(Hz)", "1e-9 1/sqrt(Hz)")
+T, K = 1e-3, 100.0
+
+
+def closed(z: complex | np.ndarray, gain: float = K) -> np.ndarray:
+    """T(z) = L / (1 + L)."""
+    loop = gain * T / (z - 1.0) / z
+    return np.asarray(loop / (1.0 + loop))
+
+
+@pytest.fixture(scope="module")
+def findings() -> dict[str, Finding]:
+    loud, quiet = (read_study_text(text) for text in (TEXT, QUIET))
+    of_noise = {"quiet", "in_band"}
+    found = {f.id: f for f in verify(Measurements(quiet.graph, quiet, "python")) if f.id not in of_noise}
+    few = loud.graph.changed(requirements={n: r for n, r in loud.graph.requirements.items() if n in of_noise})
+    return found | {f.id: f for f in verify(Measurements(few, None, "python"))}
+
+
+def test_noise_and_responses(findings: dict[str, Finding]) -> None:
+    turns = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 1 << 16, endpoint=False) + 1e-12j)
+    rms = math.sqrt(0.5 * 1e-6 / T * float(np.mean(np.abs(closed(turns)) ** 2)))
+    assert findings["quiet"].value == pytest.approx(rms, rel=1e-4)
+    low = np.exp(2j * np.pi * np.linspace(1e-3, 10.0, 4001) * T)
+    in_band = math.sqrt(1e-6 * float(np.trapezoid(np.abs(closed(low)) ** 2, dx=10.0 / 4000)))
+    assert findings["in_band"].value == pytest.approx(in_band, rel=1e-3)
+    at_ten = complex(closed(np.exp(2j * np.pi * 10.0 * T)))
+    assert findings["gain"].value == pytest.approx(abs(at_ten), rel=1e-9)
+    assert findings["turn"].value == pytest.approx(math.degrees(np.angle(at_ten)), rel=1e-9)
+    assert findings["fast"].value == pytest.approx(math.log(9.0) / K, rel=0.2), "about that of a lag of 1 / K"
+    assert findings["exact"].value == pytest.approx(1.0, abs=1e-9)
+    assert findings["gain"].quantity == "gain from wanted.output to plant.output at 10 Hz"
+
+
+def test_worst_cases_and_yields(findings: dict[str, Finding]) -> None:
+    crossover = 2.0 * math.asin(0.5 * 1.1 * K * T) / T
+    assert findings["phase"].value == pytest.approx(90.0 - 1.5 * math.degrees(crossover * T), rel=1e-9)
+    assert findings["phase"].quantity == "main.phase_margin, worst case"
+    assert findings["worst_end"].value == pytest.approx(2.0 * 0.9, rel=1e-5), "the lowest end of the spread"
+    study = read_study_text(QUIET)
+    settled = sum(study.drawn(run)[0]["wanted.amplitude"] >= 1.0 for run in range(64)) / 64
+    assert findings["good"].value == pytest.approx(settled, abs=1 / 64)
+    assert findings["lot"].value <= findings["good"].value
+    assert findings["double"].value == pytest.approx(2.0, rel=1e-6)
+
+
+def test_a_yield_is_a_goal_and_has_a_worst_case() -> None:
+    """Amplitudes are 0.1 around their mean: all sensors end above 1 from 1.1 on."""
+    study = read_study_text(QUIET)
+    goals = {"good": {"yield": True, "at_least": "99 %"}, "low": {"measure": "twice", "minimise": True}}
+    free = {"wanted.amplitude": {"at_least": 1.0, "at_most": 1.6}}
+    tuned = tune(study.graph, free=free, goals=goals, study=study, samples=16, starts=1)
+    assert tuned.met
+    assert 1.085 < tuned.parameters["wanted.amplitude"] < 1.14
+    spread = worst(study, {"y": {"yield": "end"}}, tolerances={"wanted.amplitude": 0.2}, samples=2)
+    assert spread.cases[0].worst == 0.0
+    with pytest.raises(ModelError, match="a yield is wanted, and there is no study with limits"):
+        tune(study.graph, free=free, goals=goals)
+    with pytest.raises(ModelError, match="the study has no such limit"):
+        worst(study, {"y": {"yield": "top"}}, tolerances={"wanted.amplitude": 0.2})
+
+
+def test_they_read_back_and_the_schema_knows_them() -> None:
+    graph = read_graph_text(TEXT)
+    assert not check(graph)
+    assert read_graph_text(write_graph(graph)) == graph
+    jsonschema = pytest.importorskip("jsonschema")
+    import tomllib
+
+    jsonschema.validate(tomllib.loads(TEXT), schema())
+
+
+@pytest.mark.parametrize(
+    ("line", "message", "key"),
+    [
+        ('{ quantity = { noise = "plant.out" }, at_most = 1 }', "plant.out is no output", "quantity.noise"),
+        ('{ quantity = { nose = "plant.output" }, at_most = 1 }', "unknown key", "quantity.nose"),
+        ('{ quantity = { noise = "plant.output" }, at_most = "1 V" }', "V is", "at_most"),
+        ('{ quantity = { response = "plant.output" }, at_most = 1 }', "response needs an input", "quantity"),
+        ("{ quantity = { yield = 3 }, at_most = 1 }", "is no limit", "quantity.yield"),
+        ('{ quantity = "end", at_most = 1, tolerances = "wide" }', "must be a table of tolerances", "tolerances"),
+        ('{ quantity = "main.stable", at_least = 1, tolerances = "spread" }', "a verdict has no worst", "tolerances"),
+        ('{ quantity = "yield", at_least = 1, tolerances = "spread" }', "the spread is in the yield", "tolerances"),
+    ],
+)
+def test_mistakes_have_their_line(line: str, message: str, key: str) -> None:
+    text = INTEGRATING + f"\n[requirements]\nodd = {line}\n"
+    try:
+        (problem,) = check(read_graph_text(text, "graph.toml"))
+    except ModelError as error:
+        (problem,) = error.problems
+    assert message in problem.message
+    assert problem.key == f"requirements.odd.{key}"
+    assert problem.line == text.count("\n")
