@@ -19,7 +19,7 @@ An output depends on an input in the same tick only if its function takes that i
 import dataclasses
 import typing
 from collections.abc import Callable, Iterator
-from typing import Any
+from typing import Any, ClassVar
 
 from proofmass.blocks.declaration.kind import Kind
 from proofmass.blocks.declaration.parameter import param, read_parameters
@@ -45,6 +45,9 @@ class Block(metaclass=Kind):
     (5, ['input'], ['line'])
     """
 
+    __slots__ = ("__dict__", "__weakref__", "_texts")  # values are in __dict__, quantities as they were written beside
+    _texts: ClassVar[dict[str, str]]  # of each block, in its slot; this name keeps it from being a parameter
+
     def __init__(self, /, **values: Any) -> None:
         kind = type(self)
         unknown = [
@@ -60,6 +63,7 @@ class Block(metaclass=Kind):
         ]
         read, problems = read_parameters(kind.parameters, values, kind.__name__)
         vars(self).update(read)
+        object.__setattr__(self, "_texts", {name: text for name, text in values.items() if isinstance(text, str)})
         problems = unknown + problems + list(_bad_units(self))
         if not problems and kind.requirements is not None:
             problems = list(_unmet(self, kind.requirements(self)))
@@ -71,6 +75,13 @@ class Block(metaclass=Kind):
 
     def __delattr__(self, name: str) -> None:
         raise dataclasses.FrozenInstanceError(f"cannot delete {name}: a block is a frozen value")
+
+    def __getstate__(self) -> tuple[dict[str, Any], dict[str, str]]:
+        return dict(vars(self)), self._texts
+
+    def __setstate__(self, state: tuple[dict[str, Any], dict[str, str]]) -> None:
+        vars(self).update(state[0])
+        object.__setattr__(self, "_texts", state[1])
 
     def __eq__(self, other: object) -> bool:
         return vars(self) == vars(other) if type(other) is type(self) else NotImplemented

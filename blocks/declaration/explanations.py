@@ -95,7 +95,7 @@ EXPLANATIONS = (
         "P0302",
         "A quantity of another dimension",
         r" is \S+, not |in decibels|is \{\}, not|takes a plain number|takes \S+ and |has another unit"
-        r"|values are not relative",
+        r"|values are not relative|cannot be shown in",
         "The unit measures something else than what is wanted: a mass is no acceleration.",
         "Give it in the unit that the message expects. g is the gram; standard gravity is g0.",
     ),
@@ -248,7 +248,7 @@ EXPLANATIONS = (
     Explanation(
         "P1001",
         "A run cannot go on, or its traces do not fit",
-        r"checkpoint|resume|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted",
+        r"checkpoint|resume|timed on|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted",
         "A folder holds an interrupted run of another graph, seed or length, or a trace is larger than memory or disk.",
         "--restart begins anew; a probe may be thinned by every = 1000.",
     ),

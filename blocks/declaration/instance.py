@@ -1,12 +1,30 @@
 """Facts of a block that depend on the values of its parameters: units, sizes, formats."""
 
 import typing
+from collections.abc import Collection
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.parameter import Parameter, fill
 from proofmass.blocks.declaration.ports import BufferPort, Port, Size
 from proofmass.blocks.declaration.problem import ModelError, Problem
+
+
+def written(block: Block, name: str) -> str:
+    """Return the text by which a parameter was given, such as "50.43 ug"; empty where it was a number.
+
+    >>> from proofmass.blocks import MassSpringDamper
+    >>> written(MassSpringDamper(mass="50.43 ug"), "mass"), written(MassSpringDamper(mass=5.043e-8), "mass")
+    ('50.43 ug', '')
+    """
+    return block._texts.get(name, "")
+
+
+def keep_written(changed: Block, before: Block, names: Collection[str]) -> Block:
+    """Return a changed block with the texts of the one before, but for the parameters of these names."""
+    texts = {name: text for name, text in before._texts.items() if name not in names}
+    object.__setattr__(changed, "_texts", {**texts, **{n: t for n, t in changed._texts.items() if n in names}})
+    return changed
 
 
 def unit_of(block: Block, what: Port | Parameter) -> str:

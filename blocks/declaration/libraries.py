@@ -30,6 +30,7 @@ LIBRARIES: Mapping[str, Library] = MappingProxyType(
         "h5py": Library("netcdf", "netCDF files"),
         "pyarrow": Library("parquet", "Parquet files"),
         "xarray": Library("xarray", "labelled results of xarray"),
+        "pandas": Library("xarray", "tables of pandas"),
         "control": Library("control", "systems of python-control"),
         "networkx": Library("networkx", "graphs of networkx"),
         "distributed": Library("dask", "studies on the workers of a cluster"),

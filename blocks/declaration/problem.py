@@ -97,8 +97,24 @@ def nearest(word: str, names: Iterable[str]) -> str:
     'damping'
     """
     folded = {_fold(name): name for name in sorted(names, reverse=True)}
-    found = difflib.get_close_matches(_fold(word), folded, n=1, cutoff=0.55)
+    wrong = _fold(word)
+    slips = [name for name in folded if _one_slip(wrong, name)]
+    swapped = [name for name in slips if sorted(name) == sorted(wrong)]  # letters swapped: nothing is nearer
+    found = difflib.get_close_matches(wrong, swapped or slips or folded, n=1, cutoff=0.0 if slips else 0.55)
     return folded[found[0]] if found else ""
+
+
+def _one_slip(wrong: str, right: str) -> bool:
+    """Return whether a letter was dropped, added or replaced, or two neighbours swapped, in two words."""
+    longer, shorter = (wrong, right) if len(wrong) >= len(right) else (right, wrong)
+    if len(shorter) < 2 or len(longer) - len(shorter) > 1:
+        return False
+    at = next((i for i, (a, b) in enumerate(zip(longer, shorter, strict=False)) if a != b), len(shorter))
+    if len(longer) > len(shorter):
+        return longer[at + 1 :] == shorter[at:]
+    return longer[at + 1 :] == shorter[at + 1 :] or (
+        longer[at : at + 2] == shorter[at : at + 2][::-1] and longer[at + 2 :] == shorter[at + 2 :]
+    )
 
 
 def did_you_mean(word: str, names: Iterable[str], what: str) -> str:

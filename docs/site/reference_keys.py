@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from docs.site.markdown import code, plain, table
-from proofmass.graphs.schema.schema import schema
+from proofmass.graphs.schema.schema import FILE, schema
 
 _TYPES = {
     "string": "text", "number": "number", "integer": "whole number", "boolean": "true or false",
@@ -18,7 +18,7 @@ def keys_page() -> str:
     lines = ["# Keys of graph files and studies", ""]
     lines += ["[Graph files](../graph-files.md) and [studies](../studies.md) explain them with examples.", ""]
     lines += ['A quantity is a text with a number and a unit, such as `"10 kHz"`.', ""]
-    for title, keys in _tables("Graph", whole["properties"], whole["$defs"]):
+    for title, keys in _tables("Graph", whole["$defs"][FILE]["properties"], whole["$defs"]):
         lines += [f"## {title}", "", *table(("key", "value", "meaning"), [_row(*key) for key in keys.items()])]
     return "\n".join(lines) + "\n"
 

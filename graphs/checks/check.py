@@ -26,7 +26,7 @@ from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Given, Graph, split
 from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
-from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output, find_target
 from proofmass.graphs.model.statistics import STATISTICS
 
@@ -294,6 +294,8 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         if isinstance(output, Missing):
             yield Problem(message=output.message, key=key, hint=output.hint, path=(*path, "signal"))
             continue
+        own = STATISTICS[measure.statistic].unit_for(unit_of(*output))
+        yield from bad_display_unit(measure.unit, own, f"measures.{name}.unit", (*path, "unit"))
         shape = shape_of(output[0], output[1])
         if output[1].dtype is FixedValue:
             message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
@@ -314,11 +316,13 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
 
 def _probes(graph: FlatGraph) -> Iterator[Problem]:
     probed = set()
-    for index, (signal, _) in enumerate(graph.probes):
+    for index, (signal, _, shown_in) in enumerate(graph.probes):
         path, key = ("probes", str(index)), f"probes: {graph.root.probes[index].signal}"
         output = find_output(graph, signal)
         if isinstance(output, Missing):
             yield Problem(message=output.message, key=key, hint=output.hint, path=path)
+        else:
+            yield from bad_display_unit(shown_in, unit_of(*output), key, path)
         if signal in probed:
             yield Problem(message="probed twice", key=key, hint="remove one of the probes", path=path)
         probed.add(signal)

@@ -7,9 +7,9 @@ from typing import Any, Protocol
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
-from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
@@ -30,11 +30,11 @@ class WithTables(Protocol):
         ...
 
 
-def write_graph(graph: Graph | WithTables) -> str:
+def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
     """Return the text of a graph file: only differences from the defaults, numbers with units, subgraphs as tables.
 
     `graph` is any graph: what `read_graph` makes of the text is equal to it. Of a `Tuning` the text has `[tune]` too,
-    and `read_tuning` reads it back.
+    and `read_tuning` reads it back. `as_written` keeps quantities in the units in which they were given.
 
     >>> from proofmass import Graph, write_graph
     >>> from proofmass.blocks import Step
@@ -50,10 +50,10 @@ def write_graph(graph: Graph | WithTables) -> str:
     """
     if not isinstance(graph, Graph):
         return graph.as_toml()
-    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "")]) + "\n"
+    return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written)]) + "\n"
 
 
-def _graph(graph: Graph, path: str) -> Iterator[str]:
+def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
     texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
     yield from (f"{key} = {_long_text(text)}" for key, text in texts if text and key != "name")
@@ -64,7 +64,7 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
     integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
     yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
-    yield from _list("probes", [_probe(p.signal, p.every) for p in graph.probes])
+    yield from _list("probes", [_probe(p) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
     if graph.values:
@@ -94,13 +94,13 @@ def _graph(graph: Graph, path: str) -> Iterator[str]:
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
         yield from _offset(graph, name)
-        yield from _parameters(block, partial(_formula, graph, f"{name}."))
+        yield from _parameters(block, partial(_formula, graph, f"{name}."), as_written)
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
         yield from _offset(graph, name)
         if part.name:
             yield f"name = {quoted(part.name)}"
-        yield from _graph(part, f"{path}blocks.{name}.")
+        yield from _graph(part, f"{path}blocks.{name}.", as_written)
 
 
 def _formula(graph: Graph, target: str, entry: str = "") -> str:
@@ -127,7 +127,7 @@ def _value(value: Value) -> str:
     return value.written if plain else quoted(value.written)
 
 
-def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
+def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -> Iterator[str]:
     for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
         entries = [formula(f"{name}[{place}]") for place in range(len(value))] if isinstance(value, tuple) else []
@@ -142,6 +142,9 @@ def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
             continue
         unit = short_unit(unit_of(block, parameter))
         quantity = f"{value!r} {unit}"
+        if as_written and parameter.kind is float and (text := written(block, name)):
+            yield f"{name} = {quoted(text)}"
+            continue
         if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
             yield f"{name} = {quoted(quantity)}"
         elif parameter.kind in (str, Fixed):
@@ -152,14 +155,19 @@ def _parameters(block: Block, formula: Callable[[str], str]) -> Iterator[str]:
             yield f"{name} = {list(value) if isinstance(value, tuple) else repr(value)}"
 
 
-def _probe(signal: str, every: int) -> str:
-    return quoted(signal) if every == 1 else f"{{ signal = {quoted(signal)}, every = {every} }}"
+def _probe(probe: Probe) -> str:
+    signal = quoted(probe.signal)
+    more = (f", every = {probe.every}" if probe.every != 1 else "") + (
+        f", unit = {quoted(probe.unit)}" if probe.unit else ""
+    )
+    return f"{{ signal = {signal}{more} }}" if more else signal
 
 
 def _measure(measure: Measure) -> str:
     begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
     begin += f", until = {quoted(f'{measure.until} s')}" if measure.until is not None else ""
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
+    options |= {"unit": measure.unit} if measure.unit else {}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
 

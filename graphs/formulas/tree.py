@@ -118,7 +118,8 @@ def fixed(name: str, values: Mapping[str, Any] | None = None) -> Number:
     try:
         unit_named = unit(name)
     except UnitError:
-        hint = did_you_mean(name, [*(values or ()), *CONSTANTS], "the values")
+        near = did_you_mean(name, [*(values or ()), *CONSTANTS], "the values")
+        hint = f"{near} Otherwise give {name[:60]} a value below [values]"
         if name in FUNCTIONS:
             hint = f"write its argument in brackets: {name}( )"
         raise Refusal(f"there is no value or unit {shown(name, 60)[1:-1]}", hint) from None

@@ -19,7 +19,8 @@ from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
-from proofmass.graphs.model.measures import Measure, read_measures
+from proofmass.graphs.model.measures import Measure, read_display_unit, read_measures
+from proofmass.graphs.model.near_names import with_nearest
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
@@ -102,7 +103,7 @@ class Graph(Value):
         integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
     ) -> None:
-        reader = _Reader()
+        reader, wires = _Reader(), wires if isinstance(wires, str) else tuple(wires)
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
@@ -127,7 +128,7 @@ class Graph(Value):
             for block in sorted(offsets)
         }
         own_rates = {block: reader.value(read_rate, rates[block], "blocks", block, "rate") for block in sorted(rates)}
-        reader.problems += _too_many(blocks, parts, tuple(wires) if parts else ())
+        reader.problems += _too_many(blocks, parts, wires if parts else ())
         if not reader.problems:
             parts = {part: _inside(block, own_rates.pop(part, None), place) for part, block in parts.items()}
         own_rate = None if rate is None else reader.value(read_rate, rate, "rate")
@@ -138,7 +139,8 @@ class Graph(Value):
         own_measures = reader.table(lambda: read_measures(given_measures), dict[str, Measure]())
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
         if reader.problems:
-            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in reader.problems])
+            told = with_nearest(reader.problems, blocks, wires)
+            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in told])
         super().__init__(
             **plain,
             rate=own_rate,
@@ -228,17 +230,17 @@ def read_wire(text: object) -> Wire:
 
 
 def read_probe(value: object) -> Probe:
-    """A probe from `"block.port"`, or from a table with `signal` and `every`."""
+    """A probe from `"block.port"`, or from a table with `signal`, `every` and `unit`."""
     if isinstance(value, str):
         value = {"signal": value}
     if isinstance(value, Probe):
         value = value._asdict()
-    if not isinstance(value, Mapping) or not set(value) <= {"signal", "every"} or not _is_signal(value.get("signal")):
+    if not isinstance(value, Mapping) or not set(value) <= {*Probe._fields} or not _is_signal(value.get("signal")):
         raise Refusal("not a probe", 'write "block.output" or { signal = "block.output", every = 10 }')
     every = value.get("every", 1)
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
         raise Refusal("every must be an integer of at least 1")
-    return Probe(value["signal"], every)
+    return Probe(value["signal"], every, read_display_unit(value.get("unit", "")))
 
 
 def _parameters(block: Block) -> dict[str, Any]:

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.instance import keep_written
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
@@ -214,7 +215,7 @@ def _changed(block: Block, values: dict[str, object]) -> Block:
             now[whole] = tuple(entries)
         else:
             now[name] = value
-    return type(block)(**now)
+    return keep_written(type(block)(**now), block, {name.partition("[")[0] for name in values})
 
 
 def _key(problem: Problem) -> str:

@@ -181,7 +181,7 @@ def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
 
 def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
     flats = before, after
-    probes = [{probe.signal: f"every {probe.every}" for probe in flat.probes} for flat in flats]
+    probes = [{probe.signal: f"every {probe.every} {probe.unit}".rstrip() for probe in flat.probes} for flat in flats]
     for signal, (old, new) in _both(*probes):
         yield from _changed(f"probes: {signal}", old or "", new or "")
     measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]

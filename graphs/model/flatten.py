@@ -134,7 +134,7 @@ def flatten(graph: Graph) -> FlatGraph:
         rates=rates,
         offsets=offsets,
         wires=tuple(wires),
-        probes=tuple(Probe(inside(graph, probe.signal), probe.every) for probe in graph.probes),
+        probes=tuple(probe._replace(signal=inside(graph, probe.signal)) for probe in graph.probes),
         measures={n: m._replace(signal=inside(graph, m.signal)) for n, m in graph.measures.items()},
         exports={name: inside(graph, signal) for name, signal in graph.exports.items()},
         loops=loops,

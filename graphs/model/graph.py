@@ -59,6 +59,7 @@ class Probe(NamedTuple):
 
     signal: str  # "block.output"
     every: int = 1  # ticks of the block from row to row
+    unit: str = ""  # in which tables and pictures show it, such as "deg/h"; the values are in that of the port
 
 
 @dataclasses.dataclass(frozen=True)

@@ -55,6 +55,7 @@ OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "statistic": "How the signal is reduced to one number.",
     "from": "From which time on; from the start when nothing is said.",
     "until": "Until which time; to the end when nothing is said.",
+    "unit": 'In which unit tables show it, such as "deg/h"; its value stays in that of the signal.',
 }
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',

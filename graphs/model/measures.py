@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.units import same_dimension, unit
 from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
@@ -25,6 +26,7 @@ class Measure(NamedTuple):
     start: Fraction = Fraction(0)
     options: tuple[tuple[str, Any], ...] = ()  # of the statistic, as they are written; times in seconds
     until: Fraction | None = None
+    unit: str = ""  # in which tables show it, such as "deg/h"; its value is in that of the signal
 
     @property
     def block(self) -> type[Block] | None:
@@ -82,16 +84,38 @@ def read_measures(table: object) -> dict[str, Measure]:
             options |= {key: read_duration(value) for key, value in options.items() if key in TIMES}
             start = read_duration(entries.get("from", 0))
             until = read_duration(entries["until"]) if "until" in entries else None
-            read[name] = Measure(entries["signal"], entries["statistic"], start, tuple(options.items()), until)
+            shown_in = entries.get("unit", "")
+            read[name] = Measure(
+                entries["signal"], entries["statistic"], start, tuple(options.items()), until, shown_in
+            )
     if problems:
         raise ModelError(problems)
     return dict(sorted(read.items()))
+
+
+def read_display_unit(text: object) -> str:
+    """Return the unit in which a signal or a measure is shown, or an empty text; raises `Refusal`."""
+    if not isinstance(text, str):
+        raise Refusal("must be a text", 'write unit = "deg/h"')
+    if text:
+        unit(text)
+    return text
+
+
+def bad_display_unit(text: str, of: str, key: str, path: tuple[str, ...]) -> Iterator[Problem]:
+    """Yield why what is measured in the unit `of` cannot be shown in another."""
+    if text and not same_dimension(text, of):
+        hint = f"write a unit of the same kind as {of}, or leave it out"
+        yield Problem(
+            message=f"cannot be shown in {text}: it is in {of}", key=key, got=shown(text), hint=hint, path=path
+        )
 
 
 def _as_table(measure: object) -> Any:
     if isinstance(measure, Measure):
         own = {"signal": measure.signal, "statistic": measure.statistic, "from": measure.start}
         own |= {"until": measure.until} if measure.until is not None else {}
+        own |= {"unit": measure.unit} if measure.unit else {}
         return own | dict(measure.options)
     return measure
 
@@ -112,6 +136,10 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         if key not in table:
             expected = f"one of {', '.join(STATISTICS)}" if key == "statistic" else MEASURE_KEYS[key]
             yield _problem(f"has no {key}", name, expected=expected, hint=hint)
+    try:
+        read_display_unit(table.get("unit", ""))
+    except Refusal as error:
+        yield _problem(str(error), name, "unit", got=shown(table["unit"]), hint=error.hint)
     signal, statistic = table.get("signal", "a.b"), table.get("statistic", LAST)
     if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
         yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')

@@ -29,14 +29,22 @@ from proofmass.graphs.schema.study_schema import Schema, study_schema
 from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
 from proofmass.graphs.studies.study import LARGEST_STUDY
 
+FILE, STUDY_FILE = "graph file", "study file"  # names of their schemas
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
-_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%1(][A-Za-zµμΩ%0-9*/^()+. -]*)?$"
+_QUANTITY = rf"^\s*{_NUMBER}\s*([A-Za-zµμΩ%°√1(][A-Za-zµμΩ%°√²³·⋅×0-9*/^()+. -]*)?$"
 _NAME = NAME.pattern.partition(")")[2]  # without the limit of its length
 _SIGNAL = rf"{_NAME}(\.{_NAME})+"
 _PATH = rf"(?!.*[^.]{{65}}){_NAME}(\.{_NAME})*"
 _EXPORTS_OF_SIGNALS: Schema = {  # without values there are none to export
     "if": {"not": {"required": ["values"]}},
     "then": {"properties": {"exports": {"additionalProperties": {"pattern": f"^{_SIGNAL}$"}}}},
+}
+_UNIT: Schema = {"type": "string", "maxLength": 200}
+_GRAPH: Schema = {  # what a graph must have, as a file and as a table
+    "required": ["blocks"],
+    "not": {"required": ["samples", "duration"]},
+    **_EXPORTS_OF_SIGNALS,
+    "additionalProperties": False,
 }
 _FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
@@ -50,7 +58,7 @@ _JSON_TYPES = {"float": "number", "int": "integer", "bool": "boolean", "str": "s
 
 
 def schema(own: Own | None = None) -> Schema:
-    """Return the JSON Schema, draft 2020-12, of graph files; `own` are the caller's own blocks by name."""
+    """Return the JSON Schema, draft 2020-12, of graphs and studies; `own` are the caller's own blocks by name."""
     kinds = all_blocks(own)
     rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
@@ -102,14 +110,18 @@ def schema(own: Own | None = None) -> Schema:
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
-        "title": "proofmass graph",
+        "title": "proofmass graph or study",
         "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
-        "required": ["blocks"],
-        "not": {"required": ["samples", "duration"]},
-        **_EXPORTS_OF_SIGNALS,
-        "additionalProperties": False,
+        "anyOf": [{"$ref": f"#/$defs/{quote(FILE)}"}, {"$ref": f"#/$defs/{quote(STUDY_FILE)}"}],
         "$defs": {
+            FILE: {
+                "title": "proofmass graph",
+                "type": "object",
+                "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
+                **_GRAPH,
+            },
+            # a reference with keys beside it: what is not said here is the study's
+            STUDY_FILE: {"title": "proofmass study", "$ref": "#/$defs/study", "required": ["graph"]},
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
             "numbers": _numbers(),
@@ -166,6 +178,7 @@ def _measures() -> Schema:
         "statistic": {"enum": list(STATISTICS)},
         "from": _quantity({"type": "number", "minimum": 0}),
         "until": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "unit": _UNIT,
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
     measure = {
@@ -219,12 +232,9 @@ def _parts(rate: Schema) -> dict[str, Schema]:
         },
         "graph": {
             "type": "object",
-            "properties": {key: {"$ref": f"#/properties/{key}"} for key in TOP_KEYS}
+            "properties": {key: {"$ref": f"#/$defs/{quote(FILE)}/properties/{key}"} for key in TOP_KEYS}
             | {CLOCK_OFFSET: {"description": PART_KEYS[CLOCK_OFFSET], **values[CLOCK_OFFSET]}},
-            "required": ["blocks"],
-            "not": {"required": ["samples", "duration"]},
-            **_EXPORTS_OF_SIGNALS,
-            "additionalProperties": False,
+            **_GRAPH,
         },
     }
 
@@ -316,7 +326,11 @@ def _probe() -> Schema:
     signal = {"type": "string", "pattern": f"^{_SIGNAL}$"}
     table = {
         "type": "object",
-        "properties": {"signal": signal, "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN}},
+        "properties": {
+            "signal": signal,
+            "every": {"type": "integer", "minimum": 1, "maximum": LARGEST_RUN},
+            "unit": _UNIT,
+        },
         "required": ["signal"],
         "additionalProperties": False,
     }

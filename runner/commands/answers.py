@@ -1,13 +1,31 @@
 """Answers of commands: text for people or JSON for programs, then the files that were written."""
 
 import json
+import os
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import click
 
 from proofmass.runner.commands.exit_codes import INTERRUPTED
+
+if TYPE_CHECKING:
+    from proofmass.blocks.declaration.problem import Problem
+
+
+def print_problem(problem: "Problem", err: bool = True) -> None:
+    """Print a problem or a note; on a terminal its place in bold, and the cure in colour.
+
+    Nothing is coloured where NO_COLOR is set (https://no-color.org) or the terminal is "dumb".
+    """
+    head, *rows = str(problem).split("\n")
+    if os.environ.get("NO_COLOR") or os.environ.get("TERM") == "dumb":
+        click.echo("\n".join([head, *rows]), err=err)
+        return
+    head = click.style(head, fg="yellow" if problem.note else "red", bold=True)
+    rows = [click.style(row, fg="green") if row.startswith("  hint:") else row for row in rows]
+    click.echo("\n".join([head, *rows]), err=err)
 
 
 def print_json(data: Any) -> None:

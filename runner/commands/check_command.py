@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.tuning.check_file import check_file
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import print_json, print_problem, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
@@ -35,7 +35,7 @@ def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json:
         print_json([problem.as_data() for problem in problems])
         return WRONG_MODEL if wrong else DONE
     for problem in problems:
-        click.echo(str(problem), err=not problem.note)
+        print_problem(problem, err=not problem.note)
     if graph is None or wrong:
         print_codes(wrong)
         click.echo(f"{count(len(wrong), 'problem')} in {path}", err=True)

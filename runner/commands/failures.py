@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
+from proofmass.runner.commands.answers import print_problem
 from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
 from proofmass.runner.output.counts import count
 
@@ -23,7 +24,7 @@ def explain(error: Exception) -> int:
         error = told(error) or error
     if isinstance(error, ModelError):
         for problem in error.problems:
-            click.echo(str(problem), err=True)
+            print_problem(problem)
         print_codes(error.problems)
         click.echo(count(len(error.problems), "problem"), err=True)
         return WRONG_MODEL

@@ -9,8 +9,10 @@ from pathlib import Path
 import click
 
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.commands.answers import print_problem
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.live_study import has_study, live_study
 from proofmass.runner.commands.live_tabs import TABS
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.output.counts import count
@@ -28,6 +30,7 @@ class LiveRequest:
     probes: tuple[str, ...]
     browser: bool
     own: Path | None
+    study: Path | None
 
 
 def serve_live(request: LiveRequest) -> int:
@@ -37,7 +40,10 @@ def serve_live(request: LiveRequest) -> int:
         return graph_of(request.graph, request.own, request.changes, request.probes)
 
     more = (request.own,) if request.own else ()
-    session = Session(request.graph, load, TABS, more)
+    source = request.study or (request.graph if has_study(request.graph) else None)
+    more = (*more, *[source] * (source is not None))
+    study = live_study(source, request.own) if source is not None else None
+    session = Session(request.graph, load, TABS, more, study)
     _report(session)
     server = LiveServer(session)
     click.echo(f"{request.graph} is live at {server.url}\nCtrl-C ends it.")
@@ -46,6 +52,7 @@ def serve_live(request: LiveRequest) -> int:
     threading.Thread(target=server.serve_forever, daemon=True).start()
     with interrupts() as stop:
         watch(session.files, lambda: _report(session), stop)
+    session.end()
     server.shutdown()
     server.server_close()
     return DONE
@@ -56,6 +63,6 @@ def _report(session: Session) -> None:
     began = time.perf_counter()
     problems = session.reload()
     for problem in problems:
-        click.echo(str(problem), err=True)
+        print_problem(problem)
     said = count(len(problems), "problem") if problems else f"ready in {time.perf_counter() - began:.2f} s"
     click.echo(f"{time.strftime('%H:%M:%S')}  {said}")

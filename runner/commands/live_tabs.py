@@ -1,4 +1,4 @@
-"""Tabs of a live page besides the run: margins and noise of the graph with its changed parameters."""
+"""Tabs of a live page besides the run: margins, noise and spectra of the graph with its changed parameters."""
 
 from typing import TYPE_CHECKING
 
@@ -44,6 +44,36 @@ def noise_tab(graph: Graph) -> Answer:
     return Answer("\n\n".join(texts), tuple(pictures))
 
 
+def spectra_tab(graph: Graph) -> Answer:
+    """Amplitude density of each scalar probe over the run that the graph asks for, with the tone that stands out."""
+    # start-up time: as above
+    from proofmass.runner.analysis.spectrum.plot import plot_spectrum
+    from proofmass.runner.analysis.spectrum.tones import tones
+    from proofmass.runner.analysis.spectrum.welch import spectrum
+    from proofmass.runner.commands.spectrum_command import TONE_WINDOW, spectrum_text, tone_text
+    from proofmass.runner.run.simulate import simulate
+
+    result = simulate(graph)
+    texts, pictures = list[str](), list[str]()
+    for number, (name, trace) in enumerate(result.traces.items()):
+        if trace.values.ndim > 1:
+            texts.append(f"{name}: a vector has no spectrum here")
+            continue
+        try:
+            density = spectrum(trace)
+            whole = spectrum(trace, window=TONE_WINDOW, segment=0)
+        except ModelError as error:
+            texts.append(f"{name}: {error.problems[0].message}")
+            continue
+        try:
+            figures = tones(whole)
+        except ModelError:
+            figures = None
+        texts += [spectrum_text(density, None, None), tone_text(figures, whole) if figures else "no tone stands out"]
+        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum_{number}"))
+    return Answer("\n\n".join(texts), tuple(pictures))
+
+
 def _picture(figure: "Figure", name: str) -> str:
     # start-up time: matplotlib
     from proofmass.runner.output.page import picture
@@ -51,4 +81,4 @@ def _picture(figure: "Figure", name: str) -> str:
     return picture(figure, name)
 
 
-TABS: Tabs = {"margins": margins_tab, "noise": noise_tab}
+TABS: Tabs = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}

@@ -7,10 +7,14 @@ import click
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit
 from proofmass.graphs.files.library import library_file
 from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.schema_command import SCHEMA_FILE, write_schema_file
 
 
 def write_new_graph(path: Path, name: str | None) -> int:
-    """Write a graph, and what it names beside it, to files that do not exist yet, and return the exit code."""
+    """Write a graph, and what it names beside it, to files that do not exist yet, and return the exit code.
+
+    The first line of a graph names its schema, which is written too where there is none.
+    """
     copied = exhibit(name) if name is not None else None
     beside = {path.parent / file: library_file(file) for file in copied.beside} if copied else {}
     sources = {path: copied.path if copied else library_file(TEMPLATE)} | beside
@@ -20,8 +24,13 @@ def write_new_graph(path: Path, name: str | None) -> int:
     for target, source in sources.items():
         with target.open("x", encoding="utf-8") as file:
             file.write(source.read_text(encoding="utf-8"))
-    also = f" and {', '.join(map(str, beside))}" if beside else ""
-    click.echo(f"wrote {path}{also}; {_next(path, copied)}")
+    also = [str(target) for target in beside]
+    if (schema := path.parent / SCHEMA_FILE).exists():  # perhaps with own blocks
+        written = [str(path), *also]
+    else:
+        write_schema_file(schema, None)
+        written = [str(path), *also, str(schema)]
+    click.echo(f"wrote {', '.join(written)}; {_next(path, copied)}")
     return DONE
 
 

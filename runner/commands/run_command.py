@@ -1,15 +1,17 @@
 """The command `run`: read a graph, change it, simulate it, show and write the result."""
 
 import json
+import time
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import click
 
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_interruption, print_text
+from proofmass.runner.commands.answers import print_files, print_interruption, print_problem, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress, working
@@ -22,6 +24,9 @@ from proofmass.runner.run.result import Result
 from proofmass.runner.run.saturation_notes import saturation_notes
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.run.trace_size import is_interrupted
+
+if TYPE_CHECKING:
+    from proofmass.runner.run.profile import Profile
 
 
 @dataclass(frozen=True)
@@ -45,6 +50,7 @@ class RunRequest:
     zipped: bool
     measures: tuple[str, ...]
     show_source: bool
+    profile: bool
     quiet: bool
     own: Path | None
     as_json: bool
@@ -58,6 +64,10 @@ class RunRequest:
             raise click.UsageError("give --resume or --restart, not both")
         if self.swept and (self.resume or self.show_source or self.live or self.engine == "cxxrtl"):
             raise click.UsageError("--sweep goes without --resume, --show-source, --live and --engine cxxrtl")
+        if self.profile and (self.swept or self.resume or self.show_source or self.engine not in ("auto", "compiled")):
+            raise click.UsageError(
+                "--profile goes without --sweep, --resume, --show-source and other engines: it times"
+            )
         if (self.zipped or self.measures) and not self.swept:
             raise click.UsageError("--zip and --measure need --sweep")
         if self.live and self.out is None:
@@ -70,7 +80,9 @@ class RunRequest:
 
 def run_graph(request: RunRequest) -> int:
     """Run a graph once and return the exit code."""
+    began = time.perf_counter()
     graph = graph_of(request.graph, request.own, request.changes, request.probes)
+    reading = time.perf_counter() - began
     if request.show_source:
         return _show_source(graph)
     if request.swept:
@@ -78,17 +90,41 @@ def run_graph(request: RunRequest) -> int:
     formats = request.formats or ("netcdf",)
     if request.out is not None:
         need_for_run(formats, budgets=bool(request.budgets))
-    result = _simulated(graph, request)
-    print_text(map(str, (*notes_of_a_run(flatten(graph)), *saturation_notes(result))), err=True)
-    show_run(result, request.as_json)
-    if result.interrupted:
-        return _interrupted(result, request.out)
-    if request.out is not None:
+    result, profiled = _profiled(graph, request, reading) if request.profile else (_simulated(graph, request), None)
+    for note in (*notes_of_a_run(flatten(graph)), *saturation_notes(result)):
+        print_problem(note)
+    if not result.interrupted and request.out is not None:
+        began = time.perf_counter()
         with working(request.quiet or request.as_json, "writing traces, plot and report"):
             more, files = _budgets(graph, request.budgets, request.out)
             names = write_run(result, request.out, formats, more, live=request.live) + files
+        profiled = profiled and profiled.with_phase("write", time.perf_counter() - began)
+    show_run(result, request.as_json, profiled)
+    if result.interrupted:
+        return _interrupted(result, request.out)
+    if request.out is not None:
         print_files(request.out, names, request.as_json)
     return DONE
+
+
+def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Result, Profile | None]":
+    from proofmass.runner.run.profile import profile  # only this option needs it
+    from proofmass.runner.run.simulate import RunOptions
+
+    if request.out is not None:
+        request.out.mkdir(parents=True, exist_ok=True)
+    with progress(request.quiet or request.as_json) as bar:
+        options = RunOptions(
+            request.duration,
+            request.samples,
+            request.seed,
+            "compiled",
+            request.out,
+            bar,
+            False if request.out else None,
+        )
+        result, profiled = profile(graph, options)
+    return result, profiled.with_phase("read", reading, first=True)
 
 
 def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tuple[str, str]], list[str]]:

@@ -44,4 +44,4 @@ def write_run(
 def _live_part(result: Result) -> LivePart:
     from proofmass.runner.output.live.model import live_model, live_part  # WebAssembly, which few reports carry
 
-    return live_part(live_model(result.graph, result.planned_ticks, result.seed))
+    return live_part(result.graph, live_model(result.graph, result.planned_ticks, result.seed))

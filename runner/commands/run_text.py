@@ -2,8 +2,9 @@
 
 import math
 from collections.abc import Iterator
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
@@ -13,16 +14,23 @@ from proofmass.runner.output.text_table import text_table
 from proofmass.runner.plan.measuring import FORMULA
 from proofmass.runner.run.result import Result
 
+if TYPE_CHECKING:
+    from proofmass.runner.run.profile import Profile
+
 _HEAD = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
 _LONGEST = 300  # characters of a line about the integration
 
 
-def show_run(result: Result, as_json: bool) -> None:
-    """Print a run as text, or as JSON."""
+def show_run(result: Result, as_json: bool, profiled: "Profile | None" = None) -> None:
+    """Print a run as text, or as JSON, with its profile if there is one."""
     if as_json:
-        print_json(run_data(result))
-    else:
-        print_text(run_lines(result))
+        print_json(run_data(result) | ({"profile": profiled.as_data()} if profiled else {}))
+        return
+    print_text(run_lines(result))
+    if profiled:
+        from proofmass.runner.commands.texts.profile import profile_lines  # few runs are profiled
+
+        print_text(profile_lines(profiled))
 
 
 def run_lines(result: Result) -> Iterator[str]:
@@ -37,7 +45,7 @@ def run_lines(result: Result) -> Iterator[str]:
     integration = result.provenance.get("integration")
     if integration:
         yield f"continuous blocks {_shortened(integration)}"
-    rows = [_row(row) for row in result.summary()]
+    rows = [_row(row, result[row["signal"]].shown_in) for row in result.summary()]
     if rows:
         yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
         yield f"SHA-256 of the traces: {result.digest}"
@@ -63,11 +71,13 @@ def run_data(result: Result) -> dict[str, Any]:
     }
 
 
-def _row(row: dict[str, Any]) -> tuple[str, ...]:
-    numbers = [f"{row[key]:.9g}" if key in row else "" for key in _HEAD[3:7]]
+def _row(row: dict[str, Any], shown_in: str) -> tuple[str, ...]:
+    """Numbers of a signal to six digits, in the unit that suits their size or that its probe says."""
+    factor, unit = display(row["unit"], shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
+    numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in _HEAD[3:7]]
     last = row.get("last", "")
-    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last:.9g}" if last != "" else ""
-    return row["signal"], row["unit"], f"{row['rows']:,}", *numbers, text
+    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last * factor:.6g}" if last != "" else ""
+    return row["signal"], "" if unit == "1" else unit, f"{row['rows']:,}", *numbers, text
 
 
 def _overflows(result: Result) -> Iterator[str]:
@@ -83,7 +93,6 @@ def _overflows(result: Result) -> Iterator[str]:
 
 def _measures(result: Result) -> Iterator[str]:
     for name, measure in result.measures.items():
-        unit = f" {measure.unit}" if measure.unit != "1" else ""
         derived = measure.statistic == FORMULA
         of = measure.signal if derived else f"{measure.statistic} of {measure.signal}"
         if math.isnan(measure.value) and derived:
@@ -91,7 +100,7 @@ def _measures(result: Result) -> Iterator[str]:
         elif math.isnan(measure.value):
             yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
         else:
-            yield f"{name} = {measure.value:.9g}{unit}: {of}"
+            yield f"{name} = {measure.text()}: {of}"
 
 
 def _shortened(text: str) -> str:

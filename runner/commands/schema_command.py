@@ -8,6 +8,13 @@ from proofmass.runner.commands.answers import write_or_print
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 
+SCHEMA_FILE = "proofmass-graph.json"  # the name in the first line of graphs of the library
+
+
+def write_schema_file(path: Path, own: Path | None) -> None:
+    """Write the schema to a file."""
+    path.write_text(json.dumps(schema(own_blocks(own))) + "\n", encoding="utf-8")  # without space, a third of the size
+
 
 def write_schema(output: Path | None, own: Path | None) -> int:
     """Write the schema to a file, or print it, and return the exit code."""

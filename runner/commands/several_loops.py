@@ -59,7 +59,7 @@ def _together_lines(together: Together) -> list[str]:
         ("loop", "disk margin alone"),
         *((n, f"{v:.5g}") for n, v in zip(together.loops, together.alone, strict=True)),
     ]
-    lines += [f"  {line}" for line in text_table(rows, left=(0,))]
+    lines += [f"  {line}" for line in text_table(rows, left=(0,), indent=2)]
     lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
     return [*lines, *(f"  note: {note}" for note in together.notes)]
 

@@ -65,4 +65,4 @@ def _indented(text: str) -> list[str]:
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:
     if not rows:
         return []
-    return ["", title, *(f"    {line}" for line in text_table([head, *rows], left=range(len(head))))]
+    return ["", title, *(f"    {line}" for line in text_table([head, *rows], left=range(len(head)), indent=4))]

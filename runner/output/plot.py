@@ -10,7 +10,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.blocks.declaration.shown_units import prefix, pretty
+from proofmass.blocks.declaration.shown_units import display, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import split
 from proofmass.runner.output.export import whole_file
@@ -88,7 +88,7 @@ def plot_traces(result: Result) -> "Figure":
             panel = figure.add_axes(place, facecolor="none", sharex=shared if i <= lowest else None)
             if not len(trace.values):
                 panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
-                _name(panel, trace, pretty(trace.unit))
+                _name(panel, trace, pretty(trace.shown_in or trace.unit))
             elif trace.values.ndim > 1:
                 _draw_vector(panel, trace)
             else:
@@ -100,6 +100,27 @@ def plot_traces(result: Result) -> "Figure":
             if i == lowest:
                 panel.set_xlabel(f"time [{seconds[1]}]")
             top += _PANEL + _gap(i >= lowest)
+    return figure
+
+
+def plot_trace(trace: Trace) -> "Figure":
+    """Return a figure of one signal against time, or of the last row of a vector."""
+    need("matplotlib")
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    import matplotlib
+    from matplotlib.figure import Figure
+
+    with matplotlib.rc_context(STYLE):
+        figure = Figure(figsize=(_WIDTH, 2.6), facecolor=PAPER)
+        panel = figure.add_axes((_LEFT / _WIDTH, 0.22, 1.0 - (_LEFT + _RIGHT) / _WIDTH, 0.7), facecolor="none")
+        if not len(trace.values):
+            panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
+        elif trace.values.ndim > 1:
+            _draw_vector(panel, trace)
+        else:
+            seconds = prefix("s", float(trace.period) * len(trace.values))
+            _draw_signal(panel, trace, trace.values.dtype.kind in "iub", seconds, _STRETCHES)
+            panel.set_xlabel(f"time [{seconds[1]}]")
     return figure
 
 
@@ -178,7 +199,7 @@ def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float,
     values = np.asarray(trace.values[rows], dtype=np.float64)
     away = offset(float(values.min()), float(values.max()))
     values = values - away
-    factor, unit = prefix(trace.unit, float(np.abs(values).max()))
+    factor, unit = display(trace.unit, trace.shown_in, float(np.abs(values).max()))
     times, values = rows * float(trace.period) * seconds[0], values * factor
     if len(trace.values) <= _FEW and steps:
         times = np.append(times, len(trace.values) * float(trace.period) * seconds[0])
@@ -188,8 +209,13 @@ def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float,
     if trace.values.dtype == bool:
         panel.set_yticks([0, 1], ["false", "true"])
         panel.set_ylim(-0.15, 1.15)
-    less = f"− {away:.12g} {pretty(trace.unit) if trace.unit != '1' else ''}".strip() if away else ""
+    less = f"− {away * (factor if trace.shown_in else 1.0):.12g} {_offset_unit(trace)}".strip() if away else ""
     _name(panel, trace, unit, less)
+
+
+def _offset_unit(trace: Trace) -> str:
+    unit = trace.shown_in or trace.unit
+    return "" if unit == "1" else pretty(unit)
 
 
 def _draw_vector(panel: "Axes", trace: Trace) -> None:
@@ -200,7 +226,9 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
     last = np.asarray(trace.values[-1], dtype=np.float64).ravel()
     first = _first_not_zero(trace.values)
     spread = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
-    factor, unit = prefix(trace.unit, float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max())))
+    factor, unit = display(
+        trace.unit, trace.shown_in, float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max()))
+    )
     entries = np.arange(len(last))
     panel.axhline(0.0, color=INK, linewidth=0.8)
     if len(last) <= 128:

@@ -5,12 +5,12 @@ import shlex
 from collections.abc import Iterator, Sequence
 from html import escape
 from pathlib import Path
-from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.libraries import cure, installed
-from proofmass.blocks.declaration.shown_units import prefix, pretty
+from proofmass.blocks.declaration.parameter import Parameter
+from proofmass.blocks.declaration.shown_units import as_written, display, pretty
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -29,9 +29,11 @@ from proofmass.runner.output.page import (
     table,
 )
 from proofmass.runner.output.plot import plot_traces
+from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.run.engine_table import ENGINES
 from proofmass.runner.run.result import Result
 
+_LISTED = 8  # numbers of a list that are shown
 _ONE_PAGE = 9  # panels that fit on one printed page
 
 
@@ -86,12 +88,13 @@ def _plots(result: Result) -> str:
 def _summary(result: Result) -> str:
     rows = []
     for row in result.summary():
-        factor, unit = prefix(row["unit"], max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
+        doc, largest = small(result[row["signal"]].doc), max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0)))
+        factor, unit = display(row["unit"], result[row["signal"]].shown_in, largest)
         row["last"] = math.nan if "entries" in row else row.get("last", math.nan)
-        cells = [f"{row.get(key, math.nan) * factor:.7g}" for key in ("mean", "std", "min", "max", "last")]
+        cells = [f"{row.get(key, math.nan) * factor:.6g}" for key in ("mean", "std", "min", "max", "last")]
         entries = f" of {row['entries']}" if "entries" in row else ""
         rows.append(
-            f"<th>{broken(row['signal'])}<br>{small(result[row['signal']].doc)}</th><td>{escape(unit)}</td>"
+            f"<th>{broken(row['signal'])}<br>{doc}</th><td>{escape('' if unit == '1' else unit)}</td>"
             + "".join(
                 f'<td class="number">{cell.replace("nan", "")}</td>' for cell in (f"{row['rows']:,}{entries}", *cells)
             )
@@ -103,16 +106,15 @@ def _summary(result: Result) -> str:
 def _measures(result: Result) -> str:
     """Return a table of the measures of the run."""
     rows = (
-        f'<th>{broken(name)}</th><td class="number">{_or_none(measure.value)}</td>'
-        f"<td>{escape(pretty(measure.unit) if measure.unit != '1' else '')}</td>"
+        f'<th>{broken(name)}</th><td class="number">{escape(_or_none(measure))}</td>'
         f"<td>{escape(measure.statistic)} of {broken(measure.signal)}</td>"
         for name, measure in result.measures.items()
     )
-    return table(("measure", "value", "unit", ""), rows, numbers=(1,))
+    return table(("measure", "value", ""), rows, numbers=(1,))
 
 
-def _or_none(value: float) -> str:
-    return "none: the run ended before it began" if math.isnan(value) else f"{value:.9g}"
+def _or_none(measure: Measured) -> str:
+    return "none: the run ended before it began" if math.isnan(measure.value) else measure.text()
 
 
 def _overflows(result: Result) -> str:
@@ -126,32 +128,37 @@ def _blocks(graph: Graph) -> str:
     drivers = {wire.target: wire.source for wire in flat.wires}
     rows = []
     for name, block in flat.blocks.items():
-        of_block = list(_parameters(name, block, drivers)) or ["<td></td>" * 4]
+        of_block = list(_parameters(name, block, drivers)) or ["<td></td>" * 3]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
         rate = f" at {write_rate(flat.rates[name])}" if name in flat.rates else ""
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
         head = f'<th rowspan="{len(of_block)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(of_block)]
-    return table(("block", "parameter", "value", "unit", ""), rows, numbers=(2,))
+    return table(("block", "parameter", "value", ""), rows, numbers=(2,))
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
     for parameter in type(block).parameters.values():
         driver = drivers.get(f"{name}.{parameter.name}")
-        value = f"driven by {driver}" if driver else _value(getattr(block, parameter.name))
-        unit = pretty(unit_of(block, parameter)) if parameter.kind not in (str, bool) else ""
-        yield (
-            f'<td>{escape(parameter.name)}</td><td class="number">{escape(value)}</td>'
-            f"<td>{escape(unit if unit != '1' else '')}</td><td>{small(parameter.doc)}</td>"
-        )
+        value = f"driven by {driver}" if driver else _value(block, parameter)
+        default = not driver and repr(getattr(block, parameter.name)) == repr(parameter.default)
+        name = f'<span class="soft">{escape(parameter.name)}</span>' if default else escape(parameter.name)
+        cell = f'<span class="soft">{escape(value)}</span>' if default else escape(value)
+        yield f'<td>{name}</td><td class="number">{cell}</td><td>{small(parameter.doc)}</td>'
 
 
-def _value(value: Any) -> str:
-    if isinstance(value, tuple) and len(value) > 8:
-        return f"{', '.join(map(repr, value[:8]))}, ... ({len(value)} numbers)"
+def _value(block: Block, parameter: Parameter) -> str:
+    """A value with its unit, as it was written; a number with the unit that suits its size."""
+    value, unit = getattr(block, parameter.name), unit_of(block, parameter)
     if isinstance(value, tuple):
-        return ", ".join(map(repr, value))
-    return str(value).lower() if isinstance(value, bool) else str(value)
+        more = [f"... ({len(value)} numbers)"] if len(value) > _LISTED else []
+        listed = ", ".join([*(f"{number:.6g}" for number in value[:_LISTED]), *more])
+        return listed if unit == "1" else f"{listed} {pretty(unit)}"
+    if isinstance(value, float):
+        return as_written(written(block, parameter.name), value, unit)
+    if isinstance(value, bool):
+        return str(value).lower()
+    return f"{value} {pretty(unit)}" if isinstance(value, int) and unit not in ("1", "") else str(value)
 
 
 def _facts(result: Result) -> str:
@@ -177,5 +184,5 @@ def _repeat(result: Result) -> str:
         words += ["--engine", engine]
     return (
         f"<p>Save the graph below as <code>{escape(file)}</code>; it holds every parameter as it was in this run.</p>"
-        f"<pre>{escape(shlex.join(words))}</pre>\n<pre>{escape(write_graph(result.graph))}</pre>"
+        f"<pre>{escape(shlex.join(words))}</pre>\n<pre>{escape(write_graph(result.graph, as_written=True))}</pre>"
     )

@@ -9,6 +9,7 @@ from typing import Any
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.shown_units import displayed
 from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.model.flatten import FlatGraph
@@ -31,6 +32,11 @@ class Measured:
     unit: str
     signal: str
     statistic: str
+    shown_in: str = ""  # unit of tables, such as "deg/h", where the graph says one
+
+    def text(self) -> str:
+        """Return the value with its unit, to six digits."""
+        return displayed(self.value, self.unit, self.shown_in)
 
     def as_data(self) -> dict[str, str | float | None]:
         """The measure as plain data, for JSON, which knows no NaN."""
@@ -101,11 +107,16 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
     """Measures of a run that ended with this memory; those given by formulas come last."""
-    measures = {m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic) for m in plan.measures}
+    measures = {m.name: Measured(value_of(plan, m, memory), *_facts(plan, m)) for m in plan.measures}
     values = {name: measure.value for name, measure in measures.items()}
     for derived, value in zip(plan.derived, derived_values(plan, values), strict=True):
         measures[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA)
     return measures
+
+
+def _facts(plan: Plan, measure: PlannedMeasure) -> tuple[str, str, str, str]:
+    """Unit, signal, statistic and unit of tables of a measure."""
+    return measure.unit, measure.signal, measure.statistic, plan.graph.measures[measure.name].unit
 
 
 def derived_values(

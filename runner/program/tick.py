@@ -317,7 +317,11 @@ class TickWriter:
                 made = frame.called(name, port, type(plan.blocks[name]).output_functions[port], argument)
                 self.following[name, port] = frame.number(made)
         for group in self.groups:
-            group.move()
+            self.move_group(group)
+
+    def move_group(self, group: GroupWriter) -> None:
+        """Move a continuous group to the next tick."""
+        group.move()
 
     def finish(self) -> None:
         """Write what comes after the last tick, before the memory is written back."""

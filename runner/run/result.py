@@ -15,14 +15,17 @@ import numpy as np
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
+from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.run.sparkline import sparkline
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 Array = np.ndarray[Any, np.dtype[Any]]
@@ -76,7 +79,7 @@ def _scaled_statistics(values: Array, scale: float) -> Statistics:
 
 
 @dataclass(frozen=True)
-class Trace:
+class Trace(Plotted):
     """Recording of one probe: a row per tick, the first at t = 0 or at the clock offset of its block.
 
     >>> from proofmass import read_graph, simulate
@@ -93,6 +96,7 @@ class Trace:
     values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
     phase: int = 0  # base tick of the first row
+    shown_in: str = ""  # unit of tables and pictures, such as "deg/h", where its probe says one
 
     @property
     def facts(self) -> dict[str, str]:
@@ -163,6 +167,18 @@ class Trace:
         low, high = float(self.statistics.lowest.min()), float(self.statistics.highest.max())
         return f"<Trace of {self.label}: {len(self):,} rows every {float(self.period):g} s, {low:.6g} to {high:.6g}>"
 
+    def to_pandas(self) -> "pandas.Series[Any] | pandas.DataFrame":
+        """Return the values over time in seconds: a Series, or of a vector a DataFrame with a column for each entry."""
+        need("pandas")
+        # start-up time: pandas takes 0.5 s
+        import pandas
+
+        index = pandas.Index(self.times, name="time [s]")
+        if self.values.ndim == 1:
+            return pandas.Series(np.asarray(self.values), index, name=self.label)
+        columns = [f"{self.signal}[{entry}] [{self.unit}]" for entry in range(self.entries)]
+        return pandas.DataFrame(np.asarray(self.values).reshape(len(self), -1), index, columns)
+
     def _repr_html_(self) -> str:
         return f"{sparkline(self.values)} {escape(repr(self))}"
 
@@ -177,7 +193,7 @@ class NoSuchSignal(KeyError):  # noqa: N818  # what it says
 
 
 @dataclass(frozen=True, repr=False)
-class Result:
+class Result(Plotted):
     """A finished or interrupted run; `result["block.port"]` is a trace.
 
     >>> from proofmass import read_graph, simulate
@@ -285,15 +301,29 @@ class Result:
             rows.append(row)
         return rows
 
-    def _repr_html_(self) -> str:
-        cells = "".join(
-            f"<tr><td>{escape(row['signal'])}</td><td>{escape(row['unit'])}</td><td>{row['rows']}</td>"
-            f"<td>{row.get('mean', float('nan')):.6g}</td><td>{row.get('std', float('nan')):.6g}</td>"
-            f"<td>{sparkline(self[row['signal']].values)}</td></tr>"
-            for row in self.summary()
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return all traces over time in seconds, a column each; where a slower one has no row stands NaN."""
+        need("pandas")
+        # start-up time: pandas takes 0.5 s
+        import pandas
+
+        return (
+            pandas.concat([trace.to_pandas() for trace in self.traces.values()], axis=1)
+            if self.traces
+            else (pandas.DataFrame())
         )
-        head = "<tr><th>signal</th><th>unit</th><th>rows</th><th>mean</th><th>std</th><th></th></tr>"
-        return f"<table>{head}{cells}</table>"
+
+    def _repr_html_(self) -> str:
+        heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "")
+        below = [f"{name} = {measure.text()}" for name, measure in self.measures.items()]
+        return html_table(heads, map(self._html_row, self.summary()), repr(self), below)
+
+    def _html_row(self, row: dict[str, Any]) -> list[str]:
+        trace = self[row["signal"]]
+        factor, unit = display(trace.unit, trace.shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
+        numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in ("mean", "std", "min", "max")]
+        shown = "" if unit == "1" else unit
+        return [trace.signal, shown, f"{row['rows']:,}", *numbers, sparkline(trace.values)]
 
 
 def _bytes(values: Array) -> bytes:
@@ -342,7 +372,7 @@ class Recorder:
             self._values[self.count : self.count + len(rows)] = rows
         self.count += len(rows)
 
-    def finish(self, base_rate: Fraction) -> Trace:
+    def finish(self, base_rate: Fraction, shown_in: str = "") -> Trace:
         """The trace of what was kept."""
         values = self._values[: self.count]
         if self._path:
@@ -352,7 +382,7 @@ class Recorder:
             values = np.load(self._path, mmap_mode="r")
         probe = self.probe
         facts = probe.signal, probe.unit, probe.doc, probe.stride
-        return Trace(*facts, base_rate, values, probe.format, probe.phase)
+        return Trace(*facts, base_rate, values, probe.format, probe.phase, shown_in)
 
     def _write_head(self, file: Any, rows: int) -> None:
         """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""

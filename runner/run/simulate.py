@@ -109,7 +109,7 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
     waited, handed_over = (engine.waited, engine.handed_over) if isinstance(engine, HandOver) else (0.0, None)
     result = Result(
         graph=graph,
-        traces={probe.signal: recorders[probe.signal].finish(base) for probe in graph.probes},
+        traces={probe.signal: recorders[probe.signal].finish(base, probe.unit) for probe in graph.probes},
         measures=measured(planned, memory),
         ticks=done,
         planned_ticks=run.ticks,

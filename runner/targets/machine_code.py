@@ -47,6 +47,7 @@ class Module(NamedTuple):
     settings: Settings
     key: str
     rows: frozenset[Value] = frozenset()
+    defined: frozenset[str] = frozenset()  # external functions that the text itself defines
 
     @classmethod
     def of(cls, program: Program, settings: Settings = ALONE) -> "Module":
@@ -76,7 +77,8 @@ def load_module(module: Module, between: Callable[[], None] = _nothing) -> Calla
     with AT_WORK:
         between()
         if key not in _loaded:
-            _name_externals(externals(module.program))
+            called = externals(module.program)
+            _name_externals({symbol: called[symbol] for symbol in called.keys() - module.defined})
             code = kept(f"{key}.o")
             prototype = _prototype(module.program.entry, module.rows)
             function = _linked(code, prototype) if code else None

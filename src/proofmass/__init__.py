@@ -64,7 +64,28 @@ _HOMES = {
     "write_graph": "graphs.files.toml_writer",
 }
 
+# The picture that `plot()` makes of each kind of result.
+_PICTURES = {
+    "Allan": "runner.analysis.allan.plot.plot_allan",
+    "Fitted": "runner.design.identification.plot.plot_fitted",
+    "Margins": "runner.analysis.margins.plot.plot_margins",
+    "NoiseBudget": "runner.analysis.noise.plot.plot_noise",
+    "Response": "runner.analysis.response.plot.plot_response",
+    "Result": "runner.output.plot.plot_traces",
+    "Spectrum": "runner.analysis.spectrum.plot.plot_spectrum",
+    "StudyResult": "runner.studies.shown.plot.plot_study",
+    "Trace": "runner.output.plot.plot_trace",
+    "Tuned": "runner.design.tune.plot.plot_tuned",
+    "WorstCases": "runner.design.worst.plot.plot_worst",
+}
+
 __all__ = sorted(_HOMES)
+
+
+def picture_of(result: Any) -> Any:
+    """Return the picture of a result, a figure of matplotlib."""
+    module, _, function = _PICTURES[type(result).__name__].rpartition(".")
+    return getattr(import_module(f"proofmass.{module}"), function)(result)
 
 
 def __getattr__(name: str) -> Any:

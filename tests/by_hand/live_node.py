@@ -13,11 +13,12 @@ _SCRIPT = """
 import fs from 'fs';
 const {modules, model, settings, spectrum} = JSON.parse(fs.readFileSync(0));
 const {Engine, digest, numbers} = await import(modules + '/engine.mjs');
+const {parametersOf} = await import(modules + '/values.mjs');
 const figures = await import(modules + '/figures.mjs');
 const engine = await Engine.open(model.loop);
 const answers = [];
-for (const {chunk, ...one} of settings) {
-  engine.begin({values: {}, seed: model.seed, run: 0, ticks: model.ticks, ...one});
+for (const {chunk, named, ...one} of settings) {
+  engine.begin({values: parametersOf(model.named, named ?? {}), seed: model.seed, run: 0, ticks: model.ticks, ...one});
   const {ticks} = engine.settings;
   let sound = true;
   while (engine.tick < ticks && sound) sound = engine.advance(Math.min(ticks, engine.tick + (chunk ?? ticks)));

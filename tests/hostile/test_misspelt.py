@@ -26,10 +26,12 @@ class Name(NamedTuple):
 def names_of(text: str) -> Iterator[Name]:
     """Keys, block names, kinds, and the blocks and ports in wires, probes and exports: all but values and comments.
 
-    The names of exports and measures are the file's to choose.
+    The names of exports, measures, requirements, and of what is free or a goal of a tuning are the file's to choose.
     """
-    measures = re.search(r"^\[measures\].*?\n(.*?)(?=^\[|\Z)", text, re.MULTILINE | re.DOTALL)
-    chosen = range(*measures.span(1)) if measures else ()
+    tables = re.finditer(
+        r"^\[(?:measures|requirements|tune\.\w+)\].*?\n(.*?)(?=^\[|\Z)", text, re.MULTILINE | re.DOTALL
+    )
+    chosen = {place for table in tables for place in range(*table.span(1))}
     for found in re.finditer(r"^(\w+) = (?!\"\w+\.\w+\"$)|^\[blocks\.(\w+)\]|^kind = \"(\w+)\"", text, re.MULTILINE):
         for group in (1, 2, 3):
             if found[group] and found.start(group) not in chosen:

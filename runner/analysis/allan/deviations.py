@@ -20,6 +20,7 @@ from proofmass.runner.analysis.allan.field_units import field_unit, in_field_uni
 from proofmass.runner.analysis.allan.freedom import Statistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
 from proofmass.runner.analysis.spectrum.series import Array, Series, as_series
+from proofmass.runner.host.notebook import Plotted
 
 PER_DECADE = 20
 FEWEST = 64  # values
@@ -46,7 +47,7 @@ class Curve:
 
 
 @dataclass(frozen=True)
-class Allan:
+class Allan(Plotted):
     """The deviations of a signal and the coefficients of its noise.
 
     >>> import numpy

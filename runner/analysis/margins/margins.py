@@ -17,10 +17,12 @@ loop has several values of its wire in a common period and more than one of them
 
 import math
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.libraries import need
+from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
@@ -28,10 +30,14 @@ from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
+from proofmass.runner.host.notebook import Plotted, html_table
+
+if TYPE_CHECKING:
+    import pandas
 
 
 @dataclass(frozen=True, kw_only=True)
-class Margins(Figures):
+class Margins(Figures, Plotted):
     """The figures of one loop, its verdict, and what that rests on.
 
     >>> from proofmass import margins, read_graph
@@ -69,6 +75,28 @@ class Margins(Figures):
         }
         shown = "".join(f", {name} {value}" for name, value in numbers.items() if value)
         return f"<Margins of {self.loop}: {self.verdict}{shown}>"
+
+    def to_pandas(self) -> "pandas.Series[Any]":
+        """Return the figures by name, in the units of their names; NaN for a margin without limit."""
+        need("pandas")
+        # start-up time: pandas takes 0.5 s
+        import pandas
+
+        figures = {name: value for name, value in self.as_data().items() if value is None or isinstance(value, float)}
+        return pandas.Series(figures, name=self.loop, dtype=float)
+
+    def _repr_html_(self) -> str:
+        figures: list[tuple[str, float | None, str]] = [
+            ("gain margin", decibels(self.gain_margin), "dB"),
+            ("gain reduction", decibels(self.gain_reduction), "dB"),
+            ("phase margin", None if self.phase_margin is None else math.degrees(self.phase_margin), "deg"),
+            ("delay margin", self.delay_margin, "s"),
+            ("disk margin", self.disk_margin, "1"),
+            ("sensitivity peak", decibels(self.sensitivity_peak), "dB"),
+            ("bandwidth", self.bandwidth, "Hz"),
+        ]
+        rows = [(name, "no limit" if value is None else in_print(value, unit)) for name, value, unit in figures]
+        return html_table((), [("verdict", self.verdict), *rows], f"loop {self.loop}, opened at {self.open_at}")
 
     def as_data(self) -> dict[str, Any]:
         """The numbers as plain data, in the units of their names."""

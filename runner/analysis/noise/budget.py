@@ -4,12 +4,14 @@ import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
 from fractions import Fraction
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
@@ -28,8 +30,12 @@ from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
+from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+
+if TYPE_CHECKING:
+    import pandas
 
 _DECADES = 5.0  # below half the rate that are shown
 _TAUS = 8  # a decade
@@ -56,7 +62,7 @@ class Source:
 
 
 @dataclass(frozen=True)
-class NoiseBudget:
+class NoiseBudget(Plotted):
     """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz.
 
     >>> from proofmass import noise, read_graph
@@ -80,6 +86,21 @@ class NoiseBudget:
     notes: tuple[str, ...]  # what the budget leaves out or takes for granted
     derivatives: Sensitivity | None = None  # of the rms by parameters, where wanted
     steps: tuple[OneMore, ...] = ()  # of integer parameters of quantisers, where wanted
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a row for each source: block, kind, rms in the unit of the output, and share of the mean square."""
+        need("pandas")
+        # start-up time: pandas takes 0.5 s
+        import pandas
+
+        rows = [(source.block, source.kind, source.rms, source.share) for source in self.sources]
+        return pandas.DataFrame(rows, columns=["source", "kind", f"rms [{self.unit}]", "share"])
+
+    def _repr_html_(self) -> str:
+        low, high = self.band
+        caption = f"noise of {self.output}, {low:g} Hz to {high:g} Hz: {in_print(self.rms, self.unit)} rms"
+        rows = [(s.block, s.kind, in_print(s.rms, self.unit), f"{100.0 * s.share:.2f} %") for s in self.sources]
+        return html_table(("source", "kind", "rms", "share"), rows, caption, [f"note: {note}" for note in self.notes])
 
     @property
     def referred_unit(self) -> str:

@@ -23,6 +23,7 @@ from proofmass.runner.analysis.linearisation.wire_response import WireResponse, 
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Kind, Stimulus
+from proofmass.runner.host.notebook import Plotted
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import Progress
@@ -37,7 +38,7 @@ _STEP = 1e-4  # of the distance to the nearest pole, over which the phase is dif
 
 
 @dataclass(frozen=True)
-class Response:
+class Response(Plotted):
     """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one.
 
     >>> from proofmass import read_graph, response

@@ -17,13 +17,14 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.runner.analysis.spectrum.series import Array, as_series
 from proofmass.runner.analysis.spectrum.windows import terms, window
+from proofmass.runner.host.notebook import Plotted
 
 SEGMENTS = 8  # that fit into the signal without overlap, where the length of a segment is not said
 FEWEST = 16  # values
 
 
 @dataclass(frozen=True)
-class Spectrum:
+class Spectrum(Plotted):
     """The one-sided spectral density of a signal; `density` is in unit^2/Hz.
 
     >>> import numpy

@@ -4,6 +4,7 @@ from typing import Any
 
 import click
 
+from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
@@ -19,7 +20,13 @@ from proofmass.runner.commands.declarations.options import (
 
 _SIGNAL_FIELDS = ("source", "probe", "skip", "duration", "samples", "seed", "engine", "changes", "own", "as_json")
 _SIGNAL = (
-    click.option("--probe", default="", metavar="BLOCK.PORT", help="Take this signal of a graph, or column of a file."),
+    click.option(
+        "--probe",
+        default="",
+        metavar="BLOCK.PORT",
+        shell_complete=outputs,
+        help="Take this signal of a graph, or column of a file.",
+    ),
     click.option(
         "--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."
     ),
@@ -109,8 +116,21 @@ def allan(**options: Any) -> int:
 
 @click.command()
 @graph_argument
-@click.option("--output", required=True, metavar="BLOCK.PORT", help="Show the sources of the noise of this output.")
-@click.option("--input", "source", default="", metavar="BLOCK.PORT", help="Refer the noise to this output of a source.")
+@click.option(
+    "--output",
+    required=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Show the sources of the noise of this output.",
+)
+@click.option(
+    "--input",
+    "source",
+    default="",
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Refer the noise to this output of a source.",
+)
 @click.option(
     "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).'
 )

@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from proofmass.runner.commands.completion import codes, exhibits, kinds, of_names
 from proofmass.runner.commands.declarations.options import blocks_option, file_argument, json_option
 
 
@@ -29,7 +30,7 @@ def test_block(file: Path, kind: tuple[str, ...], as_json: bool) -> int:
 
 
 @click.command()
-@click.argument("code", nargs=-1)
+@click.argument("code", nargs=-1, shell_complete=of_names(codes))
 @json_option
 def explain(code: tuple[str, ...], as_json: bool) -> int:
     """Explain codes of messages: cause and cure. Without a code it lists all.
@@ -44,7 +45,7 @@ def explain(code: tuple[str, ...], as_json: bool) -> int:
 
 
 @click.command()
-@click.argument("kind", required=False)
+@click.argument("kind", required=False, shell_complete=of_names(kinds))
 @click.option("--find", "words", metavar="WORDS", help="List only blocks that all these words describe.")
 @click.option("--example", is_flag=True, help="Print a small graph around the block that runs, instead.")
 @blocks_option
@@ -67,7 +68,7 @@ def blocks(**options: Any) -> int:
 
 
 @click.command()
-@click.argument("name", required=False)
+@click.argument("name", required=False, shell_complete=of_names(exhibits))
 @json_option
 def gallery(name: str | None, as_json: bool) -> int:
     """List the graphs that come along, or describe one.
@@ -86,12 +87,18 @@ def gallery(name: str | None, as_json: bool) -> int:
 
 @click.command()
 @file_argument("file")
-@click.option("--from", "name", metavar="NAME", help="Copy this graph of `proofmass gallery` (default: a template).")
+@click.option(
+    "--from",
+    "name",
+    metavar="NAME",
+    shell_complete=of_names(exhibits),
+    help="Copy this graph of `proofmass gallery` (default: a template).",
+)
 def new(file: Path, name: str | None) -> int:
     """Write a graph to start from.
 
-    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too. A file that
-    exists is not overwritten.
+    It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too, and so is
+    proofmass-graph.json, by which editors complete it. A file that exists is not overwritten.
 
     \b
     proofmass new sensor.toml && proofmass run sensor.toml

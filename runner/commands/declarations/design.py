@@ -6,6 +6,7 @@ from typing import Any
 import click
 
 from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
@@ -62,16 +63,29 @@ def tune(**options: Any) -> int:
     metavar="LOOP:FIGURE",
     help="Find the worst case of this figure, as main:phase_margin; repeatable.",
 )
-@click.option("--noise", "noises", multiple=True, metavar="BLOCK.PORT", help="Find the worst noise of this output.")
+@click.option(
+    "--noise",
+    "noises",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Find the worst noise of this output.",
+)
 @click.option(
     "--scale-factor",
     "scale_factors",
     multiple=True,
     metavar="BLOCK.PORT",
+    shell_complete=outputs,
     help="Find the worst scale factor of this output.",
 )
 @click.option(
-    "--bias", "biases", multiple=True, metavar="BLOCK.PORT", help="Find the worst value of this output at zero input."
+    "--bias",
+    "biases",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Find the worst value of this output at zero input.",
 )
 @click.option(
     "--response",
@@ -95,6 +109,7 @@ def tune(**options: Any) -> int:
     "source_signal",
     default="",
     metavar="BLOCK.PORT",
+    shell_complete=outputs,
     help="Count scale factors and responses from this output of a source, and refer noise to it.",
 )
 @click.option(

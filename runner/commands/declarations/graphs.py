@@ -5,6 +5,7 @@ from typing import Any
 
 import click
 
+from proofmass.runner.commands.completion import outputs, parameters
 from proofmass.runner.commands.declarations.options import (
     Whole,
     blocks_option,
@@ -76,6 +77,7 @@ def cli(traceback: bool) -> None:
     "budgets",
     multiple=True,
     metavar="OUTPUT",
+    shell_complete=outputs,
     help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
 )
 @click.option("--resume", is_flag=True, help="Only continue an interrupted run in --out, which a run does by itself.")
@@ -85,6 +87,7 @@ def cli(traceback: bool) -> None:
     "swept",
     multiple=True,
     metavar="NAME=VALUE,VALUE",
+    shell_complete=parameters,
     help="Run once for each of these values, for example adc.bits=10,12,14, and show the measures; repeatable.",
 )
 @click.option(
@@ -99,6 +102,7 @@ def cli(traceback: bool) -> None:
     is_flag=True,
     help="Print the program of the loop, with its lines of Python, instead of running it.",
 )
+@click.option("--profile", is_flag=True, help="Show where the time goes: phases of the run, and each block in a tick.")
 @quiet_option
 @blocks_option
 @json_option
@@ -359,9 +363,9 @@ def rtl(**options: Any) -> int:
 @output_option("the screen")
 @blocks_option
 def schema(output: Path | None, own: Path | None) -> int:
-    """Write the JSON Schema of graph files.
+    """Write the JSON Schema of graphs and studies.
 
-    Editors complete and check graph files by it.
+    Editors complete and check files by it.
 
     \b
     proofmass schema -o proofmass-graph.json

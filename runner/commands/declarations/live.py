@@ -1,5 +1,6 @@
 """The command `live`; what it does is imported when it is called."""
 
+from pathlib import Path
 from typing import Any
 
 import click
@@ -11,6 +12,12 @@ from proofmass.runner.commands.declarations.options import blocks_option, graph_
 @graph_argument
 @set_option
 @probe_option
+@click.option(
+    "--study",
+    type=click.Path(dir_okay=False, path_type=Path),
+    metavar="FILE",
+    help="Run this study meanwhile (default: that of the graph file, if it has one).",
+)
 @click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in a browser.")
 @blocks_option
 def live(**options: Any) -> int:
@@ -22,6 +29,7 @@ def live(**options: Any) -> int:
     \b
     proofmass live sensor.toml
     proofmass live sensor.toml --no-browser
+    proofmass live sensor.toml --study drift.toml
     """
     # start-up time: NumPy and LLVM
     from proofmass.runner.commands.live_command import LiveRequest, serve_live

@@ -10,6 +10,7 @@ import click
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.runner.commands.completion import graphs, outputs, parameters
 from proofmass.runner.run.engine_table import engine_choices
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -23,6 +24,10 @@ class Decorator(Protocol):
 
 class LibraryFile(click.Path):
     """A file, or one of the packaged library by its name: `library:NAME`, whose `.toml` may be left out."""
+
+    def shell_complete(self, ctx: click.Context, param: click.Parameter, incomplete: str) -> list[Any]:
+        """Return what a shell may write."""
+        return graphs(incomplete)
 
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of the file."""
@@ -78,10 +83,16 @@ set_option = click.option(
     "changes",
     multiple=True,
     metavar="NAME=VALUE",
+    shell_complete=parameters,
     help="Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
 )
 probe_option = click.option(
-    "--probe", "probes", multiple=True, metavar="BLOCK.PORT", help="Record one more signal; repeatable."
+    "--probe",
+    "probes",
+    multiple=True,
+    metavar="BLOCK.PORT",
+    shell_complete=outputs,
+    help="Record one more signal; repeatable.",
 )
 json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
 quiet_option = click.option("--quiet", is_flag=True, help="Show no progress bar.")

@@ -22,6 +22,7 @@ from proofmass.runner.design.identification.solve import LOSSES, InterruptedFit,
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown, parameters_of
 from proofmass.runner.design.identification.whiteness import Whiteness, whiteness
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.notebook import Plotted
 from proofmass.runner.run.result import Array
 
 CONFIDENCE = 0.95
@@ -54,7 +55,7 @@ class OutputFit:
 
 
 @dataclass(frozen=True)
-class Fitted:
+class Fitted(Plotted):
     """The result of a fit.
 
     >>> import numpy

@@ -17,6 +17,7 @@ from proofmass.graphs.tuning.tuning import Goal, Tuning
 from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
 from proofmass.runner.design.tune.search import Progress, Search
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.notebook import Plotted
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
 _DIGITS = 9  # of the numbers that are written: rounding misses no goal
@@ -68,7 +69,7 @@ class TunedGoal:
 
 
 @dataclass(frozen=True)
-class Tuned:
+class Tuned(Plotted):
     """The result of a search: parameters, goals, and what binds.
 
     >>> from proofmass import read_graph, tune

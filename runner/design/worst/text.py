@@ -38,7 +38,7 @@ def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
         ends = f"{r.low:.6g}", f"{r.high:.6g}"
         alone = _number(single.at_low), _number(single.at_high)
         rows.append((r.written, *ends, at, r.unit if r.unit != "1" else "", *alone))
-    yield from (f"  {line}" for line in text_table(rows, left=(0, 4)))
+    yield from (f"  {line}" for line in text_table(rows, left=(0, 4), indent=2))
     silent = [r.written for r in order if r not in shown]
     if silent:
         yield f"  of little or no effect alone: {', '.join(silent[:_ROWS])}" + (" and more" if silent[_ROWS:] else "")

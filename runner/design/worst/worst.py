@@ -27,6 +27,7 @@ from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.ranges import Range, ranges_of
 from proofmass.runner.design.worst.search import BoxSearch, Case, InterruptedSearch, Progress, Side
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.notebook import Plotted
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95
@@ -82,7 +83,7 @@ class WorstCase:
 
 
 @dataclass(frozen=True)
-class WorstCases:
+class WorstCases(Plotted):
     """All worst cases, and how much of the box was looked at.
 
     >>> from proofmass import read_graph, worst

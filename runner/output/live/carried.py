@@ -15,8 +15,8 @@ import numpy as np
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
@@ -57,9 +57,9 @@ class CarriedLoop:
         rate = self.plan.schedule.base_rate
         return {
             "entry": ENTRY,
-            "module": _packed(self.module.code),
+            "module": packed(self.module.code),
             "own": self.module.constants,
-            "image": _packed(bytes(image)),
+            "image": packed(bytes(image)),
             "imageLength": len(image),
             "arrays": places,  # constants, state, scratch, vectors
             "rate": [rate.numerator, rate.denominator],
@@ -99,24 +99,22 @@ class CarriedLoop:
         return [*(place for kind, place in states if kind is float), memory.counts[FLOATS]]
 
     def _wires(self) -> Iterator[dict[str, Any]]:
-        """The scalar wires of the graph by the names of their sources there, and where they stand."""
-        root, kinds = self.plan.graph.root, self.written.memory.kinds
-        for source in sorted({wire.source for wire in root.wires}):
-            name, port = split(inside(root, source))
-            kind = kinds.get(WireOf(name, port))
-            if kind is None:
-                continue
-            block = self.plan.blocks[name]
-            declared = type(block).outputs[port]
-            fraction = format_of(block, port).fraction if declared.dtype is FixedValue else 0
-            unit = unit_of(block, declared)
-            yield {
-                "name": source,
-                "unit": unit,
-                "integer": kind[0] is not float,
-                "place": kind[1],
-                "fraction": fraction,
-            }
+        """The scalar outputs that the loop keeps, by their names in the flat graph, and where they stand."""
+        kinds = self.written.memory.kinds
+        for name, block in self.plan.blocks.items():
+            for port, declared in type(block).outputs.items():
+                kind = kinds.get(WireOf(name, port))
+                if kind is None or name.startswith(f"{MEASURES}."):
+                    continue
+                fixed = declared.dtype is FixedValue
+                yield {
+                    "name": f"{name}.{port}",
+                    "unit": unit_of(block, declared),
+                    "doc": declared.doc,
+                    "integer": kind[0] is not float,
+                    "place": kind[1],
+                    "fraction": format_of(block, port).fraction if fixed else 0,
+                }
 
     def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
         kind, place = self.written.memory.kinds[WireOf(*measure.node)]
@@ -190,5 +188,6 @@ def _filled(slots: Slots[Any], values: Any) -> tuple[Array, Array]:
     return floats, integers
 
 
-def _packed(data: bytes) -> str:
+def packed(data: bytes) -> str:
+    """Return bytes as text: gzipped and in base 64."""
     return base64.b64encode(gzip.compress(data, 9, mtime=0)).decode()

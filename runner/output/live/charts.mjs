@@ -51,6 +51,24 @@ export class Charts {
     for (const picture of pictures) this.charts.get(picture.signal)?.draw(picture, changed);
   }
 
+  /** Plot one more signal. @param {Probe} probe @param {() => void} closed  hears that it shall go */
+  add(probe, closed) {
+    const chart = new Chart(this.place, probe, this);
+    const close = Object.assign(document.createElement("button"), { type: "button", className: "close", textContent: "×", title: `Take ${probe.signal} away` });
+    close.addEventListener("click", closed);
+    chart.figure.append(close);
+    this.charts.set(probe.signal, chart);
+    this.place.prepend(chart.figure);
+  }
+
+  /** @param {string} signal */
+  drop(signal) {
+    const chart = this.charts.get(signal);
+    chart?.plot?.destroy();
+    chart?.figure.remove();
+    this.charts.delete(signal);
+  }
+
   remove() {
     this.observer.disconnect();
     this.theme.removeEventListener("change", this.repaint);
@@ -77,12 +95,17 @@ class Chart {
     this.picture = null;
   }
 
+  /** Whether densities are shown; of wires that are recorded besides the probes there are none. */
+  isSpectrum() {
+    return this.all.spectra && !this.probe.shape.length && !this.figure.querySelector(".close");
+  }
+
   /** @param {Picture} picture @param {boolean} anew */
   draw(picture, anew) {
     this.picture = picture;
     const most = Math.max(largest(picture.y), picture.frozen ? largest(picture.frozen) : 0);
     const { exponent, text } = scaleFor(this.all.units[this.probe.unit], most);
-    const unit = this.all.spectra && !this.probe.shape.length ? `${text || "1"}/√Hz` : text;
+    const unit = this.isSpectrum() ? `${text || "1"}/√Hz` : text;
     this.factor = 10 ** -exponent;
     this.caption.replaceChildren(strong(this.probe.signal), unit ? ` in ${unit}` : "", soft(this.probe.doc));
     const data = this.data(picture);
@@ -101,7 +124,7 @@ class Chart {
   /** @param {any[]} data */
   make(data) {
     this.plot?.destroy();
-    const spectrum = this.all.spectra && !this.probe.shape.length;
+    const spectrum = this.isSpectrum();
     const time = !spectrum && !this.probe.shape.length;
     const axis = { stroke: colour("--soft"), font: FONT, grid: { stroke: colour("--rule"), width: 1 }, ticks: { show: false } };
     const line = { stroke: colour("--blue"), width: 1.25, points: { show: false }, spanGaps: false };

@@ -6,8 +6,9 @@ import { numberOf, scaleFor, shifted } from "./figures.mjs";
  * @typedef {import("./figures.mjs").Scales} Scales
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: number, low: number, high: number,
  *   logarithmic: boolean, above: number | null, at_least: number | null, below: number | null,
- *   at_most: number | null}} Slider
- * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string}} Fixed
+ *   at_most: number | null, named: boolean}} Slider
+ * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string, named: boolean,
+ *   choices: string[], whole: boolean}} Fixed
  */
 
 const STEPS = 1000;
@@ -17,27 +18,40 @@ export class Controls {
   /**
    * @param {HTMLElement} place @param {Slider[]} sliders @param {Fixed[]} fixed
    * @param {Record<string, Scales>} units @param {(name: string, value: number) => void} changed
+   * @param {((name: string, text: string) => void) | null} asked  of a process, for what the loop does not take anew
    */
-  constructor(place, sliders, fixed, units, changed) {
+  constructor(place, sliders, fixed, units, changed, asked = null) {
     /** @type {Map<string, Control>} */
     this.controls = new Map();
     const blocks = [...new Set([...sliders, ...fixed].map(({ block }) => block))].sort();
     for (const block of blocks) {
-      const group = element("details", { className: "block" }), body = element("div");
-      group.append(element("summary", { textContent: block }), body);
+      const group = element("details", { className: "block", open: !block }), body = element("div");
+      group.append(element("summary", { textContent: block || "values" }), body);
       for (const slider of sliders.filter((one) => one.block === block)) {
         const control = new Control(slider, units[slider.unit], changed);
         this.controls.set(nameOf(slider), control);
         body.append(control.row);
       }
-      for (const one of fixed.filter((other) => other.block === block)) body.append(still(one));
+      for (const one of fixed.filter((other) => other.block === block)) {
+        const name = nameOf(one);
+        body.append(asked && (one.whole || one.choices.length) ? askable(one, (text) => asked(name, text)) : still(one, asked !== null));
+      }
       place.append(group);
     }
   }
 
-  /** @param {Record<string, number>} values */
-  show(values) {
-    for (const [name, control] of this.controls) control.show(values[name] ?? control.slider.value);
+  /** @param {Record<string, number>} values  as they were set @param {Record<string, number>} following  from them */
+  show(values, following = {}) {
+    for (const [name, control] of this.controls) control.show(values[name] ?? following[name] ?? control.slider.value);
+  }
+
+  /** Why a parameter is out of bounds; empty where all are within them. @param {Record<string, number>} values */
+  wrong(values) {
+    for (const [name, value] of Object.entries(values)) {
+      const slider = this.controls.get(name)?.slider, why = slider && (Number.isFinite(value) ? outside(slider, value) : "has no value");
+      if (why) return `${name} ${why}`;
+    }
+    return "";
   }
 
   /** Show the blocks and parameters whose name holds a text; all for an empty one. @param {HTMLElement} place
@@ -128,9 +142,23 @@ function outside(slider, value) {
   return at_most !== null && !(value <= at_most) ? `must be at most ${at_most}` : "";
 }
 
-/** A parameter that needs the command line. @param {Fixed} one */
-function still(one) {
-  const row = element("div", { className: "parameter still", title: `${one.doc} Change it in the file, or by --set.` });
+/** An integer or a choice, which the process takes and compiles anew. @param {Fixed} one @param {(text: string) => void} asked */
+function askable(one, asked) {
+  const row = element("div", { className: "parameter" }), name = nameOf(one);
+  row.dataset.name = name.toLowerCase();
+  const field = one.choices.length ? element("select", { id: name }) : element("input", { id: name, type: "text", inputMode: "numeric", autocomplete: "off" });
+  if (field instanceof HTMLSelectElement) field.append(...one.choices.map((text) => element("option", { textContent: text, value: text })));
+  field.value = one.value;
+  field.addEventListener("change", () => asked(field.value.trim()));
+  row.append(element("label", { textContent: one.parameter, title: one.doc, htmlFor: name }), field);
+  row.append(element("span", { className: "unit", textContent: one.unit === "1" ? "" : one.unit }));
+  return row;
+}
+
+/** A parameter that needs the command line. @param {Fixed} one @param {boolean} served */
+function still(one, served) {
+  const how = served || !(one.whole || one.choices.length) ? "Change it in the file, or by --set." : "Change it in the file, by --set, or in proofmass live.";
+  const row = element("div", { className: "parameter still", title: `${one.doc} ${how}` });
   row.dataset.name = nameOf(one).toLowerCase();
   const value = one.value.length > 24 ? `${one.value.slice(0, 22)} …` : one.value;
   row.append(element("span", { textContent: one.parameter }), element("span", { className: "value", textContent: value }));
@@ -139,8 +167,8 @@ function still(one) {
 }
 
 /** @param {{block: string, parameter: string}} of */
-function nameOf(of) {
-  return `${of.block}.${of.parameter}`;
+export function nameOf(of) {
+  return of.block ? `${of.block}.${of.parameter}` : of.parameter;
 }
 
 /** Changes as options of the command line. @param {Record<string, number>} values */
@@ -158,7 +186,7 @@ export function asToml(values, sliders) {
     const text = slider.unit === "1" ? String(value) : `"${value} ${slider.unit}"`;
     tables.set(slider.block, [...(tables.get(slider.block) ?? []), `${slider.parameter} = ${text}`]);
   }
-  return [...tables].map(([block, lines]) => `[blocks.${block}]\n${lines.join("\n")}\n`).join("\n");
+  return [...tables].map(([block, lines]) => `[${block ? `blocks.${block}` : "values"}]\n${lines.join("\n")}\n`).join("\n");
 }
 
 /**
@@ -167,4 +195,13 @@ export function asToml(values, sliders) {
  */
 export function element(tag, values = {}) {
   return Object.assign(document.createElement(tag), values);
+}
+
+/** A field of its own. @param {HTMLElement} place @param {string} text @param {string} id */
+export function labelled(place, text, id) {
+  const row = element("div", { className: "parameter" });
+  const field = element("input", { id, type: "text", autocomplete: "off", spellcheck: false });
+  row.append(element("label", { textContent: text, htmlFor: id }), field);
+  place.append(row);
+  return field;
 }

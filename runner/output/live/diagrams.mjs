@@ -1,91 +1,274 @@
-// The block diagram as a map: zoom, pan, and what the wires hold at a time.
+// The block diagram as a map: pan, zoom, subgraphs that unfold, overlays, and what the wires hold.
 
 import { element } from "./controls.mjs";
+import { unpacked } from "./engine.mjs";
 import { shown } from "./figures.mjs";
 
 const STEP = 1.25; // of one zoom
 const CLOSEST = 8;
+const SLACK = 4; // pixels that a click may move
+const OVERLAYS = ["rates", "loops", "formats"];
+const READY = "drag to move, Ctrl and wheel to zoom, click a wire to plot it";
 
 /** @typedef {import("./figures.mjs").Scales} Scales */
 /** @typedef {import("./engine.mjs").Wire} Wire */
 
+/** A picture as SVG; its text is only ever parsed as SVG, and scripts in it are not allowed to run.
+ * @param {string} text */
+export function drawn(text) {
+  const root = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
+  const figure = element("div", { className: "wide" });
+  if (root.localName === "svg") figure.append(document.importNode(root, true));
+  return figure;
+}
+
 export class Diagrams {
-  /** @param {Wire[]} wires @param {Record<string, Scales>} units */
-  constructor(wires, units) {
-    this.wires = wires;
+  /**
+   * @param {Wire[]} wires @param {Record<string, Scales>} units
+   * @param {(name: string) => void} probed  hears of a wire that is clicked
+   * @param {(paths: string[]) => Promise<string>} draw  the diagram with these subgraphs unfolded; empty for none
+   */
+  constructor(wires, units, probed, draw) {
+    this.wires = new Map(wires.map((wire) => [wire.name, wire]));
     this.units = units;
-    for (const drawing of document.querySelectorAll("svg.proofmass")) asMap(/** @type {SVGSVGElement} */ (drawing));
+    this.probed = probed;
+    this.draw = draw;
+    /** @type {Record<string, number>} */
+    this.values = {};
+    this.seconds = NaN;
+    /** @type {Set<string>} */
+    this.unfolded = new Set();
+    this.overlay = "";
+    this.maps = [...document.querySelectorAll("svg.proofmass")].map((one) => new DiagramMap(/** @type {SVGSVGElement} */ (one), this));
   }
 
-  /** Write below each block what its wires hold. @param {Record<string, number>} values @param {number} seconds */
+  /** Write at each wire what it holds. @param {Record<string, number>} values @param {number} seconds */
   show(values, seconds) {
-    for (const drawing of document.querySelectorAll("svg.proofmass")) {
-      for (const old of drawing.querySelectorAll(".peek")) old.remove();
-      for (const block of /** @type {NodeListOf<SVGGElement>} */ (drawing.querySelectorAll("[data-block]"))) {
-        const own = this.wires.filter(({ name }) => name.startsWith(`${block.dataset.block}.`));
-        own.forEach((wire, row) => {
-          const text = shown(values[wire.name], this.units[wire.unit], 5);
-          const port = wire.name.slice(String(block.dataset.block).length + 1);
-          block.append(label(block, own.length > 1 ? `${port} ${text}` : text, row));
-        });
-      }
-      const time = drawing.parentElement?.querySelector(".map-time");
-      if (time) time.textContent = `values at ${Number(seconds.toPrecision(9))} s`;
+    this.values = values;
+    this.seconds = seconds;
+    for (const map of this.maps) map.write();
+  }
+
+  /** Fold or unfold a subgraph; what is inside it folds with it. @param {string} path */
+  async turn(path) {
+    const wanted = new Set(this.unfolded);
+    const inside = [...wanted].filter((one) => `${one}.`.startsWith(`${path}.`));
+    if (inside.length) for (const one of inside) wanted.delete(one);
+    else path.split(".").forEach((_, i, words) => wanted.add(words.slice(0, i + 1).join(".")));
+    await this.unfold(wanted, path);
+  }
+
+  /** @param {Set<string>} wanted @param {string} newest */
+  async unfold(wanted, newest = "") {
+    let text = await this.draw([...wanted].sort());
+    if (!text && newest) {
+      wanted = new Set(newest.split(".").map((_, i, words) => words.slice(0, i + 1).join(".")));
+      text = await this.draw([...wanted].sort()); // a page without a process carries one at a time, or all
+    }
+    if (!text) return;
+    this.unfolded = wanted;
+    for (const map of this.maps) map.replace(text);
+  }
+
+  /** @param {string} name */
+  lay(name) {
+    this.overlay = this.overlay === name ? "" : name;
+    for (const map of this.maps) map.dress();
+  }
+
+  /** What is known of a signal. @param {string} name */
+  about(name) {
+    const wire = this.wires.get(name), value = this.values[name];
+    if (!wire) return name;
+    const now = value === undefined ? "" : ` = ${shown(value, this.units[wire.unit], 6)} at ${Number(this.seconds.toPrecision(9))} s`;
+    return `${name}${now}${wire.doc ? `: ${wire.doc}` : ""}`;
+  }
+}
+
+class DiagramMap {
+  /** @param {SVGSVGElement} drawing @param {Diagrams} all */
+  constructor(drawing, all) {
+    this.drawing = drawing;
+    this.all = all;
+    this.place = /** @type {HTMLElement} */ (drawing.parentElement);
+    this.width = this.height = this.zoom = 1;
+    this.x = this.y = this.moved = 0;
+    this.bar = this.place.querySelector(".map-bar") ?? this.makeBar();
+    this.bar.replaceChildren();
+    for (const [text, title, factor] of /** @type {[string, string, number][]} */ ([["+", "Zoom in", STEP], ["−", "Zoom out", 1 / STEP], ["fit", "Show all of it", 0]]))
+      this.button(text, title, () => this.zoomAt(factor));
+    this.overlays = OVERLAYS.map((name) => this.button(name, `Colour ${name === "formats" ? "types and fixed-point formats" : name}`, () => this.all.lay(name)));
+    if (drawing.querySelector(".fold")) {
+      this.button("unfold all", "Show what is inside every subgraph", () => void this.unfoldAll());
+      this.button("fold all", "Show subgraphs as boxes", () => void this.all.unfold(new Set()));
+    }
+    this.line = element("span", { className: "map-time soft", textContent: READY });
+    this.line.setAttribute("role", "status");
+    this.bar.append(this.line);
+    this.begin();
+  }
+
+  makeBar() {
+    const bar = element("div", { className: "map-bar" });
+    this.place.prepend(bar);
+    return bar;
+  }
+
+  /** @param {string} text @param {string} title @param {() => void} act */
+  button(text, title, act) {
+    const made = element("button", { type: "button", textContent: text, title });
+    made.addEventListener("click", act);
+    this.bar.append(made);
+    return made;
+  }
+
+  begin() {
+    const { drawing } = this, whole = drawing.viewBox.baseVal;
+    this.width = whole.width;
+    this.height = whole.height;
+    this.zoom = 1;
+    this.x = this.y = this.moved = 0;
+    drawing.classList.add("map");
+    this.dress();
+    drawing.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
+    drawing.addEventListener("pointerdown", () => (this.moved = 0));
+    drawing.addEventListener("pointermove", (event) => this.move(event));
+    drawing.addEventListener("pointerover", (event) => this.hover(event));
+    drawing.addEventListener("click", (event) => this.click(event));
+    for (const fold of drawing.querySelectorAll("[data-fold]")) fold.addEventListener("keydown", (event) => {
+      if (["Enter", " "].includes(/** @type {KeyboardEvent} */ (event).key)) this.click(event);
+    });
+    this.write();
+  }
+
+  /** Draw anew. @param {string} text */
+  replace(text) {
+    const next = drawn(text).firstElementChild;
+    if (!(next instanceof SVGSVGElement)) return;
+    this.drawing.replaceWith(next);
+    this.drawing = next;
+    this.begin();
+  }
+
+  async unfoldAll() {
+    for (let known = -1; known !== this.all.unfolded.size; ) {
+      known = this.all.unfolded.size;
+      const paths = [...this.drawing.querySelectorAll("[data-part]")].map((one) => one.getAttribute("data-part") ?? "");
+      const all = new Set([...this.all.unfolded, ...paths]);
+      const text = await this.all.draw(["*"]) || await this.all.draw([...all].sort());
+      if (!text) return;
+      this.replace(text);
+      this.all.unfolded = new Set([...this.drawing.querySelectorAll(".open[data-part]")].map((one) => one.getAttribute("data-part") ?? ""));
+    }
+  }
+
+  /** Show the overlay that is chosen. */
+  dress() {
+    for (const name of OVERLAYS) this.drawing.classList.toggle(name, name === this.all.overlay);
+    this.overlays.forEach((made, i) => made.setAttribute("aria-pressed", String(OVERLAYS[i] === this.all.overlay)));
+  }
+
+  settle() {
+    this.x = Math.min(Math.max(0, this.x), this.width - this.width / this.zoom);
+    this.y = Math.min(Math.max(0, this.y), this.height - this.height / this.zoom);
+    this.drawing.setAttribute("viewBox", `${this.x} ${this.y} ${this.width / this.zoom} ${this.height / this.zoom}`);
+    this.drawing.classList.toggle("zoomed", this.zoom > 1);
+  }
+
+  /** @param {number} factor */
+  zoomAt(factor, across = 0.5, down = 0.5) {
+    const next = Math.min(CLOSEST, Math.max(1, this.zoom * factor));
+    this.x += across * (this.width / this.zoom - this.width / next);
+    this.y += down * (this.height / this.zoom - this.height / next);
+    this.zoom = next;
+    this.settle();
+  }
+
+  /** @param {WheelEvent} event */
+  wheel(event) {
+    if (!event.ctrlKey) return;
+    event.preventDefault();
+    const box = this.drawing.getBoundingClientRect();
+    this.zoomAt(event.deltaY < 0 ? STEP : 1 / STEP, (event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height);
+  }
+
+  /** @param {PointerEvent} event */
+  move(event) {
+    if (!event.buttons) return;
+    this.moved += Math.abs(event.movementX) + Math.abs(event.movementY);
+    if (this.zoom === 1) {
+      this.place.scrollLeft -= event.movementX; // a picture wider than the page
+      return;
+    }
+    const scale = this.width / this.zoom / this.drawing.getBoundingClientRect().width;
+    this.x -= event.movementX * scale;
+    this.y -= event.movementY * scale;
+    this.settle();
+  }
+
+  /** @param {Event} event */
+  hover(event) {
+    const wire = /** @type {Element} */ (event.target).closest("[data-signal]");
+    if (wire) this.line.textContent = this.all.about(wire.getAttribute("data-signal") ?? "");
+    else this.line.textContent = Number.isFinite(this.all.seconds) ? this.time() : READY;
+  }
+
+  /** @param {Event} event */
+  click(event) {
+    if (event.type === "click" && this.moved > SLACK) return;
+    const target = /** @type {Element} */ (event.target);
+    const fold = target.closest("[data-fold]")?.getAttribute("data-fold");
+    const signal = target.closest("[data-signal]")?.getAttribute("data-signal");
+    if (fold) void this.all.turn(fold);
+    else if (signal) this.all.probed(signal);
+  }
+
+  time() {
+    return `values at ${Number(this.all.seconds.toPrecision(9))} s`;
+  }
+
+  write() {
+    const { values, units, wires, seconds } = this.all;
+    for (const old of this.drawing.querySelectorAll(".peek")) old.remove();
+    if (!Number.isFinite(seconds)) return;
+    this.line.textContent = this.time();
+    /** @type {Set<string>} */
+    const known = new Set();
+    for (const wire of /** @type {NodeListOf<SVGGElement>} */ (this.drawing.querySelectorAll("[data-signal]"))) {
+      const name = wire.dataset.signal ?? "", about = wires.get(name), start = startOf(wire);
+      const place = start && `${name} ${start.x} ${start.y}`;
+      if (!about || values[name] === undefined || !start || known.has(String(place))) continue;
+      known.add(String(place));
+      const made = document.createElementNS("http://www.w3.org/2000/svg", "text");
+      made.setAttribute("class", "peek");
+      made.setAttribute("data-of", name);
+      made.setAttribute("text-anchor", start.way < 0 ? "end" : "start");
+      made.setAttribute("x", String(start.x + 4 * start.way));
+      made.setAttribute("y", String(start.y + 12));
+      made.textContent = shown(values[name], units[about.unit], 5);
+      (wire.parentElement ?? wire).append(made);
     }
   }
 }
 
-/** A line of text below a block. @param {SVGGElement} block @param {string} text @param {number} row */
-function label(block, text, row) {
-  const box = /** @type {SVGRectElement} */ (block.querySelector("rect.box"));
-  const made = document.createElementNS("http://www.w3.org/2000/svg", "text");
-  made.setAttribute("class", "peek");
-  made.setAttribute("text-anchor", "middle");
-  made.setAttribute("x", String(box.x.baseVal.value + box.width.baseVal.value / 2));
-  made.setAttribute("y", String(box.y.baseVal.value + box.height.baseVal.value + 13 * (row + 1)));
-  made.textContent = text;
-  return made;
+/** Where a wire begins, and whether it goes right or left. @param {SVGGElement} wire */
+function startOf(wire) {
+  const path = wire.querySelector(".reach")?.getAttribute("d") ?? "";
+  const [x, y, next] = (path.match(/-?[\d.]+/g) ?? []).map(Number);
+  return Number.isFinite(next) ? { x, y, way: next < x ? -1 : 1 } : null;
 }
 
-/** Let a drawing be zoomed by buttons, keys and the wheel with Ctrl, and moved by dragging. @param {SVGSVGElement} drawing */
-function asMap(drawing) {
-  const place = drawing.parentElement;
-  if (!place || place.querySelector(".map-bar")) return;
-  const whole = drawing.viewBox.baseVal, { width, height } = whole;
-  let zoom = 1, x = 0, y = 0;
-
-  const settle = () => {
-    x = Math.min(Math.max(0, x), width - width / zoom);
-    y = Math.min(Math.max(0, y), height - height / zoom);
-    drawing.setAttribute("viewBox", `${x} ${y} ${width / zoom} ${height / zoom}`);
-    drawing.classList.toggle("zoomed", zoom > 1);
+/** Diagrams that a page carries, packed, as the function that draws them. @param {string | undefined} text
+ * @returns {(paths: string[]) => Promise<string>} */
+export function carriedDrawings(text) {
+  /** @type {Record<string, string> | null} */
+  let drawings = null;
+  const folded = document.querySelector("svg.proofmass")?.outerHTML ?? "";
+  return async (paths) => {
+    if (!paths.length) return folded;
+    drawings ??= text ? JSON.parse(new TextDecoder().decode(await unpacked(text))) : {};
+    const known = /** @type {Record<string, string>} */ (drawings);
+    if (paths[0] === "*") return Object.entries(known).reduce((most, one) => (one[0].length > most[0].length ? one : most), ["", ""])[1];
+    return known[paths.join(",")] ?? "";
   };
-  const zoomAt = (/** @type {number} */ factor, across = 0.5, down = 0.5) => {
-    const next = Math.min(CLOSEST, Math.max(1, zoom * factor));
-    x += across * (width / zoom - width / next);
-    y += down * (height / zoom - height / next);
-    zoom = next;
-    settle();
-  };
-  const bar = element("div", { className: "map-bar" });
-  for (const [text, title, factor] of /** @type {[string, string, number][]} */ ([["+", "Zoom in", STEP], ["−", "Zoom out", 1 / STEP], ["fit", "Show all of it", 0]])) {
-    const made = element("button", { type: "button", textContent: text, title });
-    made.addEventListener("click", () => zoomAt(factor));
-    bar.append(made);
-  }
-  bar.append(element("span", { className: "map-time soft", textContent: "click a plot to see what the wires hold at that time" }));
-  place.prepend(bar);
-  drawing.addEventListener("wheel", (event) => {
-    if (!event.ctrlKey) return;
-    event.preventDefault();
-    const box = drawing.getBoundingClientRect();
-    zoomAt(event.deltaY < 0 ? STEP : 1 / STEP, (event.clientX - box.left) / box.width, (event.clientY - box.top) / box.height);
-  }, { passive: false });
-  drawing.addEventListener("pointermove", (event) => {
-    if (zoom === 1 || !event.buttons) return;
-    const scale = width / zoom / drawing.getBoundingClientRect().width;
-    x -= event.movementX * scale;
-    y -= event.movementY * scale;
-    settle();
-  });
 }

@@ -5,7 +5,7 @@
  *   fraction: number | null}} Probe
  * @typedef {{name: string, signal: string, statistic: string, unit: string, first: number, integer: boolean,
  *   place: number}} Measure
- * @typedef {{name: string, unit: string, integer: boolean, place: number, fraction: number}} Wire
+ * @typedef {{name: string, unit: string, doc: string, integer: boolean, place: number, fraction: number}} Wire
  * @typedef {{entry: string, module: string, own: number, image: string, imageLength: number,
  *   arrays: {at: number, length: number}[], rate: [number, number], probes: Probe[], measures: Measure[],
  *   parameters: Record<string, number>, wires: Wire[], watched: number[], refused: number}} Loop
@@ -19,11 +19,14 @@ const LINE = 64;
 const HIGHEST = 1e9; // bytes of rows that a page holds
 
 /** @param {string} text  gzipped and in base 64 */
-async function unpacked(text) {
+export async function unpacked(text) {
   const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
   const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
   return new Uint8Array(await new Response(stream).arrayBuffer());
 }
+
+/** The module of before, which stays where only numbers change. @type {{text: string, compiled: Promise<WebAssembly.Module> | null}} */
+let last = { text: "", compiled: null };
 
 /** @param {number} address */
 const aligned = (address) => Math.ceil(address / LINE) * LINE;
@@ -51,8 +54,9 @@ export class Engine {
 
   /** @param {Loop} loop */
   static async open(loop) {
-    const [code, image] = await Promise.all([unpacked(loop.module), unpacked(loop.image)]);
-    return new Engine(loop, await WebAssembly.compile(code), image);
+    const image = unpacked(loop.image);
+    if (last.text !== loop.module) last = { text: loop.module, compiled: unpacked(loop.module).then((code) => WebAssembly.compile(code)) };
+    return new Engine(loop, /** @type {WebAssembly.Module} */ (await last.compiled), await image);
   }
 
   /** Another engine of the same loop, with a memory of its own. */
@@ -129,12 +133,22 @@ export class Engine {
     });
   }
 
-  /** What the wires hold after the last tick, by the name of their source. @returns {Record<string, number>} */
+  /** What a wire holds after the last tick. @param {Wire} wire */
+  wire(wire) {
+    return wire.integer ? Number(this.integers(3)[wire.place]) * 2 ** -wire.fraction : this.floats(2)[wire.place];
+  }
+
+  /** What all wires hold after the last tick, by the name of their source. @returns {Record<string, number>} */
   wires() {
-    const floats = this.floats(2), integers = this.integers(3);
-    const value = (/** @type {Wire} */ wire) =>
-      wire.integer ? Number(integers[wire.place]) * 2 ** -wire.fraction : floats[wire.place];
-    return Object.fromEntries(this.loop.wires.map((wire) => [wire.name, value(wire)]));
+    return Object.fromEntries(this.loop.wires.map((wire) => [wire.name, this.wire(wire)]));
+  }
+
+  /** Go on with other parameters from this tick on. @param {Record<string, number>} values */
+  poke(values) {
+    const { at, length } = this.loop.arrays[0];
+    const constants = this.floats(0);
+    constants.set(new Float64Array(this.image.slice(at, at + 8 * length).buffer));
+    for (const [name, value] of Object.entries(values)) constants[this.loop.parameters[name]] = value;
   }
 
   /** Values of the measures by name; NaN where the run ended before one began. @returns {Record<string, number>} */

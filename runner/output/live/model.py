@@ -3,6 +3,7 @@
 import dataclasses
 import json
 import math
+from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -10,9 +11,11 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
-from proofmass.runner.output.live.carried import carried_loop
+from proofmass.runner.output.live.carried import carried_loop, packed
+from proofmass.runner.output.live.named_values import named_values
 from proofmass.runner.output.live.sliders import fixed_parameters, sliders
 from proofmass.runner.output.page import LivePart
 from proofmass.runner.plan.planned import Plan
@@ -20,6 +23,7 @@ from proofmass.runner.planning.plan import plan as make_plan
 
 _POLICY = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:"
 _DECADES = range(-24, 25)
+_MOST_DRAWINGS = 24  # with one subgraph unfolded
 
 
 def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) -> dict[str, Any]:
@@ -31,10 +35,11 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     moving = sliders(graph, plan)
     loop = carried_loop(plan, [slider.node for slider in moving])
     chosen = tuple(slider for slider in moving if slider.node in loop.varied)
-    fixed = fixed_parameters(plan, chosen)
+    named = named_values(graph, {slider.node: slider for slider in chosen})
+    fixed = (*named.fixed, *fixed_parameters(plan, chosen))
     carried = loop.as_data()
     units = (
-        {slider.unit for slider in chosen}
+        {slider.unit for slider in (*named.sliders, *chosen)}
         | {wire["unit"] for wire in carried["wires"]}
         | {probe.unit for probe in plan.probes}
         | {made.unit for made in plan.measures}
@@ -45,16 +50,17 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
         "loop": carried,
-        "sliders": [slider.as_data() for slider in chosen],
+        "sliders": [slider.as_data() for slider in (*named.sliders, *chosen)],
+        "named": named.as_data(),
         "fixed": [parameter.as_data() for parameter in fixed],
-        "units": {unit: _scales(unit) for unit in sorted(units)},
+        "units": {unit: scales_of(unit) for unit in sorted(units)},
         "options": _method_options(graph, plan),
     }
 
 
-def live_part(model: dict[str, Any]) -> LivePart:
+def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:
     """The part of a page that carries a model and runs it. Without scripts nothing of it is seen."""
-    carried = json.dumps(model, allow_nan=False).replace("<", "\\u003c")
+    carried = json.dumps(model | {"drawings": _drawings(graph)}, allow_nan=False).replace("<", "\\u003c")
     drawing, page_script = plots(), script()
     html = (
         f'<section id="live" hidden aria-label="{escape(model["name"])}, live"></section>\n'
@@ -64,7 +70,16 @@ def live_part(model: dict[str, Any]) -> LivePart:
     return LivePart(html, styles(), _POLICY.format(scripts=f"{permission(drawing)} {permission(page_script)}"))
 
 
-def _scales(unit: str) -> list[dict[str, Any]]:
+def _drawings(graph: Graph) -> str:
+    """The diagram with each subgraph unfolded, alone and with all others, packed: by the paths that are unfolded."""
+    paths = subgraph_paths(graph)
+    wanted = {tuple(path for path in paths if f"{one}.".startswith(f"{path}.")) for one in paths[:_MOST_DRAWINGS]}
+    wanted |= {tuple(paths)} if paths else set()
+    return packed(json.dumps({",".join(sorted(some)): svg(graph, some) for some in sorted(wanted)}).encode())
+
+
+@cache
+def scales_of(unit: str) -> list[dict[str, Any]]:
     """The prefixes of a unit, each with the power of ten that it stands for."""
     texts = dict[int, str]()
     for decade in _DECADES:

@@ -1,6 +1,8 @@
 // A page that a process serves: it hears of every save, shows what is wrong with the file, and keeps windows in step.
 
 import { element } from "./controls.mjs";
+import { drawn } from "./diagrams.mjs";
+import { showHistograms } from "./histograms.mjs";
 import { View } from "./view.mjs";
 
 const AGAIN = 1000; // milliseconds from one try to the next
@@ -25,7 +27,12 @@ export class Served {
     this.wrong.setAttribute("role", "alert");
     body.insertBefore(this.lost, place);
     body.insertBefore(this.wrong, place);
-    this.view = new View(place, makeChannel, (state) => this.changed(state));
+    /** @type {Record<string, string>} */
+    this.changes = {}; // of what the loop does not take anew
+    /** @type {any} */
+    this.study = null; // as it stands
+    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths) };
+    this.view = new View(place, makeChannel, (state) => this.changed(state), process);
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
     this.panel = element("div", { className: "panel", hidden: true });
@@ -77,6 +84,10 @@ export class Served {
   hear(message) {
     if (message.kind === "graph") this.show(message);
     else if (message.kind === "problems") this.complain(message.problems);
+    else if (message.kind === "diagram") {
+      this.diagram.replaceChildren(drawn(message.svg));
+      this.view.lookAtDiagrams();
+    } else if (message.kind === "study") this.showStudy(message);
     else if (message.kind === "state" && message.window !== this.window) this.follow(message.state);
   }
 
@@ -86,7 +97,7 @@ export class Served {
     document.title = message.model.name;
     const head = document.querySelector("h1");
     if (head) head.textContent = message.model.name;
-    this.diagram.replaceChildren(drawn(message.diagram));
+    this.changes = message.changes;
     this.view.open(message.model);
     this.bar.replaceChildren(...["", ...message.tabs].map((name) => this.tabButton(name)));
     this.showTab(message.tabs.includes(this.tab) ? this.tab : "");
@@ -126,11 +137,36 @@ export class Served {
     this.tab = name;
     for (const one of this.bar.children) one.setAttribute("aria-selected", String(/** @type {HTMLElement} */ (one).dataset.tab === name));
     for (const part of [this.view.plots, this.view.table]) part.hidden = name !== "";
+    this.view.histograms.hidden = name !== "" || !this.view.seeds;
     if (name) this.view.place.dataset.tab = name;
     else delete this.view.place.dataset.tab;
     this.panel.hidden = name === "";
     this.panel.replaceChildren(element("p", { className: "soft", textContent: "computing" }));
-    if (name) void this.ask();
+    if (name === "study") this.showStudy(this.study);
+    else if (name) void this.ask();
+  }
+
+  /** Runs of a study that the process does meanwhile. @param {any} message */
+  showStudy(message) {
+    this.study = message;
+    if (this.tab !== "study" || !message) return;
+    this.panel.classList.remove("stale");
+    if (message.problems) return this.panel.replaceChildren(...message.problems.map(problemOf));
+    const scales = (/** @type {string} */ name) => message.units[name] ?? [{ exponent: 0, text: "" }];
+    const state = message.done < message.runs ? "running" : "finished";
+    showHistograms(this.panel, message.values, scales, `${message.name}: ${message.done} of ${message.runs} runs, ${state}`, message.limits);
+  }
+
+  /** A parameter that the process puts into the graph. @param {string} name @param {string} text */
+  change(name, text) {
+    this.changes = { ...this.changes, [name]: text };
+    void this.send("/change", { changes: this.changes }).catch(() => {});
+  }
+
+  /** The diagram with subgraphs unfolded. @param {string[]} paths */
+  async draw(paths) {
+    const answer = await this.send("/diagram", { unfolded: paths });
+    return answer.ok ? (await answer.json()).svg : "";
   }
 
   /** @param {State} state */
@@ -146,7 +182,7 @@ export class Served {
 
   later() {
     clearTimeout(this.asking);
-    if (this.tab) this.asking = setTimeout(() => void this.ask(), STILL);
+    if (this.tab && this.tab !== "study") this.asking = setTimeout(() => void this.ask(), STILL);
   }
 
   /** What the process computes for the tab. */
@@ -167,23 +203,19 @@ export class Served {
 
   /** @param {string} path @param {State} state */
   post(path, state) {
+    return this.send(path, { state });
+  }
+
+  /** @param {string} path @param {object} data */
+  send(path, data) {
     const headers = { "X-Proofmass-Token": this.token, "Content-Type": "application/json" };
-    return fetch(path, { method: "POST", headers, body: JSON.stringify({ state, window: this.window }) });
+    return fetch(path, { method: "POST", headers, body: JSON.stringify({ ...data, window: this.window }) });
   }
 }
 
 /** @returns {Promise<never>} */
 function silence() {
   return new Promise((_, fail) => setTimeout(() => fail(new Error("silent")), SILENCE));
-}
-
-/** A picture of the process; its text is only ever parsed as SVG, and scripts in it are not allowed to run.
- * @param {string} text */
-function drawn(text) {
-  const root = new DOMParser().parseFromString(text, "image/svg+xml").documentElement;
-  const figure = element("div", { className: "wide" });
-  if (root.localName === "svg") figure.append(document.importNode(root, true));
-  return figure;
 }
 
 /** @param {Problem} problem */

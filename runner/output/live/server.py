@@ -107,7 +107,13 @@ class _Handler(BaseHTTPRequestHandler):
         if self.path == "/state":
             accepted = self._live.session.set_state(data)
             return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        answer = self._live.session.answer(self.path.removeprefix("/"), data)
+        if self.path == "/change":
+            accepted = self._live.session.change(data)
+            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
+        if self.path == "/diagram":
+            answer = self._live.session.drawing(data)
+        else:
+            answer = self._live.session.answer(self.path.removeprefix("/"), data)
         if answer is None:
             return self._refuse(HTTPStatus.BAD_REQUEST)
         return self._send(HTTPStatus.OK, json.dumps(answer).encode(), "application/json")

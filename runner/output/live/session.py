@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.drawing.diagram import svg
+from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.model import live_model
@@ -17,6 +17,7 @@ from proofmass.runner.run.faults import RunError
 
 _SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}")
 _MOST_CHANGES = 10_000
+_LONGEST_TEXT = 100  # of an integer or a choice
 
 
 class Answer(NamedTuple):
@@ -27,16 +28,29 @@ class Answer(NamedTuple):
 
 
 Tabs = Mapping[str, Callable[[Graph], Answer]]
+Tell = Callable[[dict[str, Any]], None]
+Background = Callable[[Tell, threading.Event], None]  # tells windows how it goes on, until the event is set
 
 
 class Session:
     """A graph as its windows show it; `load` reads the graph anew and raises `ModelError`."""
 
-    def __init__(self, path: Path, load: Callable[[], Graph], tabs: Tabs, more_files: tuple[Path, ...] = ()) -> None:
-        self.path, self.tabs = path, tabs
+    def __init__(
+        self,
+        path: Path,
+        load: Callable[[], Graph],
+        tabs: Tabs,
+        more_files: tuple[Path, ...] = (),
+        study: Background | None = None,
+    ) -> None:
+        self.path, self.tabs, self._study = path, tabs, study
+        self._changes: dict[str, object] = {}  # of parameters that the loop does not take anew
+        self._study_stop = threading.Event()
+        self._study_shown: dict[str, Any] | None = None
         self._load, self._more = load, more_files
         self._graph: Graph | None = None
         self._shown: dict[str, Any] | None = None  # the last good model
+        self._diagram: dict[str, Any] | None = None
         self._problems: list[dict[str, Any]] = []
         self._state: dict[str, Any] | None = None
         self._listeners: set[queue.SimpleQueue[dict[str, Any]]] = set()
@@ -47,8 +61,10 @@ class Session:
         problems: list[Problem] = []
         graph, shown = self._graph, self._shown
         try:
-            graph = self._load()
-            shown = {"kind": "graph", "model": live_model(graph), "diagram": svg(graph), "tabs": list(self.tabs)}
+            graph = with_parameters(self._load(), self._changes) if self._changes else self._load()
+            tabs = [*self.tabs, *["study"] * (self._study is not None)]
+            shown = {"kind": "graph", "model": live_model(graph), "tabs": tabs}
+            shown["changes"] = {name: str(value) for name, value in self._changes.items()}
         except ModelError as error:
             problems = list(error.problems)
         except OSError as error:
@@ -58,7 +74,57 @@ class Session:
             if not problems:
                 self._graph, self._shown = graph, shown
             self._tell(shown if shown and not problems else {"kind": "problems", "problems": self._problems})
+        if not problems and graph is not None:
+            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces, which are waited for
+            with self._lock:
+                self._diagram = diagram
+                self._tell(diagram)
+            self._begin_study()
         return problems
+
+    def change(self, data: object) -> bool:
+        """Put integers and choices into the graph, and show every window the new one; false for what is no change."""
+        changes = data.get("changes") if isinstance(data, dict) else None
+        if not isinstance(changes, dict) or self._shown is None:
+            return False
+        known = {_name(fixed): fixed for fixed in self._shown["model"]["fixed"] if fixed["whole"] or fixed["choices"]}
+        read: dict[str, object] = {}
+        for name, text in changes.items():
+            fixed = known.get(name)
+            if fixed is None or not isinstance(text, str) or len(text) > _LONGEST_TEXT:
+                return False
+            read[name] = _value(fixed, text)
+        before, self._changes = self._changes, read
+        if self.reload():
+            self._changes = before
+        return True
+
+    def drawing(self, data: object) -> dict[str, Any] | None:
+        """The diagram with subgraphs unfolded, all for a star; None for what is no question."""
+        paths = data.get("unfolded") if isinstance(data, dict) else None
+        if not isinstance(paths, list) or self._graph is None:
+            return None
+        known = subgraph_paths(self._graph)
+        wanted = known if paths == ["*"] else [path for path in paths if path in known]
+        return {"svg": svg(self._graph, wanted)}
+
+    def end(self) -> None:
+        """End the study."""
+        self._study_stop.set()
+
+    def _begin_study(self) -> None:
+        if self._study is None:
+            return
+        self._study_stop.set()
+        stop = self._study_stop = threading.Event()
+
+        def tell(message: dict[str, Any]) -> None:
+            with self._lock:
+                if not stop.is_set():
+                    self._study_shown = {"kind": "study", **message}
+                    self._tell(self._study_shown)
+
+        threading.Thread(target=self._study, args=(tell, stop), daemon=True).start()
 
     def files(self) -> tuple[Path, ...]:
         """The files that the graph is read from, as it was when it was last right."""
@@ -71,8 +137,12 @@ class Session:
         with self._lock:
             if self._shown:
                 heard.put(self._shown)
+            if self._diagram:
+                heard.put(self._diagram)
             if self._problems:
                 heard.put({"kind": "problems", "problems": self._problems})
+            if self._study_shown:
+                heard.put(self._study_shown)
             if self._state:
                 heard.put({"kind": "state", "state": self._state, "window": ""})
             self._listeners.add(heard)
@@ -127,6 +197,17 @@ def read_state(data: object) -> dict[str, Any] | None:
     if not (isinstance(duration, str) and _DURATION.fullmatch(duration)):
         return None
     return {"values": {name: float(value) for name, value in values.items()}, "seed": seed, "duration": duration}
+
+
+def _name(fixed: Mapping[str, Any]) -> str:
+    return f"{fixed['block']}.{fixed['parameter']}" if fixed["block"] else str(fixed["parameter"])
+
+
+def _value(fixed: Mapping[str, Any], text: str) -> object:
+    """The value that a text stands for; the text itself where it is none, which the graph then refuses."""
+    if fixed["whole"]:
+        return int(text) if re.fullmatch(r"[+-]?\d{1,18}", text) else text
+    return text == "true" if fixed["choices"] == ("false", "true") and text in fixed["choices"] else text
 
 
 def _is_number(value: object) -> bool:

@@ -16,7 +16,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
 from proofmass.runner.program.tick_loop import settled_before
 
-_DECADES = 1.5  # that a range spans from where a slider is logarithmic
+LOGARITHMIC = 1.5  # decades that a range spans from where a slider is logarithmic
 
 
 @dataclass(frozen=True)
@@ -35,6 +35,7 @@ class Slider:
     at_least: float | None
     below: float | None
     at_most: float | None
+    named: bool = False  # a named value, in coherent units; the block is the subgraph that it belongs to
 
     @property
     def node(self) -> Endpoint:
@@ -55,6 +56,9 @@ class Fixed:
     unit: str
     doc: str
     value: str
+    named: bool = False
+    choices: tuple[str, ...] = ()  # that a served page offers: the process takes them
+    whole: bool = False  # an integer, which the process takes
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for the page."""
@@ -101,18 +105,22 @@ def _slider(block: Block, name: str, parameter: str) -> Slider:
     declared, value = type(block).parameters[parameter], float(getattr(block, parameter))
     low, high = _range(declared, value)
     limits = (declared.above, declared.at_least, declared.below, declared.at_most)
-    logarithmic = low > 0.0 and math.log10(high / low) >= _DECADES
+    logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
     return Slider(name, parameter, unit_of(block, declared), declared.doc, value, low, high, logarithmic, *limits)
 
 
 def _range(declared: Parameter, value: float) -> tuple[float, float]:
-    """A decade either side of a positive value, twice any other; cut where the parameter is bounded on both sides."""
     lowest = declared.at_least if declared.above is None else declared.above
     highest = declared.at_most if declared.below is None else declared.below
+    return range_of(value, lowest, highest, float(declared.default))
+
+
+def range_of(value: float, lowest: float | None, highest: float | None, usual: float) -> tuple[float, float]:
+    """Return a decade either side of a positive value, twice any other; cut where it is bounded on both sides."""
     if lowest is not None and highest is not None:
         low, high = float(lowest), float(highest)
         return (low, high) if value - low > (high - low) / 100.0 else (low, min(high, max(10.0 * value, low + 1e-300)))
-    size = abs(value) or abs(float(declared.default)) or 1.0
+    size = abs(value) or abs(usual) or 1.0
     low, high = (value / 10.0, value * 10.0) if value > 0.0 else (value - size, value + size)
     low = low if lowest is None else max(low, float(lowest))
     return low, high if highest is None else min(high, float(highest))
@@ -121,4 +129,6 @@ def _range(declared: Parameter, value: float) -> tuple[float, float]:
 def _fixed(block: Block, name: str, parameter: str) -> Fixed:
     declared, value = type(block).parameters[parameter], getattr(block, parameter)
     unit = unit_of(block, declared) if declared.kind in (float, int, tuple) else ""
-    return Fixed(name, parameter, unit, declared.doc, str(value).lower() if isinstance(value, bool) else str(value))
+    text = str(value).lower() if isinstance(value, bool) else str(value)
+    choices = ("false", "true") if declared.kind is bool else tuple(map(str, declared.choices or ()))
+    return Fixed(name, parameter, unit, declared.doc, text, choices=choices, whole=declared.kind is int)

@@ -1,24 +1,34 @@
 // The live part of a page: controls beside plots, kept in step with a worker that runs the loop.
 
 import { Charts } from "./charts.mjs";
-import { Controls, asOptions, asToml, element } from "./controls.mjs";
+import { Controls, asOptions, asToml, element, labelled, nameOf } from "./controls.mjs";
+import { Diagrams, carriedDrawings } from "./diagrams.mjs";
 import { shown, ticksOf } from "./figures.mjs";
-import { Diagrams } from "./diagrams.mjs";
+import { showHistograms } from "./histograms.mjs";
+import { Leading } from "./leading.mjs";
+import { measureTable } from "./measures.mjs";
+import { parametersOf } from "./values.mjs";
 
 /**
  * @typedef {{name: string, file: string, seed: string, ticks: number, loop: import("./engine.mjs").Loop,
  *   sliders: import("./controls.mjs").Slider[], fixed: import("./controls.mjs").Fixed[],
- *   units: Record<string, import("./figures.mjs").Scales>, options: string[]}} Model
+ *   units: Record<string, import("./figures.mjs").Scales>, options: string[], named: import("./values.mjs").Named,
+ *   drawings?: string}} Model
  * @typedef {{values: Record<string, number>, seed: string, duration: string}} State  of the controls
+ * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>}} Process  that
+ *   takes what the loop does not take anew, and draws
  */
 
+const SEEDS = 300; // of a histogram
 const SETTLED = 250; // milliseconds without a change, after which bits are hashed
 
 export class View {
   /** @param {HTMLElement} place @param {() => {postMessage: (wish: any) => void, listen: (hear: (message: any) => void) => void}} makeChannel
-   * @param {(state: State) => void} told  hears of every change that a person makes */
-  constructor(place, makeChannel, told = () => {}) {
+   * @param {(state: State) => void} told  hears of every change that a person makes
+   * @param {Process | null} process */
+  constructor(place, makeChannel, told = () => {}, process = null) {
     this.place = place;
+    this.process = process;
     this.told = told;
     this.channel = makeChannel();
     this.channel.listen((message) => this.hear(message));
@@ -37,6 +47,9 @@ export class View {
     this.measures = {};
     /** @type {Record<string, number>} */
     this.before = {};
+    /** @type {Set<string>} */
+    this.plotted = new Set(); // wires that are recorded besides the probes
+    this.seeds = false; // whether many are run
     place.replaceChildren();
     this.place.hidden = false;
     this.side = element("div", { className: "side" });
@@ -51,6 +64,8 @@ export class View {
     this.buttons = element("div", { className: "buttons run" });
     this.freezing = this.button("Freeze", "Keep this run to compare with", () => this.freeze(!this.frozen));
     this.kind = this.button("Spectra", "Show amplitude densities", () => this.showSpectra(!this.spectra));
+    this.many = this.button("Seeds", `Show the measures of ${SEEDS} seeds`, () => this.showSeeds(!this.seeds));
+    this.walking = this.button("Walk", "Go through the run tick by tick, from the time that was clicked", () => this.leading.toggle());
     this.button("Reset", "Go back to the values of the graph", () => this.reset());
     this.button("Copy TOML", "Copy the changed parameters as lines of a graph file", () => this.copy(this.toml()));
     this.button("Copy command", "Copy the command that computes these bits", () => this.copy(this.command()));
@@ -58,8 +73,11 @@ export class View {
     this.status.setAttribute("role", "status");
     this.bits = element("p", { className: "bits soft" });
     this.table = element("div", { className: "wide measures" });
+    this.histograms = element("div", { className: "histograms", hidden: true });
     this.plots = element("div", { className: "plots" });
-    this.main.append(this.buttons, this.status, this.bits, this.table, this.plots);
+    this.main.append(this.buttons);
+    this.leading = new Leading(this.main, this.channel, () => this.startOfWalk(), (tick) => this.timeOf(tick), () => this.run());
+    this.main.append(this.status, this.bits, this.table, this.histograms, this.plots);
     this.duration.addEventListener("change", () => this.changeDuration());
     this.seed.addEventListener("change", () => this.changeSeed());
     this.filter.addEventListener("input", () => Controls.filter(this.list, this.filter.value));
@@ -75,7 +93,7 @@ export class View {
 
   /** Show a graph; values of parameters that it still has stay as they were set. @param {Model} model */
   open(model) {
-    const old = this.model, names = new Set(model.sliders.map((one) => `${one.block}.${one.parameter}`));
+    const old = this.model, names = new Set(model.sliders.map(nameOf));
     this.model = model;
     const kept = Object.entries(this.state.values).filter(([name]) => names.has(name));
     const duration = (old && this.state.duration !== secondsOf(old)) ? this.state.duration : secondsOf(model);
@@ -84,20 +102,44 @@ export class View {
     const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
     const open = new Set(old ? [...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent) : [asked]);
     this.list.replaceChildren();
-    this.controls = new Controls(this.list, model.sliders, model.fixed, model.units, (name, value) => this.set(name, value));
-    for (const group of this.list.querySelectorAll("details")) group.open = open.has(group.querySelector("summary")?.textContent ?? "");
+    this.controls = new Controls(this.list, model.sliders, model.fixed, model.units, (name, value) => this.set(name, value), this.process?.ask ?? null);
+    for (const group of this.list.querySelectorAll("details")) {
+      const block = group.querySelector("summary")?.textContent ?? "";
+      group.open = open.has(block) || (!old && block === "values");
+    }
     Controls.filter(this.list, this.filter.value);
     this.charts?.remove();
     this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
     this.show();
-    this.diagrams = new Diagrams(model.loop.wires, model.units);
+    this.lookAtDiagrams();
+    const wires = new Set(model.loop.wires.map((wire) => wire.name));
+    for (const name of [...this.plotted]) {
+      this.plotted.delete(name);
+      if (wires.has(name)) this.plot(name);
+    }
+    if (this.leading.on) this.leading.toggle();
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
     this.run();
   }
 
+  /** Take the diagrams that the page has as maps, unfolded and coloured as those before were. */
+  lookAtDiagrams() {
+    if (!this.model) return;
+    const { loop, units, drawings } = this.model, { unfolded, overlay = "", values, seconds } = this.diagrams ?? {};
+    this.diagrams = new Diagrams(loop.wires, units, (name) => this.plot(name), this.process?.draw ?? carriedDrawings(drawings));
+    if (unfolded?.size) void this.diagrams.unfold(unfolded);
+    if (overlay) this.diagrams.lay(overlay);
+    if (values && seconds !== undefined) this.diagrams.show(values, seconds);
+  }
+
+  /** Parameters of a run: those that were set, and those that follow from named values. */
+  parameters() {
+    return this.model ? parametersOf(this.model.named, this.state.values) : {};
+  }
+
   show() {
-    this.controls?.show(this.state.values);
+    this.controls?.show(this.state.values, this.parameters());
     this.duration.value = this.state.duration;
     this.seed.value = this.state.seed;
   }
@@ -111,10 +153,11 @@ export class View {
 
   /** @param {string} name @param {number} value */
   set(name, value) {
-    const slider = this.model?.sliders.find((one) => `${one.block}.${one.parameter}` === name);
+    const slider = this.model?.sliders.find((one) => nameOf(one) === name);
     const values = { ...this.state.values, [name]: value };
     if (slider?.value === value) delete values[name];
     this.change({ ...this.state, values });
+    if (slider?.named) this.show(); // others follow
   }
 
   /** @param {State} state */
@@ -159,8 +202,53 @@ export class View {
     const [top, bottom] = this.model?.loop.rate ?? [1, 1];
     const tick = Math.floor((seconds * top) / bottom + 1e-6);
     this.peeked = Math.min(Math.max(0, tick), this.ticks() - 1);
-    const settings = { values: this.state.values, seed: this.state.seed, run: 0, ticks: 0 };
-    this.channel.postMessage({ kind: "peek", tick: this.peeked, settings });
+    this.channel.postMessage({ kind: "peek", tick: this.peeked, settings: { ...this.settings(), ticks: 0 } });
+  }
+
+  settings() {
+    return { values: this.parameters(), seed: this.state.seed, run: 0, ticks: this.ticks() };
+  }
+
+  startOfWalk() {
+    this.channel.postMessage({ kind: "record", names: [] });
+    return { tick: this.peeked ?? 0, settings: this.settings(), view: this.view() };
+  }
+
+  /** Plot a wire, or no longer. @param {string} name */
+  plot(name) {
+    const wire = this.model?.loop.wires.find((one) => one.name === name);
+    if (!wire || !this.charts) return;
+    if (this.charts.charts.has(name) && !this.plotted.has(name)) return this.charts.charts.get(name)?.figure.scrollIntoView({ block: "nearest" });
+    if (this.plotted.delete(name)) this.charts.drop(name);
+    else {
+      this.plotted.add(name);
+      this.charts.add({ signal: name, unit: wire.unit, doc: wire.doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null }, () => this.plot(name));
+      this.say(`${name} is plotted; click it again to take it away`);
+    }
+    this.record();
+  }
+
+  record() {
+    this.channel.postMessage({ kind: "record", names: [...this.plotted], settings: this.settings() });
+  }
+
+  /** @param {boolean} on */
+  showSeeds(on) {
+    this.seeds = on;
+    this.histograms.hidden = !on;
+    this.histograms.replaceChildren();
+    this.many.setAttribute("aria-pressed", String(on));
+    this.channel.postMessage({ kind: "seeds", count: on ? SEEDS : 0, settings: this.settings() });
+  }
+
+  /** @param {any} message */
+  showSeedValues(message) {
+    const last = BigInt(this.state.seed) + BigInt(Math.max(0, message.done - 1));
+    const scales = (/** @type {string} */ name) => {
+      const of = this.model?.loop.measures.find((one) => one.name === name) ?? this.model?.loop.probes.find(({ signal }) => name.endsWith(` ${signal}`));
+      return this.model?.units[of?.unit ?? "1"] ?? [{ exponent: 0, text: "" }];
+    };
+    if (this.seeds) showHistograms(this.histograms, message.values, scales, `${message.done} of ${message.count} runs, of the seeds ${this.state.seed} to ${last}`);
   }
 
   /** @param {boolean} on */
@@ -202,14 +290,16 @@ export class View {
   /** Wish for a run; while one is under way the newest wish waits for it, or ends it where it is long. */
   run() {
     clearTimeout(this.settling);
+    const parameters = this.parameters(), wrong = this.controls?.wrong(parameters);
+    if (wrong) return this.say(wrong, true);
+    if (this.leading.on) return this.leading.poke(parameters);
     if (this.waiting && !this.long) {
       this.again = true;
       return;
     }
     this.waiting = true;
     this.number += 1;
-    const settings = { values: this.state.values, seed: this.state.seed, run: 0, ticks: this.ticks() };
-    this.channel.postMessage({ kind: "run", number: this.number, settings, view: this.view() });
+    this.channel.postMessage({ kind: "run", number: this.number, settings: this.settings(), view: this.view() });
   }
 
   /** @param {any} message */
@@ -218,8 +308,18 @@ export class View {
     else if (message.kind === "progress") this.progress(message.part);
     else if (message.kind === "pictures") this.charts?.draw(message.pictures, this.spectra);
     else if (message.kind === "peek") this.diagrams?.show(message.wires, this.timeOf(message.tick));
+    else if (message.kind === "seeds") this.showSeedValues(message);
+    else if (message.kind === "walk" && this.leading.on) this.walked(message);
     else if (message.kind === "digest") this.bits.textContent = message.text && `SHA-256 of the traces: ${message.text}`;
     else if (message.kind === "done" && message.number === this.number) this.done(message);
+  }
+
+  /** @param {any} message */
+  walked(message) {
+    this.leading.hear(message);
+    this.bits.textContent = "";
+    this.charts?.draw(message.pictures, this.spectra);
+    if (message.tick) this.diagrams?.show(message.wires, this.timeOf(message.tick - 1));
   }
 
   /** @param {number} part */
@@ -240,6 +340,7 @@ export class View {
     this.showMeasures();
     const short = message.ticks < message.wanted && !message.fault ? "; the memory of a page holds no more" : "";
     const ran = `${message.ticks.toLocaleString("en")} ticks in ${Number(message.milliseconds.toPrecision(3))} ms${short}`;
+    this.status.dataset.loop = String(message.loop); // milliseconds in the loop itself
     this.say(message.fault ? `stopped: ${message.fault} (${ran})` : ran, Boolean(message.fault));
     if (this.again) {
       this.again = false;
@@ -248,7 +349,13 @@ export class View {
     }
     this.bits.textContent = "";
     if (this.peeked !== undefined) this.peek(this.timeOf(this.peeked));
-    this.settling = setTimeout(() => this.channel.postMessage({ kind: "digest" }), SETTLED);
+    if (this.plotted.size) this.record();
+    this.settling = setTimeout(() => this.settled(), SETTLED);
+  }
+
+  settled() {
+    this.channel.postMessage({ kind: "digest" });
+    if (this.seeds) this.channel.postMessage({ kind: "seeds", count: SEEDS, settings: this.settings() });
   }
 
   /** @param {string} text */
@@ -258,22 +365,8 @@ export class View {
   }
 
   showMeasures() {
-    const measures = this.model?.loop.measures ?? [];
-    if (!measures.length || !this.model) return;
-    const units = this.model.units;
-    const table = element("table"), head = table.createTHead().insertRow(), body = table.createTBody();
-    for (const text of ["measure", "value", ...(this.frozen ? ["frozen", "change"] : []), ""])
-      head.append(element("th", { textContent: text }));
-    for (const measure of measures) {
-      const row = body.insertRow(), scales = units[measure.unit];
-      const value = this.measures[measure.name], old = this.before[measure.name];
-      row.append(element("th", { textContent: measure.name }));
-      row.insertCell().textContent = shown(value, scales);
-      if (this.frozen) row.insertCell().textContent = shown(old, scales);
-      if (this.frozen) row.insertCell().textContent = old ? `${(100 * (value / old - 1)).toFixed(2).replace("-", "−")} %` : "";
-      row.insertCell().textContent = `${measure.statistic} of ${measure.signal}`;
-    }
-    this.table.replaceChildren(table);
+    const { measures } = this.model?.loop ?? { measures: [] };
+    if (measures.length && this.model) this.table.replaceChildren(measureTable(measures, this.model.units, this.measures, this.frozen ? this.before : null));
   }
 
   toml() {
@@ -302,13 +395,4 @@ export class View {
 export function secondsOf(model) {
   const [top, bottom] = model.loop.rate;
   return String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
-}
-
-/** @param {HTMLElement} place @param {string} text @param {string} id */
-function labelled(place, text, id) {
-  const row = element("div", { className: "parameter" });
-  const field = element("input", { id, type: "text", autocomplete: "off", spellcheck: false });
-  row.append(element("label", { textContent: text, htmlFor: id }), field);
-  place.append(row);
-  return field;
 }

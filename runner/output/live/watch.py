@@ -4,7 +4,7 @@ import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
 
-_EVERY = 0.1  # seconds
+_EVERY = 0.04  # seconds
 _Facts = tuple[tuple[int, int, int], ...]
 
 

@@ -1,5 +1,6 @@
 // Runs the loop beside the page: newer wishes end older ones, so that dragging never waits.
 
+import { Walk, manySeeds, recorded, wirePictures } from "./beside.mjs";
 import { Engine, digest, numbers } from "./engine.mjs";
 import { envelope, spectrum } from "./figures.mjs";
 
@@ -23,7 +24,12 @@ export function makeWorker(post) {
   let current = [];
   /** @type {Series[]} */
   let frozen = [];
+  /** @type {Map<string, Float64Array>} */
+  let wires = new Map(); // recorded tick by tick
+  /** @type {Walk | null} */
+  let walk = null;
   let newest = 0; // number of the newest wish for a run
+  let seeds = 0, records = 0; // numbers of the newest wishes for them
   /** @type {View} */
   let view = { first: 0, last: 0, pixels: 600, spectra: false };
 
@@ -35,11 +41,12 @@ export function makeWorker(post) {
     const began = performance.now(), probes = engine.loop.probes;
     const ticks = Math.min(wish.settings.ticks, Engine.mostTicks(probes));
     engine.begin({ ...wish.settings, ticks });
-    let chunk = FIRST, sound = true, told = began;
+    let chunk = FIRST, sound = true, told = began, loop = 0;
     while (engine.tick < ticks && sound) {
       const before = performance.now();
       sound = engine.advance(Math.min(ticks, engine.tick + chunk));
       const taken = performance.now() - before;
+      loop += taken;
       if (taken < CHUNK / 2) chunk *= 2;
       else if (taken > 2 * CHUNK) chunk = Math.max(1, chunk >> 1);
       if (engine.tick < ticks && performance.now() - told > 2 * CHUNK) {
@@ -49,20 +56,58 @@ export function makeWorker(post) {
         if (wish.number !== newest) return;
       }
     }
-    const [top, bottom] = engine.loop.rate;
-    current = engine.traces().map((view) => {
-      const trace = { ...view, values: view.values.slice() }; // the next run writes where the view looks
-      return { rows: trace.rows, period: (trace.probe.stride * bottom) / top, values: numbers(trace), trace };
-    });
+    current = seriesOf(engine);
     view = wish.view;
     const fault = sound ? "" : "a number is not finite, or does not fit its format";
-    const facts = { number: wish.number, ticks: engine.tick, wanted: wish.settings.ticks, fault };
+    const facts = { number: wish.number, ticks: engine.tick, wanted: wish.settings.ticks, fault, loop };
     const measures = engine.measures();
     post({ kind: "done", ...facts, milliseconds: performance.now() - began, measures, pictures: pictures() });
   }
 
-  function pictures() {
-    return current.map((series) => {
+  /** What the probes of an engine have recorded; the next run writes where its views look. @param {Engine} of */
+  function seriesOf(of) {
+    const [top, bottom] = of.loop.rate;
+    return of.traces().map((own) => {
+      const trace = { ...own, values: own.values.slice() };
+      return { rows: trace.rows, period: (trace.probe.stride * bottom) / top, values: numbers(trace), trace };
+    });
+  }
+
+  function period() {
+    const [top, bottom] = engine?.loop.rate ?? [1, 1];
+    return bottom / top;
+  }
+
+  /** @param {any} wish */
+  async function record(wish) {
+    const number = ++records, asked = newest;
+    if (!engine || !wish.names.length) return void (wires = new Map());
+    const made = await recorded(engine.beside(), wish.settings, wish.names, () => number === records && asked === newest);
+    if (!made || number !== records) return;
+    wires = made;
+    post({ kind: "pictures", pictures: wirePictures(wires, view, period()) });
+  }
+
+  /** @param {any} wish */
+  async function lead(wish) {
+    if (wish.act === "begin" && engine) {
+      walk = new Walk(engine.beside(), wish.settings, post, () => walk ? pictures(seriesOf(walk.engine)) : []);
+      view = wish.view;
+      walk.to(wish.tick);
+    }
+    if (!walk) return;
+    walk.playing = 0;
+    if (wish.values) walk.engine.poke(wish.values);
+    if (wish.act === "end") walk = null;
+    else if (wish.act === "play") await walk.play(wish.pace);
+    else {
+      if (wish.act === "step") walk.to(walk.engine.tick + wish.ticks);
+      walk.tell();
+    }
+  }
+
+  function pictures(of = current) {
+    return of.map((series) => {
       const before = frozen.find((one) => one.trace.probe.signal === series.trace.probe.signal);
       const { signal, shape } = series.trace.probe;
       if (shape.length) return { signal, ...vector(series), frozen: before ? vector(before).y : null };
@@ -97,13 +142,23 @@ export function makeWorker(post) {
         engine = await Engine.open(wish.loop);
         other = engine.beside();
         current = [];
+        walk = null;
+        wires = new Map();
+        records++;
+        seeds++;
         post({ kind: "opened" });
       } else if (wish.kind === "run") {
         newest = wish.number;
+        seeds++;
         await run(wish);
       } else if (wish.kind === "view") {
         view = wish.view;
-        post({ kind: "pictures", pictures: pictures() });
+        post({ kind: "pictures", pictures: [...pictures(walk ? seriesOf(walk.engine) : current), ...wirePictures(wires, view, period())] });
+      } else if (wish.kind === "record") await record(wish);
+      else if (wish.kind === "walk") await lead(wish);
+      else if (wish.kind === "seeds" && engine) {
+        const number = ++seeds;
+        if (wish.count) await manySeeds(engine.beside(), wish.settings, wish.count, () => number === seeds, post);
       } else if (wish.kind === "freeze") {
         frozen = wish.on ? current : [];
         post({ kind: "pictures", pictures: pictures() });

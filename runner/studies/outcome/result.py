@@ -10,7 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
+from proofmass.blocks.declaration.shown_units import long_time, pretty
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.factors import parameters_of
@@ -24,6 +26,7 @@ from proofmass.runner.studies.outcome.intervals import (
 from proofmass.runner.studies.outcome.outcomes import Outcomes
 
 if TYPE_CHECKING:
+    import pandas
     import xarray
 
 RECALIBRATION = "recalibration"  # column of the intervals between calibrations
@@ -31,7 +34,7 @@ PERCENTILES = (1.0, 50.0, 99.0)
 
 
 @dataclass(frozen=True, repr=False)
-class StudyResult:
+class StudyResult(Plotted):
     """A finished or interrupted study; `result["bias"]` has a row per run that is done and a column per epoch.
 
     >>> from proofmass import read_study, run_study
@@ -127,6 +130,22 @@ class StudyResult:
             return {}
         each = {name: float(self.kept(name).mean()) for name in self.study.limits}
         return {**each, "all limits": float(good.mean())}
+
+    def to_pandas(self) -> "pandas.DataFrame":
+        """Return a row for each run and epoch: its age in seconds, the parameters that differ, and the measures."""
+        need("pandas", "xarray")
+        frame = self.to_xarray().to_dataframe().reset_index()
+        return frame
+
+    def _repr_html_(self) -> str:
+        heads = ("measure", "unit", "age", "runs", "mean", "std", "p1", "p50", "p99")
+        rows = []
+        for row in self.summary():
+            numbers = [f"{row[key]:.6g}" if key in row else "" for key in heads[4:]]
+            age = long_time(row["age_s"]) if row["age_s"] >= 3600.0 else f"{row['age_s']:g} s"
+            rows.append([row["measure"], "" if row["unit"] == "1" else pretty(row["unit"]), age, row["runs"], *numbers])
+        below = [f"yield, {name}: {100.0 * part:.2f} %" for name, part in self.yields().items()]
+        return html_table(heads, rows, repr(self), below)
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.

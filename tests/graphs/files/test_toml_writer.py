@@ -61,7 +61,9 @@ def graphs(draw: st.DrawFn, depth: int = 0) -> Graph:
         wires=draw(st.lists(st.builds(Wire, signals, signals), max_size=3)),
         exports=draw(st.dictionaries(names.filter(lambda name: name not in RESERVED), signals, max_size=2)),
         loops=draw(st.dictionaries(signals | names, loops, max_size=2)),
-        probes=draw(st.lists(st.builds(Probe, signals, st.integers(1, 10**12)), max_size=3)),
+        probes=draw(
+            st.lists(st.builds(Probe, signals, st.integers(1, 10**12), st.sampled_from(["", "deg/h"])), max_size=3)
+        ),
     )
 
 

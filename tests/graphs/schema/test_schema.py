@@ -13,8 +13,9 @@ from proofmass.blocks.declaration.declare import block
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.keys import TOP_KEYS
-from proofmass.graphs.schema.schema import schema
-from tests.by_hand.graph_texts import LIBRARY, SMALL, changed
+from proofmass.graphs.schema.schema import FILE, schema
+from proofmass.runner.commands.schema_command import SCHEMA_FILE
+from tests.by_hand.graph_texts import LIBRARY, SMALL, STUDIES, changed
 from tests.by_hand.study_texts import RICH, STUDY
 
 SCHEMA = schema()
@@ -30,8 +31,9 @@ def test_it_is_a_schema() -> None:
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
 
 
-@pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
-def test_the_library_is_valid(path: Path) -> None:
+@pytest.mark.parametrize("path", [*LIBRARY, *STUDIES], ids=lambda path: path.stem)
+def test_the_library_is_valid_and_names_its_schema(path: Path) -> None:
+    assert path.read_text(encoding="utf-8").startswith(f"#:schema {SCHEMA_FILE}\n")
     assert [error.message for error in VALIDATOR.iter_errors(tomllib.loads(path.read_text(encoding="utf-8")))] == []
 
 
@@ -79,8 +81,8 @@ def _step(parameter: Any, bound: float) -> float:
 
 
 def test_every_key_of_the_top_is_described() -> None:
-    assert list(SCHEMA["properties"]) == list(TOP_KEYS)
-    assert all(entry["description"] for entry in SCHEMA["properties"].values())
+    assert list(SCHEMA["$defs"][FILE]["properties"]) == list(TOP_KEYS)
+    assert all(entry["description"] for entry in SCHEMA["$defs"][FILE]["properties"].values())
 
 
 @pytest.mark.parametrize(
@@ -140,10 +142,10 @@ def test_measures(measure: str, right: bool) -> None:
 @pytest.mark.parametrize("text", [STUDY, RICH], ids=["plain", "rich"])
 def test_studies_are_valid(text: str) -> None:
     assert valid(text)
-    alone = jsonschema.Draft202012Validator(SCHEMA["$defs"]["study"] | {"$defs": SCHEMA["$defs"]})
     table = tomllib.loads(text)["study"]
-    assert alone.is_valid(table | {"graph": "sensor.toml"})
-    assert not alone.is_valid(table | {"grahp": "sensor.toml"})
+    assert VALIDATOR.is_valid(table | {"graph": "sensor.toml"})
+    assert not VALIDATOR.is_valid(table | {"grahp": "sensor.toml"})
+    assert not VALIDATOR.is_valid(table)
 
 
 @pytest.mark.parametrize(
@@ -180,7 +182,23 @@ def test_mistakes_in_studies_are_not_valid(old: str, new: str) -> None:
 
 
 @pytest.mark.parametrize(
-    "text", ["5 V", "5V", " 5.0 mV ", "-1e-3", "+.5 µV", "1_000 V", "1/3 V", "5 kg*m^2/(s^3 A)", "3 1/s", "0.1 %"]
+    "text",
+    [
+        "5 V",
+        "5V",
+        " 5.0 mV ",
+        "-1e-3",
+        "+.5 µV",
+        "1_000 V",
+        "1/3 V",
+        "5 kg*m^2/(s^3 A)",
+        "3 1/s",
+        "0.1 %",
+        "9.8 m/s²",
+        "10 µg0/√Hz",
+        "2 °/h",
+        "3 N·m",
+    ],
 )
 def test_quantities_are_valid(text: str) -> None:
     assert jsonschema.Draft202012Validator(SCHEMA["$defs"]["quantity"]).is_valid(text)

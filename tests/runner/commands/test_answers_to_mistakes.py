@@ -1,6 +1,7 @@
 """Mistakes that people make, each with the words of its answer that say what to do instead."""
 
 import inspect
+import re
 from pathlib import Path
 
 import pytest
@@ -101,7 +102,7 @@ def test_rates_and_the_duration_are_set_from_the_shell(command: Command) -> None
     Path("m.toml").write_text(TEMPLATE, encoding="utf-8")
     rates = command("run", "m.toml", "--set", "rate=20 kHz", "--set", "adc.rate=5 kHz", "--set", "duration=10 ms")
     assert "201 ticks at 20 kHz (10 ms)" in rates.out
-    assert "adc.code             1       51" in rates.out
+    assert re.search(r"adc\.code +51 ", rates.out)
     samples = command("run", "m.toml", "--samples", "1e3")
     assert "1,000 ticks" in samples.out
 

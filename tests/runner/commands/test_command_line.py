@@ -4,8 +4,10 @@ import json
 import os
 import subprocess
 import sys
+import tomllib
 from pathlib import Path
 
+import jsonschema
 import pytest
 
 from proofmass.graphs.files.library import library_file
@@ -31,6 +33,8 @@ def test_new_writes_a_graph_that_checks_and_runs_and_overwrites_nothing(graph: s
     assert main(["run", graph]) == 0
     assert "sensor.displacement" in capsys.readouterr().out
     before = Path(graph).read_text(encoding="utf-8")
+    schema = json.loads(Path(graph).with_name(before.split()[1]).read_text(encoding="utf-8"))  # that its head names
+    assert jsonschema.Draft202012Validator(schema).is_valid(tomllib.loads(before))
     assert main(["new", graph]) != 0
     assert Path(graph).read_text(encoding="utf-8") == before
 

@@ -9,6 +9,7 @@ from proofmass.graphs.files.gallery import PARTS, exhibits
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
+from proofmass.runner.commands.schema_command import SCHEMA_FILE
 
 GALLERY = exhibits()
 
@@ -45,7 +46,7 @@ def test_copies(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "wrote" in said(capsys, "new", str(copy), "--from", name)
     original = next(one for one in GALLERY if one.name == name.removesuffix(".toml"))
     assert copy.read_text() == original.path.read_text()
-    assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", *original.beside}
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", SCHEMA_FILE, *original.beside}
     if original.family == PARTS:
         assert read_graph(copy).exports
     else:

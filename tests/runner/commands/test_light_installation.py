@@ -16,7 +16,7 @@ from proofmass.blocks.declaration.problem import ModelError
 
 ROOT = Path(__file__).parents[3]
 PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
-DISTRIBUTIONS = {"flint": "python-flint", "h5py": "h5netcdf"}  # of libraries that have another name
+DISTRIBUTIONS = {"flint": "python-flint", "h5py": "h5netcdf", "pandas": "xarray"}  # of libraries that have another name
 
 WITHOUT = """
 import contextlib, io, json, sys

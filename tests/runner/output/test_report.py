@@ -89,7 +89,7 @@ def test_the_page_holds_what_came_out_and_what_it_was_made_with(page: str) -> No
         "adc.code",
         "The sine wave. µV 60 ",
         "V/s 6 of 4",
-        "amplitude 3e-06 V Peak value about the offset.",
+        "amplitude 3 µV Peak value about the offset.",
         "ShiftRegister",
         "engine python",
         "time of the loop 0.25 s, 4,166,666.7 ns a tick",
@@ -153,7 +153,7 @@ def test_driven_parameters_rates_lists_and_truths_are_shown(tmp_path: Path) -> N
     text = texts(page_of(made_result([], graph), tmp_path))
     assert "gain driven by ramp.output" in text
     assert "ramp Ramp at 100 Hz" in text
-    assert "0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, ... (12 numbers)" in text
+    assert "0, 1, 2, 3, 4, 5, 6, 7, ... (12 numbers) s" in text
     assert "No probes." in text
     assert "Traces" not in text
 

@@ -90,7 +90,7 @@ def test_a_summary_of_every_kind_of_trace() -> None:
 def test_a_summary_of_no_rows_has_no_numbers() -> None:
     result = made_result([made_trace("adc.code", np.zeros(0, dtype=int))])
     assert result.summary() == [{"signal": "adc.code", "unit": "1", "rows": 0}]
-    assert "nan" in result._repr_html_()
+    assert "<td>0</td>" in result._repr_html_()
 
 
 def test_the_table_of_a_notebook_is_escaped() -> None:

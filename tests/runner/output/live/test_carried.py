@@ -21,6 +21,8 @@ GRAPHS = [
     if path.suffix == ".toml" and "[blocks" in path.read_text(encoding="utf-8") and runs_alone(read_graph(path))
 ]
 FEW = ("vibratory_gyroscope.toml", "self_calibration_fixed.toml")  # steps of a nonlinear group; registers
+WITH_VALUES = [name for name in GRAPHS if "[values]" in library_files()[name].read_text(encoding="utf-8")]
+FEW_WITH_VALUES = ("force_balance_seismometer.toml", "fibre_optic_gyroscope.toml")
 MARKED = [name if name in FEW else pytest.param(name, marks=pytest.mark.exhaustive) for name in GRAPHS]
 
 
@@ -34,12 +36,31 @@ def test_bits_of_the_library(name: str) -> None:
     """Of each graph, as it is and with every slider moved by a thousandth."""
     path = library_files()[name]
     model = live_model(graph := read_graph(path), TICKS)
-    moved = {f"{s['block']}.{s['parameter']}": s["value"] * 1.001 for s in model["sliders"]}
+    own = [slider for slider in model["sliders"] if not slider["named"]]
+    moved = {f"{s['block']}.{s['parameter']}": s["value"] * 1.001 for s in own}
     moved = {name: value for name, value in moved.items() if value != 0.0}
     options = [option.removeprefix("--set ") for option in model["options"]]
     changed = graph_of(path, None, (*(f"{name}={value!r}" for name, value in moved.items()), *options))
     still, other = run_carried(model, {}, {"values": moved, "chunk": 37})
     assert still["digest"] == simulate(graph, samples=TICKS).digest
+    assert other["digest"] == simulate(changed, samples=TICKS).digest
+
+
+@needs_node
+@pytest.mark.parametrize(
+    "name", [n if n in FEW_WITH_VALUES else pytest.param(n, marks=pytest.mark.exhaustive) for n in WITH_VALUES]
+)
+def test_bits_of_named_values(name: str) -> None:
+    """Every value that has a slider, moved by its own factor: what follows is what Python computes."""
+    path = library_files()[name]
+    model = live_model(read_graph(path), TICKS)
+    named = [slider for slider in model["sliders"] if slider["named"]]
+    assert named
+    names = [".".join(filter(None, (s["block"], s["parameter"]))) for s in named]
+    moved = {n: s["value"] * (1.0 + 0.0037 * (i + 1)) for i, (n, s) in enumerate(zip(names, named, strict=True))}
+    options = [option.removeprefix("--set ") for option in model["options"]]
+    changed = graph_of(path, None, (*(f"{n}={value!r}" for n, value in moved.items()), *options))
+    (other,) = run_carried(model, {"named": moved})
     assert other["digest"] == simulate(changed, samples=TICKS).digest
 
 

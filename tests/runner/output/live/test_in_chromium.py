@@ -1,12 +1,7 @@
 """Live pages as Chromium runs them: what a person drags, saves, opens twice and kills."""
 
 import json
-import os
-import re
 import shlex
-import signal
-import subprocess
-import sys
 from collections.abc import Iterator
 from http.client import HTTPConnection
 from pathlib import Path
@@ -20,9 +15,9 @@ from proofmass.runner.command_line import main
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.output.live.server import TOKEN
 from proofmass.runner.run.simulate import simulate
-from tests.by_hand.chromium import CHROMIUM, FLAGS
+from tests.by_hand.chromium import CHROMIUM, Process, digest, hash_of, opened
 
-playwright = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
 
 GRAPH = """
@@ -62,50 +57,12 @@ from = "1 s"
 
 
 @pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as made:
-        browser = made.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield browser
-        browser.close()
-
-
-@pytest.fixture(scope="module")
 def report(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder with a graph and its live report."""
     folder = tmp_path_factory.mktemp("report")
     (folder / "graph.toml").write_text(GRAPH)
     write_run(simulate(read_graph(folder / "graph.toml")), folder, (), live=True)
     return folder
-
-
-def opened(browser: Any, address: str, **options: Any) -> tuple[Any, list[str]]:
-    """A page, and the lines of its console and its requests to elsewhere."""
-    context = browser.new_context(viewport={"width": 1400, "height": 900}, **options)
-    page, lines = context.new_page(), list[str]()
-    own = urlsplit(address)
-    page.on("console", lambda message: lines.append(message.text))
-    page.on("pageerror", lambda error: lines.append(str(error)))
-    page.on("request", lambda request: lines.append(request.url) if _is_foreign(request.url, own.netloc) else None)
-    page.goto(address)
-    return page, lines
-
-
-def _is_foreign(url: str, host: str) -> bool:
-    parts = urlsplit(url)
-    return parts.scheme not in ("file", "blob") and parts.netloc != host
-
-
-def digest(page: Any, other_than: str = "") -> str:
-    """The hash of the traces, when there is another one than before."""
-    wanted = (
-        "old => { const text = document.querySelector('.bits')?.textContent; return text && text !== old && text; }"
-    )
-    shown = page.wait_for_function(wanted, arg=other_than, timeout=15_000).json_value()
-    return str(shown)
-
-
-def hash_of(shown: str) -> str:
-    return shown.removeprefix("SHA-256 of the traces: ")
 
 
 def test_dragging_gives_the_bits_of_the_command_line(
@@ -166,7 +123,7 @@ def test_a_click_on_a_plot_shows_what_the_wires_hold(browser: Any, report: Path)
     tick = round(float(page.inner_text(".map-time").split()[2]) * 1000.0)
     expected = simulate(read_graph(report / "graph.toml"))["body.displacement"].values[tick]
     assert 0 < tick < 1999
-    number, unit = page.text_content("[data-block=body] .peek").split()
+    number, unit = page.text_content(".peek[data-of='body.displacement']").split()
     assert unit == "nm"
     assert float(number.replace("−", "-")) == pytest.approx(expected * 1e9, rel=1e-4)
     page.click("text='+'")
@@ -200,26 +157,6 @@ def test_without_scripts_the_report_remains(browser: Any, report: Path) -> None:
     assert not page.locator("#live").is_visible()
     assert lines == []
     page.context.close()
-
-
-class Process:
-    """`proofmass live` of a file, as a process of its own."""
-
-    def __init__(self, file: Path) -> None:
-        words = [sys.executable, "-m", "proofmass", "live", str(file), "--no-browser"]
-        environment = {**os.environ, "PYTHONUNBUFFERED": "1"}
-        self.process = subprocess.Popen(words, stdout=subprocess.PIPE, text=True, env=environment)
-        assert self.process.stdout is not None
-        for line in self.process.stdout:
-            if address := re.search(r"http://\S+", line):
-                self.url = address[0]
-                return
-        raise AssertionError("it ended before it was ready")
-
-    def kill(self) -> None:
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGKILL)
-            self.process.communicate()
 
 
 @pytest.fixture
@@ -300,5 +237,8 @@ def test_others_are_refused(live: tuple[Path, Process]) -> None:
     assert asked(process.url, "GET", "/etc/passwd", Host=host, **key) == 404
     assert asked(process.url, "POST", "/state", Host=host, **key) == 403
     assert asked(process.url, "POST", "/state", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/change", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/diagram", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/change", Host=host, **key, **origin) == 400
     assert asked(process.url, "POST", "/state", Host="localhost.example.org", **key, **origin) == 403
     assert asked(process.url, "POST", "/__import__", Host=host, **key, **origin) == 400

@@ -1,0 +1,163 @@
+"""Named values of a graph as a page changes them: each has a slider, and parameters follow by the same formulas.
+
+Sums, products, quotients, roots and whole powers have the same bits in a browser as in Python. A value from which a
+parameter follows by another function, a rate, a duration, an integer or an entry of a list needs the command line.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from graphlib import TopologicalSorter
+from typing import Any
+
+from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.units import unit
+from proofmass.graphs.formulas.formula import Formula
+from proofmass.graphs.formulas.operations import coherent_unit
+from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
+from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.graph import Endpoint, Graph, split
+from proofmass.graphs.model.targets import target_at
+from proofmass.runner.output.live.sliders import LOGARITHMIC, Fixed, Slider, range_of
+
+_SAME_BITS = frozenset(("+", "-", "*", "/", "negative", "sqrt", "abs", "min", "max"))
+
+
+@dataclass(frozen=True)
+class Step:
+    """One formula: its target, a value or a parameter by its path, and the factor of the target's unit."""
+
+    target: str
+    tree: Any  # plain data
+    divisor: float
+    needs: frozenset[str]
+    exact: bool  # to the bit in a browser
+
+    def as_data(self) -> dict[str, Any]:
+        """Return plain data, for the page."""
+        return {"target": self.target, "tree": self.tree, "divisor": self.divisor}
+
+
+@dataclass
+class NamedValues:
+    """Values that a page can change, those that it cannot, and the formulas in the order of their evaluation."""
+
+    sliders: list[Slider] = field(default_factory=list)
+    fixed: list[Fixed] = field(default_factory=list)
+    numbers: dict[str, float] = field(default_factory=dict)
+    steps: list[Step] = field(default_factory=list)
+
+    def as_data(self) -> dict[str, Any]:
+        """Return plain data, for the page."""
+        return {"numbers": self.numbers, "steps": [step.as_data() for step in self.steps]}
+
+
+def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues:
+    """Return the named values of a graph and its subgraphs; `moving` are the parameters that the loop takes anew."""
+    steps = {step.target: step for step in _steps(graph, graph, "")}
+    order = [
+        target for target in TopologicalSorter({t: s.needs for t, s in steps.items()}).static_order() if target in steps
+    ]
+    found = NamedValues(steps=[steps[target] for target in order])
+    for path, name, value in _values(graph, ""):
+        key = f"{path}{name}"
+        found.numbers[key] = value.number
+        if key in steps:
+            continue
+        followers = _followers(key, steps)
+        movable = bool(followers) and all(
+            steps[target].exact and (target in found_values(graph) or split(target) in moving) for target in followers
+        )
+        own = coherent_unit(value.dimension)
+        about = "Named value" + (f"; {', '.join(sorted(followers))} follow" if followers else "")
+        if movable:
+            low, high = range_of(value.number, None, None, 1.0)
+            logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
+            slider = Slider(
+                path.rstrip("."),
+                name,
+                own,
+                f"{about}.",
+                value.number,
+                low,
+                high,
+                logarithmic,
+                None,
+                None,
+                None,
+                None,
+                named=True,
+            )
+            found.sliders.append(slider)
+        else:
+            found.fixed.append(Fixed(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
+    return found
+
+
+def found_values(graph: Graph) -> frozenset[str]:
+    """Return the values of a graph and of its subgraphs, by their paths."""
+    return frozenset(f"{path}{name}" for path, name, _ in _values(graph, ""))
+
+
+def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
+    for name, value in graph.values.items():
+        yield path, name, value
+    for name, part in graph.subgraphs.items():
+        yield from _values(part, f"{path}{name}.")
+
+
+def _followers(key: str, steps: Mapping[str, Step]) -> set[str]:
+    """Return all targets that change with a value."""
+    found, waiting = set[str](), [key]
+    for changed in waiting:
+        new = [target for target, step in steps.items() if changed in step.needs and target not in found]
+        found |= set(new)
+        waiting += new
+    return found
+
+
+def _steps(root: Graph, graph: Graph, path: str) -> Iterator[Step]:
+    """Yield the formulas of a graph; those of the graph around it replace the values of a subgraph."""
+    for name, value in graph.values.items():
+        if value.formula is not None:
+            yield _step(graph, path, f"{path}{name}", value.formula, 1.0)
+    for target, formula in graph.formulas.items():
+        place = inside(root, f"{path}{target}") if "." in target else f"{path}{target}"
+        try:
+            wanted = target_at(graph, target)
+        except Refusal:
+            wanted = None
+        movable = wanted is not None and not wanted.rate and not wanted.whole and "[" not in target
+        divisor = float(unit(wanted.unit).factor) if wanted is not None and movable else 1.0
+        yield _step(graph, path, place, formula, divisor, movable)
+    for name, part in graph.subgraphs.items():
+        yield from _steps(root, part, f"{path}{name}.")
+
+
+def _step(graph: Graph, path: str, target: str, formula: Formula, divisor: float, movable: bool = True) -> Step:
+    needs = {f"{path}{name}" for name in formula.names if name in graph.values}
+    exact = movable and _has_same_bits(formula.tree)
+    return Step(target, _plain(formula.tree, graph, path), divisor, frozenset(needs), exact)
+
+
+def _has_same_bits(tree: Tree) -> bool:
+    match tree:
+        case Apply(operation, arguments):
+            return operation in _SAME_BITS and all(map(_has_same_bits, arguments))
+        case Raised(base, _):
+            return _has_same_bits(base)
+        case Name() | Number():
+            return True
+
+
+def _plain(tree: Tree, graph: Graph, path: str) -> Any:
+    """Return a tree as plain data: numbers, names of values by their paths, lists of an operation and its arguments."""
+    match tree:
+        case Number(value, _):
+            return value
+        case Name(name):
+            return f"{path}{name}" if name in graph.values else fixed(name).value
+        case Raised(base, exponent):
+            return ["raised", exponent, _plain(base, graph, path)]
+        case Apply(operation, arguments):
+            return [operation, *(_plain(argument, graph, path) for argument in arguments)]

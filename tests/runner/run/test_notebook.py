@@ -1,0 +1,85 @@
+"""What a notebook shows of results: tables that hold the numbers, pictures, and values for pandas and NumPy."""
+
+import inspect
+from html.parser import HTMLParser
+from typing import Any
+
+import numpy as np
+import pytest
+
+import proofmass
+from proofmass.blocks import Step
+
+
+class Cells(HTMLParser):
+    """Texts of the cells of a table, row by row; every tag is closed."""
+
+    def __init__(self, html: str) -> None:
+        super().__init__()
+        self.rows: list[list[str]] = []
+        self.open: list[str] = []
+        self.feed(html)
+        assert not self.open
+
+    def handle_starttag(self, tag: str, attrs: Any) -> None:
+        if tag != "polyline":
+            self.open.append(tag)
+        if tag == "tr":
+            self.rows.append([])
+        if tag in ("td", "th"):
+            self.rows[-1].append("")
+
+    def handle_endtag(self, tag: str) -> None:
+        if tag != "polyline":
+            assert self.open.pop() == tag
+
+    def handle_data(self, data: str) -> None:
+        if self.rows and self.rows[-1] and self.open[-1] in ("td", "th"):
+            self.rows[-1][-1] += data
+
+
+def test_a_run_in_a_notebook() -> None:
+    result = proofmass.simulate("library:template")
+    rows = Cells(result._repr_html_()).rows
+    assert rows[0][:3] == ["signal", "unit", "rows"]
+    last = result["sensor.displacement"].values
+    assert rows[1][:3] == ["sensor.displacement", "nm", f"{len(last):,}"]
+    assert float(rows[1][6]) == pytest.approx(1e9 * last.max(), rel=1e-5)
+    frame = result.to_pandas()
+    assert list(frame.columns) == ["sensor.displacement [m]", "adc.code [1]"]
+    assert frame.index[10] == result["adc.code"].times[10]
+    assert np.array_equal(np.asarray(result["adc.code"]), frame["adc.code [1]"])
+    assert len(result.plot().axes) == 2
+    assert result["adc.code"].plot().axes[0].get_ylabel() == "adc.code"
+    assert "to_pandas" in dir(result["adc.code"])
+
+
+def test_probes_of_two_rates_have_gaps_in_one_frame() -> None:
+    graph = proofmass.read_graph("library:template")
+    graph = graph.changed(probes=(proofmass.Probe("sensor.displacement"), proofmass.Probe("adc.code", every=4)))
+    frame = proofmass.simulate(graph, samples=9).to_pandas()
+    assert frame["adc.code [1]"].notna().tolist() == [True, False, False, False, True, False, False, False, True]
+
+
+def test_margins_noise_and_a_study_in_a_notebook() -> None:
+    margins = proofmass.margins("library:closed_loop_accelerometer")
+    rows = dict(Cells(margins._repr_html_()).rows)
+    assert rows["verdict"] == "stable"
+    assert float(rows["gain margin"].removesuffix(" dB")) == pytest.approx(20 * np.log10(margins.gain_margin), rel=1e-3)
+    assert margins.to_pandas()["phase_margin_deg"] == pytest.approx(np.degrees(margins.phase_margin))
+    assert len(margins.plot().axes) >= 4
+    budget = proofmass.noise("library:recorded_motion", "mean.mean")
+    frame = budget.to_pandas()
+    assert frame["share"].sum() == pytest.approx(1.0)
+    assert [row[0] for row in Cells(budget._repr_html_()).rows[1:]] == frame["source"].tolist()
+    assert budget.plot().axes
+    study = proofmass.run_study(proofmass.read_study("library:scale_factor_drift"), runs=3)
+    table = Cells(study._repr_html_()).rows
+    assert table[1][2] == "0 s"
+    assert {row[0] for row in table[1:]} == {"noise", "scale_factor"}
+    assert len(study.to_pandas()) == 3 * len(study.study.epochs)
+    assert study.plot().axes
+
+
+def test_a_block_shows_its_parameters_as_its_signature() -> None:
+    assert str(inspect.signature(Step)).startswith("(*, amplitude: float = 1.0, start_time: float = 0.0")

@@ -1,0 +1,88 @@
+"""The profile of a run: the bits of the plain loop, every block among the parts, and times that grow with the work."""
+
+import json
+from typing import Any
+
+import pytest
+
+from proofmass import Graph, block
+from proofmass.blocks import Sine
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.library import library_file
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.command_line import main
+from proofmass.runner.run import profile as profiling
+from proofmass.runner.run.profile import profile
+from proofmass.runner.run.simulate import RunOptions, simulate
+from proofmass.runner.targets.profiled import can_profile
+
+pytestmark = pytest.mark.skipif(not can_profile(), reason="needs x86-64")
+
+
+@block("1", value="1")
+def short(p: Any, value: float) -> float:
+    """Forty products, each of the one before."""
+    for _ in range(40):
+        value = 0.5 * value + 1.0
+    return value
+
+
+@block("1", value="1")
+def long(p: Any, value: float) -> float:
+    """Ten times as many."""
+    for _ in range(400):
+        value = 0.5 * value + 1.0
+    return value
+
+
+def test_ten_times_the_work_takes_ten_times_as_long() -> None:
+    blocks = {"sine": Sine(), "short": short(), "long": long()}
+    wires = ["sine.output -> short.value", "short.short -> long.value"]
+    graph = Graph(name="work", rate="1 kHz", samples=2000, blocks=blocks, wires=wires, probes=["long.long"])
+    result, profiled = profile(graph, RunOptions())
+    assert result.digest == simulate(graph, engine="python").digest
+    parts = {part.name: part for part in profiled.parts}
+    assert {"sine", "short", "long", "recording", "the loop itself"} <= parts.keys()
+    assert parts["long"].nanoseconds > 4.0 * parts["short"].nanoseconds  # 10 on a machine that does nothing else
+    # each of the 400 waits for the one before: a product and a sum take at least 4 cycles, at most 5 GHz
+    assert parts["long"].nanoseconds > 400 * 4 / 5.0
+    assert list(profiled.phases) == ["check", "plan", "compile", "run"]
+
+
+@pytest.mark.parametrize("name", ["quartz_calibration", "six_axis_imu", "temperature_compensation_m1"])
+def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Rates, groups of continuous blocks, registers and vectors: the timed program records what the plain one does."""
+    monkeypatch.setattr(profiling, "STRETCHES", 1)
+    graph = read_graph(library_file(f"{name}.toml"))
+    planned = profiling.plan(graph)
+    loop = profiling.ProfiledLoop(planned, graph.seed)
+    rows = [profiling.np.empty((p.rows(0, 600), *p.shape), dtype=p.dtype) for p in planned.probes]
+    counts = loop.advance(600, rows)
+    assert (counts >= 0).all()
+    assert counts.sum() > 0
+    result = simulate(graph, samples=600, engine="python")
+    for probe, values in zip(planned.probes, rows, strict=True):
+        expected = result[probe.signal]
+        got = values if probe.format is None else profiling.np.ldexp(values.astype(float), -probe.format.fraction)
+        assert profiling.np.array_equal(got, expected.values, equal_nan=True), probe.signal
+    named = {name for part in loop.parts for name in part.removeprefix("loop of ").split(", ")}
+    scheduled = {step[0] for step in planned.schedule.order if isinstance(step, tuple)}
+    assert {name for name in scheduled if not name.startswith("measures.")} <= named
+
+
+def test_the_command_shows_it_as_a_table_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
+    assert main(["run", "library:template", "--profile", "--quiet"]) == 0
+    text = capsys.readouterr().out
+    assert "part of a tick" in text
+    assert "each part alone" in text
+    assert main(["run", "library:template", "--profile", "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)["profile"]
+    assert list(data["seconds"]) == ["read", "check", "plan", "compile", "run"]
+    assert {part["part"] for part in data["parts"]} >= {"adc", "sensor", "recording"}
+    assert main(["run", "library:template", "--profile", "--engine", "python"]) == 2
+
+
+def test_other_processors_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(profiling, "can_profile", lambda: False)
+    with pytest.raises(ModelError, match="x86-64 only"):
+        profile(read_graph(library_file("template.toml")), RunOptions())
