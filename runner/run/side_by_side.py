@@ -31,7 +31,7 @@ def lane_counts() -> tuple[int, ...]:
 def lanes_for(runs: int, size: int) -> int:
     """Return the number of lanes for so many compiled runs of so many bytes each; 0 for a few runs.
 
-    The most that are filled several times and stay near the processor: with 48 KB of cache of the first level, graphs of
+    The most that are filled several times and stay near the processor: with 48 KB of cache of the first level graphs of
     the library were fastest with the most lanes that take at most 112 KB together.
     """
     fitting = (lanes for lanes in lane_counts() if runs >= 4 * lanes and lanes * size <= NEAR)
