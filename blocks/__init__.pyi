@@ -243,6 +243,7 @@ from proofmass.blocks.statistics.running_percentile import RunningPercentile as 
 from proofmass.blocks.statistics.running_range import RunningRange as RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics as RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime as SettlingTime
+from proofmass.blocks.statistics.spectrum_meter import SpectrumMeter as SpectrumMeter
 from proofmass.blocks.statistics.tone_meter import ToneMeter as ToneMeter
 from proofmass.blocks.temperature.double_exponential_model import DoubleExponentialModel as DoubleExponentialModel
 from proofmass.blocks.temperature.polynomial_model import PolynomialModel as PolynomialModel
