@@ -72,3 +72,4 @@ def test_every_graph_that_runs_alone_has_its_time() -> None:
     rows = re.findall(r"^\| \[.*\]\(#.*\) \|.* ([\d.]+) ms \|$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
     assert len(rows) == 10
     assert {float(row) for row in rows} <= {float(f"{1e3 * cost:.2g}") for cost in costs().values()}
+    assert f"{len(alone) - 1} of {len(alone)} run faster than real time" in (DOCS / "gallery.md").read_text("utf-8")
