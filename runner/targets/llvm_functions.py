@@ -1,4 +1,4 @@
-"""What LLVM is told of functions: their names, attributes and what they return."""
+"""Declarations of functions for LLVM: their names, attributes and results."""
 
 from collections.abc import Collection
 

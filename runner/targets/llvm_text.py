@@ -141,7 +141,7 @@ class FunctionText:
         self.block = ""
 
     def _weights(self, condition: form.Operand) -> str:
-        """Return the weights of a condition's branches; where it nearly always holds, LLVM's last passes keep a branch."""
+        """Return the weights of a condition's branches; where it nearly always holds, LLVM's last passes branch."""
         if condition not in self.expected:
             return ""
         self._need((_LIKELY,))
