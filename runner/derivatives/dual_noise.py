@@ -175,16 +175,18 @@ class NoisyTicks(DualTicks):
         if tick != self._memory.tick:
             known = []
             self._bits[owner] = self._memory.tick, known
-        for before, made in known:
+        for before, output in known:
             if before == value and slopes_of(before, SIGNALS) == slopes_of(value, SIGNALS):
-                return made
+                return output
         gain = self._noise[owner][min(len(known), len(self._noise[owner]) - 1)]
         key = (owner, ONE_BIT, self._counts[owner, ONE_BIT])
         self._counts[owner, ONE_BIT] += 1
         level = float(rule(plain(first), plain(second)))
-        made = level + gain.gain * (value - value_of(value, SIGNALS)) + math.sqrt(gain.variance) * self._direction(key)
-        known.append((value, made))
-        return made
+        output = (
+            level + gain.gain * (value - value_of(value, SIGNALS)) + math.sqrt(gain.variance) * self._direction(key)
+        )
+        known.append((value, output))
+        return output
 
     def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
         """The value with an error of its own; outputs that round the same value in a tick err alike."""

@@ -15,22 +15,22 @@ _MOST = 1500  # statements of all copies
 
 
 def shared(program: Program) -> frozenset[Function]:
-    """Inline functions that are better shared."""
+    """Return the inline functions that are better shared."""
     calls = {function: list(_calls(function.body, False)) for function in program.functions.values()}
     always = {called for inner in calls.values() for called, rare in inner if not rare}
-    sizes, found = dict[Function, int](), set[Function]()
+    sizes, together = dict[Function, int](), set[Function]()
     for function, inner in calls.items():  # those that are called come first
-        inline = (called for called, _ in inner if called.inline and called not in found)
+        inline = (called for called, _ in inner if called.inline and called not in together)
         sizes[function] = _size(function.body) + sum(sizes[called] for called in inline)
         if function.inline and function not in always and sizes[function] > _LARGE:
-            found.add(function)
+            together.add(function)
     copies = Counter[Function]()
     for function in reversed(calls):
         if function.inline and sizes[function] > _LARGE and copies[function] * sizes[function] > _MOST:
-            found.add(function)
+            together.add(function)
         for called, _ in calls[function]:
-            copies[called] += copies[function] if function.inline and function not in found else 1
-    return frozenset(found)
+            copies[called] += copies[function] if function.inline and function not in together else 1
+    return frozenset(together)
 
 
 def _calls(region: Region, rare: bool) -> Iterator[tuple[Function, bool]]:
