@@ -101,8 +101,8 @@ def is_run(folder: Path) -> bool:
 def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparison:
     """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
     first, second = _summary(before), _summary(after)
-    graphs = _graph(first), _graph(second)
-    graph = differences(graphs[0], graphs[1]) if graphs[0] and graphs[1] else []
+    one, other = _graph(first), _graph(second)
+    graph = differences(one, other) if one and other else []
     facts = [
         Difference(key, str(first.get(key, "")), str(second.get(key, "")))
         for key in _DEPENDS
@@ -110,7 +110,7 @@ def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparis
     ]
     traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
     measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
-    margins, notes = _margins(*graphs, tolerance) if graph and graphs[0] and graphs[1] else ((), ())
+    margins, notes = _margins(one, other, tolerance) if graph and one and other else ((), ())
     return RunComparison(tuple(graph), tuple(facts), traces, measures, margins, notes)
 
 
