@@ -36,7 +36,7 @@ export class Served {
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
     this.panel = element("div", { className: "panel", hidden: true });
-    this.diagram = element("div", { className: "wide map" });
+    this.diagram = element("div", { className: "diagram" });
     this.view.main.prepend(this.bar);
     this.view.main.append(this.panel);
     this.drawing = element("section");
