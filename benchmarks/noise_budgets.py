@@ -1,6 +1,6 @@
 """Noise budgets of every noisy graph of the library beside its own runs.
 
-python benchmarks/noise_budgets.py [NAME]
+python benchmarks/noise_budgets.py [NAME ...]
 
 A row is an output that is probed or measured and that noise reaches. The noise of a run is what two runs of different
 seeds differ by, over sqrt(2): signals drop out. Columns: the rms by the budget and by these runs; how many lines of the
@@ -27,6 +27,7 @@ from scipy.stats import chi2
 
 import proofmass
 from proofmass import Graph, ModelError, NoiseBudget, Series, Spectrum
+from proofmass.blocks import AnalogToDigital
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.measures import Measure
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -38,13 +39,14 @@ from proofmass.runner.planning.plan import plan
 
 LIBRARY = Path(__file__).parents[1] / "graphs" / "library"
 CONFIDENCE, SEED = 0.99, 7
-VALUES, FEWEST, TICKS = 40_000, 1_000, 8_000_000  # of an output in a run, and base ticks
-SEGMENT, SEGMENTS = 256, 40
+VALUES, FEWEST, TICKS = 20_000, 1_000, 8_000_000  # of an output in a run, and base ticks
+SEGMENT, SEGMENTS = 1024, 40
 RUNS, RUN_VALUES, RUN_TICKS = 1000, 3000, 200_000
-PHASES = 64  # of the period of the schedule at which runs are looked at, at most
+PHASES, LOOKS = 64, 256  # of the period of the schedule at which a run is looked at, and for all outputs, at most
 SLOW = 0.01  # of the mean square, below the lowest frequency of a run
-PATIENCE = 60  # seconds of processor time for a row
+PATIENCE = 20  # seconds of processor time for a row
 POINTS = (None, "periodic", "settled")  # operating points, the first that there is
+LEAST = 1e-4  # of the largest density, below which there is what noise does to noise, and what a window leaks
 _LINES = slice(3, -2)  # the mean is taken off, and the window leaks it into those beside
 _FINE = 8  # points of the predicted density from line to line
 
@@ -88,12 +90,15 @@ class Scatter:
     increments: bool
 
 
-def noisy_graphs(name: str = "") -> Iterator[tuple[Path, Graph, list[str]]]:
+def noisy_graphs(names: Sequence[str] = ()) -> Iterator[tuple[Path, Graph, list[str]]]:
     """Yield the graphs of the library, and of each the outputs that noise reaches."""
     for path in sorted(LIBRARY.rglob("*.toml"), key=lambda path: path.name):
-        if "parts" in path.parts or path.name == "template.toml" or name not in path.name:
+        if "parts" in path.parts or path.name == "template.toml" or (names and path.stem not in names):
             continue
-        graph = proofmass.read_graph(path)
+        try:
+            graph = proofmass.read_graph(path)
+        except ModelError:  # a study of another file
+            continue
         planned = plan(graph)
         outputs = list(_noisy_outputs(planned, graph))
         if outputs:
@@ -102,7 +107,9 @@ def noisy_graphs(name: str = "") -> Iterator[tuple[Path, Graph, list[str]]]:
 
 def _noisy_outputs(planned: Plan, graph: Graph) -> Iterator[str]:
     noisy = noise_blocks(planned)
-    for name in dict.fromkeys([probe.signal for probe in graph.probes] + [m.signal for m in graph.measures.values()]):
+    signals = [*(probe.signal for probe in graph.probes), *(m.signal for m in graph.measures.values())]
+    readouts = [f"{name}.number" for name, block in planned.blocks.items() if isinstance(block, AnalogToDigital)]
+    for name in dict.fromkeys((*readouts, *signals)):
         try:
             node = node_of(planned, name)
         except ModelError:  # bits and vectors
@@ -167,7 +174,7 @@ def _expected(graph: Graph, output: str, at: str | None, segment: int, rate: flo
 
 def _inside(predicted: Any, spectrum: Spectrum) -> float:
     """Part of the lines whose density is as likely as the confidence says."""
-    known = predicted > 1e-6 * np.max(predicted)  # what leaks from elsewhere is more in the zeros of a hold
+    known = predicted > LEAST * np.max(predicted)
     low, high = chi2.ppf([0.5 - CONFIDENCE / 2.0, 0.5 + CONFIDENCE / 2.0], spectrum.freedom) / spectrum.freedom
     ratio = spectrum.density[_LINES][known] / predicted[known]
     return float(np.mean((low <= ratio) & (ratio <= high)))
@@ -180,7 +187,7 @@ def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
         output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
-        phases = min(PHASES, max(1, round(budget.period * budget.rate)))
+        phases = min(PHASES, max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
         step = Fraction(strides[-1]) / graph.rate
         values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
         looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
@@ -244,7 +251,7 @@ def main() -> None:
         "  largest source"
     )
     signal.signal(signal.SIGPROF, _out_of_time)
-    for path, graph, outputs in noisy_graphs(sys.argv[1] if len(sys.argv) > 1 else ""):
+    for path, graph, outputs in noisy_graphs(sys.argv[1:]):
         rows = list[Row]()
         for output in outputs:
             signal.setitimer(signal.ITIMER_PROF, PATIENCE)

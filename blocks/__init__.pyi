@@ -42,6 +42,7 @@ from proofmass.blocks.electronics.analog_switch import AnalogSwitch as AnalogSwi
 from proofmass.blocks.electronics.capacitance_bridge import CapacitanceBridge as CapacitanceBridge
 from proofmass.blocks.electronics.charge_amplifier import ChargeAmplifier as ChargeAmplifier
 from proofmass.blocks.electronics.comparator import Comparator as Comparator
+from proofmass.blocks.electronics.delayed_comparator import DelayedComparator as DelayedComparator
 from proofmass.blocks.electronics.displacement_readout import DisplacementReadout as DisplacementReadout
 from proofmass.blocks.electronics.instrumentation_amplifier import InstrumentationAmplifier as InstrumentationAmplifier
 from proofmass.blocks.electronics.logic_buffer import LogicBuffer as LogicBuffer
@@ -173,6 +174,7 @@ from proofmass.blocks.registers.fixed_sum import FixedSum as FixedSum
 from proofmass.blocks.registers.fixed_to_number import FixedToNumber as FixedToNumber
 from proofmass.blocks.signals.absolute import Absolute as Absolute
 from proofmass.blocks.signals.and_gate import AndGate as AndGate
+from proofmass.blocks.signals.arc_sine import ArcSine as ArcSine
 from proofmass.blocks.signals.arc_tangent2 import ArcTangent2 as ArcTangent2
 from proofmass.blocks.signals.backlash import Backlash as Backlash
 from proofmass.blocks.signals.cosine_function import CosineFunction as CosineFunction
@@ -188,6 +190,7 @@ from proofmass.blocks.signals.exponential import Exponential as Exponential
 from proofmass.blocks.signals.first_order_hold import FirstOrderHold as FirstOrderHold
 from proofmass.blocks.signals.fractional_delay import FractionalDelay as FractionalDelay
 from proofmass.blocks.signals.gain import Gain as Gain
+from proofmass.blocks.signals.hyperbolic_tangent import HyperbolicTangent as HyperbolicTangent
 from proofmass.blocks.signals.logarithm import Logarithm as Logarithm
 from proofmass.blocks.signals.look_up_table import LookUpTable as LookUpTable
 from proofmass.blocks.signals.magnitude import Magnitude as Magnitude
@@ -212,6 +215,7 @@ from proofmass.blocks.signals.state_machine import StateMachine as StateMachine
 from proofmass.blocks.signals.sum import Sum as Sum
 from proofmass.blocks.signals.surface_table import SurfaceTable as SurfaceTable
 from proofmass.blocks.signals.switch import Switch as Switch
+from proofmass.blocks.signals.tangent_function import TangentFunction as TangentFunction
 from proofmass.blocks.signals.unit_delay import UnitDelay as UnitDelay
 from proofmass.blocks.signals.vector_element import VectorElement as VectorElement
 from proofmass.blocks.signals.vector_join import VectorJoin as VectorJoin
@@ -238,6 +242,7 @@ from proofmass.blocks.statistics.running_percentile import RunningPercentile as 
 from proofmass.blocks.statistics.running_range import RunningRange as RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics as RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime as SettlingTime
+from proofmass.blocks.statistics.spectrum_meter import SpectrumMeter as SpectrumMeter
 from proofmass.blocks.statistics.tone_meter import ToneMeter as ToneMeter
 from proofmass.blocks.temperature.double_exponential_model import DoubleExponentialModel as DoubleExponentialModel
 from proofmass.blocks.temperature.polynomial_model import PolynomialModel as PolynomialModel

@@ -101,7 +101,8 @@ def _rotated(a: Matrix, v: Matrix, p: int, q: int) -> bool:
     if abs(a[p][q]) <= 1e-17 * math.sqrt(abs(a[p][p] * a[q][q])):
         return False
     half = 0.5 * (a[q][q] - a[p][p]) / a[p][q]
-    t = (1.0 if half >= 0.0 else -1.0) / (abs(half) + math.sqrt(1.0 + half * half))
+    root = math.sqrt(1.0 + half * half)
+    t = 1.0 / (half + root if half >= 0.0 else half - root)  # without abs, which has no slope at zero
     c = 1.0 / math.sqrt(1.0 + t * t)
     s = t * c
     moved = t * a[p][q]
@@ -131,8 +132,16 @@ def lowest_modes(mass: Matrix, damping: Matrix, stiffness: Matrix, count: int) -
         for m in range(count):
             above = sum(upper[i][k] * shapes[k][m] for k in range(i + 1, size))
             shapes[i][m] = (vectors[i][m] - above) / upper[i][i]
+    shapes = turned([_upward(shape) for shape in turned(shapes)])
     modal = product(turned(shapes), product(damping, shapes))
     return Modes([math.sqrt(square) for square in squares[:count]], shapes, modal)
+
+
+def _upward(shape: list[float]) -> list[float]:
+    """The shape with the sign that makes its first large entry positive: another structure nearby has the same."""
+    large = 0.5 * max(abs(v) for v in shape)
+    first = next(v for v in shape if abs(v) >= large)
+    return shape if first > 0.0 else [-v for v in shape]
 
 
 def exponential_of(matrix: Matrix) -> Matrix:

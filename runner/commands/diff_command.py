@@ -91,7 +91,7 @@ def _of_files(before: Path, after: Path, own: Own | None) -> list[Any]:
 def _verdict(kind: str, *, same: bool) -> str:
     words = {
         GRAPH: ("they mean the same", "they differ"),
-        RUN: ("traces and measures are the same", "traces or measures differ"),
+        RUN: ("traces, measures and margins are the same", "traces, measures or margins differ"),
         OF_STUDY: ("no mean and no yield moved", "means or yields moved"),
     }
     return words[kind][0 if same else 1]

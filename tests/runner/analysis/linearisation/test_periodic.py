@@ -154,13 +154,11 @@ def with_factor(
 ) -> Graph:
     """The graph whose wire carries its values on the orbit, and a factor times what they are off, some ticks later."""
     name, _, port = wire.partition(".")
-    run, values, first = (
-        Forward(without_noise(plan(graph)), point.memory.copy()),
-        [0.0] * point.ticks,
-        point.memory.tick,
-    )
-    for tick in range(first, first + point.ticks):
-        values[tick % point.ticks] = run.to(tick + 1).wires[name, port]
+    planned, first = plan(graph), point.memory.tick
+    stride = planned.stride((name, port))
+    run, values = Forward(without_noise(planned), point.memory.copy()), [0.0] * (point.ticks // stride)
+    for tick in range(first, first + point.ticks, stride):
+        values[tick // stride % len(values)] = run.to(tick + 1).wires[name, port]
     flat = flatten(graph)
     block = flat.blocks[name]
     unit = short_unit(unit_of(block, type(block).outputs[port]))
@@ -183,10 +181,13 @@ def with_factor(
         own["late_off"] = FractionalDelay(delay=delay - len(chain) + 2.0, longest=4, unit=unit)
     wires += [Wire(f"{first}.output", f"{second}.input") for first, second in pairwise(chain)]
     if kick:
-        tick = float(1 / graph.rate)  # the pulse takes one
-        own["kick"] = Pulse(amplitude=kick, delay=first * tick, repetition=1e6 * tick, duty=0.9e-6, unit=unit)
+        tick = stride * planned.period  # the pulse takes one
+        begin = first * planned.period
+        own["kick"] = Pulse(amplitude=kick, delay=begin, repetition=1e6 * tick, duty=0.9e-6, unit=unit)
         wires.append(Wire("kick.output", "again.third"))
-    return flat.as_graph().changed(blocks={**flat.blocks, **own}, wires=tuple(wires), probes=(Probe("off.output"),))
+    rates = {**flat.rates, **dict.fromkeys(own, planned.schedule.base_rate / stride)}
+    blocks = {**flat.blocks, **own}
+    return flat.as_graph().changed(blocks=blocks, wires=tuple(wires), rates=rates, probes=(Probe("off.output"),))
 
 
 def growth(
@@ -262,9 +263,9 @@ def test_delay_margin_of_the_carrier_readout() -> None:
     """The loop decays with 1 % less delay than its margin, and grows with 1 % more."""
     graph = carrier()
     point = periodic_point(plan(graph))
-    delay = margins(graph, "converter.current", at="periodic").delay_margin
-    assert delay is not None
-    ticks = delay * float(graph.rate)
+    found = margins(graph, "converter.current", at="periodic")
+    assert found.delay_margin is not None
+    ticks = found.delay_margin / found.sample
     assert growth(graph, "converter.current", point, 1.0, 1e-4, 1600, ticks * 0.99) < 0.0
     assert growth(graph, "converter.current", point, 1.0, 1e-4, 1600, ticks * 1.01) > 0.0
 
