@@ -13,10 +13,10 @@ content="default-src 'none'; style-src 'unsafe-inline'; img-src data:$policy">
 <title>$title</title>
 <style>
 :root { --paper: #ffffff; --panel: #f5f6f7; --ink: #1b1b1b; --soft: #57606a; --rule: #d9d9d9;
-  --blue: #0072b2; --orange: #d55e00; --shade: rgb(0 0 0 / 22%); }
+  --blue: #0072b2; --orange: #d55e00; }
 @media screen and (prefers-color-scheme: dark) {
   :root { --paper: #12181e; --panel: #1d242b; --ink: #e8e8e8; --soft: #a3b1be; --rule: #36414b;
-    --blue: #56b4e9; --orange: #ee8a3c; --shade: rgb(255 255 255 / 28%); }
+    --blue: #56b4e9; --orange: #ee8a3c; }
 }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem; max-width: 62rem; background: var(--paper); color: var(--ink);
@@ -27,15 +27,17 @@ p { margin: .5rem 0; max-width: 46rem; }
 .soft, small { color: var(--soft); }
 .warning { border-left: .3rem solid var(--orange); padding: .3rem .8rem; background: var(--panel); }
 .wide { overflow-x: auto; }
-@media screen { .wide { background:
-  linear-gradient(to right, var(--paper) 30%, transparent) left / 2.5rem 100% no-repeat local,
-  linear-gradient(to left, var(--paper) 30%, transparent) right / 2.5rem 100% no-repeat local,
-  linear-gradient(to right, var(--shade), transparent) left / .9rem 100% no-repeat scroll,
-  linear-gradient(to left, var(--shade), transparent) right / .9rem 100% no-repeat scroll; } }
-@media screen { .wide svg.proofmass { max-width: none; } }
 .wide svg { display: block; max-width: 100%; height: auto; margin: 0 auto; }
-@media screen { .picture { min-width: 45rem; } td > small { display: block; min-width: 11rem; }
-  .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+@media screen {
+  .wide svg.proofmass { max-width: none; }
+  .wide:has(> .picture) { margin: 0 calc(50% - min(48vw, 33.5rem)); }
+  .wide { background: linear-gradient(to right, var(--paper) 1rem, transparent) left / 2rem 100% no-repeat local,
+    linear-gradient(to left, var(--paper) 1rem, transparent) right / 2rem 100% no-repeat local,
+    linear-gradient(to right, var(--rule), transparent) left / .6rem 100% no-repeat scroll,
+    linear-gradient(to left, var(--rule), transparent) right / .6rem 100% no-repeat scroll; }
+}
+@media screen { .wide svg.picture { max-width: none; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+td > small { display: block; min-width: 11rem; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }
