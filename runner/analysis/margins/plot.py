@@ -103,9 +103,6 @@ def _draw_bode(
     size = 20.0 * np.log10(np.maximum(np.abs(response), 1e-15))
     angle = np.degrees(np.unwrap(np.angle(response)))
     angle -= 360.0 * np.round((angle[0] + 90.0) / 360.0)
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    from matplotlib.ticker import MultipleLocator
-
     for panel, values in ((magnitude, size), (phase, angle)):
         panel.semilogx(hertz, values, color=BLUE)
         panel.set_xlim(hertz[0], hertz[-1])
@@ -119,8 +116,9 @@ def _draw_bode(
             phase.axhline(360.0 * turn - 180.0, color=INK, linewidth=0.8)
     low, high = max(angle.min(), -1080.0), min(angle.max(), 720.0)
     phase.set_ylim(min(low, -190.0) - 10.0, max(high, -80.0) + 10.0)
-    step = 45.0 if phase.get_ylim()[1] - phase.get_ylim()[0] < 600.0 else 180.0
-    phase.yaxis.set_major_locator(MultipleLocator(step))
+    bottom, top = phase.get_ylim()
+    step = 45.0 if top - bottom < 600.0 else 180.0
+    phase.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)
     point: Any = {"color": ORANGE, "linestyle": "", "clip_on": False, "zorder": 5}
     at = np.array(margins.gain_crossovers)
     if len(at):
