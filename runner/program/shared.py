@@ -23,12 +23,12 @@ class Outline(NamedTuple):
 
 
 def outline(function: Function) -> Outline:
-    """The outline of a function that is written to its end; found once."""
-    found = _known.get(function)
-    if found is None:
+    """Return the outline of a function that is written to its end, which is read once."""
+    own = _known.get(function)
+    if own is None:
         calls: list[tuple[Function, bool]] = []
-        found = _known[function] = Outline(_read(function.body, False, calls), tuple(calls))
-    return found
+        own = _known[function] = Outline(_read(function.body, False, calls), tuple(calls))
+    return own
 
 
 def _read(region: Region, rare: bool, calls: list[tuple[Function, bool]]) -> int:
@@ -47,18 +47,18 @@ def _read(region: Region, rare: bool, calls: list[tuple[Function, bool]]) -> int
 
 
 def shared(program: Program) -> frozenset[Function]:
-    """Inline functions that are better shared."""
+    """Return the inline functions that are better shared."""
     outlines = {function: outline(function) for function in program.functions.values()}
     always = {called for each in outlines.values() for called, rare in each.calls if not rare}
-    sizes, found = dict[Function, int](), set[Function]()
+    sizes, together = dict[Function, int](), set[Function]()
     for function, (size, calls) in outlines.items():  # those that are called come first
-        sizes[function] = size + sum(sizes[called] for called, _ in calls if called.inline and called not in found)
+        sizes[function] = size + sum(sizes[called] for called, _ in calls if called.inline and called not in together)
         if function.inline and function not in always and sizes[function] > _LARGE:
-            found.add(function)
+            together.add(function)
     copies = Counter[Function]()
     for function in reversed(outlines):
         if function.inline and sizes[function] > _LARGE and copies[function] * sizes[function] > _MOST:
-            found.add(function)
+            together.add(function)
         for called, _ in outlines[function].calls:
-            copies[called] += copies[function] if function.inline and function not in found else 1
-    return frozenset(found)
+            copies[called] += copies[function] if function.inline and function not in together else 1
+    return frozenset(together)

@@ -27,7 +27,7 @@ _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, an
 
 
 class Settings(NamedTuple):
-    """What LLVM's passes are told."""
+    """Settings of LLVM's passes."""
 
     level: int = 1  # a higher one takes half as long again, and its code is not faster
     rows: bool = False  # gather numbers into short vectors
@@ -101,7 +101,7 @@ def _prototype(entry: Function, rows: frozenset[Value]) -> Any:
 
 
 def is_cached(key: str) -> bool:
-    """Whether a program can run without compiling."""
+    """Return whether a program can run without compiling."""
     return key in _loaded or kept(f"{key}.o") is not None
 
 
