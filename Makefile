@@ -8,7 +8,7 @@ PYTHON ?= python3
 VENV ?= .venv
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects lint docs benchmark clean
+.PHONY: demo test test-all test-fast defects lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -42,6 +42,10 @@ lint: $(VENV)/installed-dev
 # The site, without warnings, into build/site/html; it needs no network to be read.
 docs: $(VENV)/installed-docs
 	$(BIN)/python -m docs.site
+
+# Every picture of the documents, drawn again; some minutes.
+pictures: $(VENV)/installed
+	$(BIN)/python -m docs.site.pictures
 
 benchmark: $(VENV)/installed
 	$(BIN)/python benchmarks/compare_with_c.py

@@ -1,4 +1,4 @@
-"""Print what a second of each graph of the library costs: python benchmarks/gallery_times.py [--write].
+"""Print what a second of each graph of the library costs: python benchmarks/gallery_times.py [--write] [NAME ...].
 
 CPU seconds of the compiled loop over simulated seconds, the least of some runs on one core. `--write` keeps the figures
 in docs/gallery_times.json, from which the pages of the gallery state them.
@@ -20,10 +20,11 @@ RUNS, TICKS = 3, 100_000
 
 
 def main() -> None:
-    """Measure every graph of the library that runs alone."""
+    """Measure every graph of the library that runs alone, or those that are named."""
     costs: dict[str, float] = {}
+    wanted = {name for name in sys.argv[1:] if name != "--write"}
     for item in exhibits():
-        if item.study or not runs_alone(flatten(read_graph(item.path))):
+        if (wanted and item.name not in wanted) or item.study or not runs_alone(flatten(read_graph(item.path))):
             continue
         graph = read_graph(item.path)
         rate = float(plan(graph).schedule.base_rate)
@@ -36,7 +37,8 @@ def main() -> None:
     slow = [name for name, cost in costs.items() if cost >= 1.0]
     print(f"{len(costs) - len(slow)} of {len(costs)} run faster than real time; slower: {', '.join(slow) or 'none'}")
     if "--write" in sys.argv:
-        KEPT.write_text(json.dumps(costs, indent=1) + "\n", encoding="utf-8")
+        kept = json.loads(KEPT.read_text(encoding="utf-8")) if wanted else {}
+        KEPT.write_text(json.dumps(kept | costs, indent=1) + "\n", encoding="utf-8")
 
 
 def _seconds(graph: Graph, ticks: int) -> float:

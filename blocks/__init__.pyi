@@ -42,6 +42,7 @@ from proofmass.blocks.electronics.analog_switch import AnalogSwitch as AnalogSwi
 from proofmass.blocks.electronics.capacitance_bridge import CapacitanceBridge as CapacitanceBridge
 from proofmass.blocks.electronics.charge_amplifier import ChargeAmplifier as ChargeAmplifier
 from proofmass.blocks.electronics.comparator import Comparator as Comparator
+from proofmass.blocks.electronics.delayed_comparator import DelayedComparator as DelayedComparator
 from proofmass.blocks.electronics.displacement_readout import DisplacementReadout as DisplacementReadout
 from proofmass.blocks.electronics.instrumentation_amplifier import InstrumentationAmplifier as InstrumentationAmplifier
 from proofmass.blocks.electronics.logic_buffer import LogicBuffer as LogicBuffer
@@ -69,6 +70,7 @@ from proofmass.blocks.filters.elliptic import Elliptic as Elliptic
 from proofmass.blocks.filters.elliptic_band import EllipticBand as EllipticBand
 from proofmass.blocks.filters.finite_impulse_response import FiniteImpulseResponse as FiniteImpulseResponse
 from proofmass.blocks.filters.gated_average import GatedAverage as GatedAverage
+from proofmass.blocks.filters.held_state_space import HeldStateSpace as HeldStateSpace
 from proofmass.blocks.filters.integrator import Integrator as Integrator
 from proofmass.blocks.filters.kalman_filter import KalmanFilter as KalmanFilter
 from proofmass.blocks.filters.lead_lag import LeadLag as LeadLag
@@ -173,6 +175,7 @@ from proofmass.blocks.registers.fixed_sum import FixedSum as FixedSum
 from proofmass.blocks.registers.fixed_to_number import FixedToNumber as FixedToNumber
 from proofmass.blocks.signals.absolute import Absolute as Absolute
 from proofmass.blocks.signals.and_gate import AndGate as AndGate
+from proofmass.blocks.signals.arc_sine import ArcSine as ArcSine
 from proofmass.blocks.signals.arc_tangent2 import ArcTangent2 as ArcTangent2
 from proofmass.blocks.signals.backlash import Backlash as Backlash
 from proofmass.blocks.signals.cosine_function import CosineFunction as CosineFunction
@@ -188,6 +191,7 @@ from proofmass.blocks.signals.exponential import Exponential as Exponential
 from proofmass.blocks.signals.first_order_hold import FirstOrderHold as FirstOrderHold
 from proofmass.blocks.signals.fractional_delay import FractionalDelay as FractionalDelay
 from proofmass.blocks.signals.gain import Gain as Gain
+from proofmass.blocks.signals.hyperbolic_tangent import HyperbolicTangent as HyperbolicTangent
 from proofmass.blocks.signals.logarithm import Logarithm as Logarithm
 from proofmass.blocks.signals.look_up_table import LookUpTable as LookUpTable
 from proofmass.blocks.signals.magnitude import Magnitude as Magnitude
@@ -212,6 +216,7 @@ from proofmass.blocks.signals.state_machine import StateMachine as StateMachine
 from proofmass.blocks.signals.sum import Sum as Sum
 from proofmass.blocks.signals.surface_table import SurfaceTable as SurfaceTable
 from proofmass.blocks.signals.switch import Switch as Switch
+from proofmass.blocks.signals.tangent_function import TangentFunction as TangentFunction
 from proofmass.blocks.signals.unit_delay import UnitDelay as UnitDelay
 from proofmass.blocks.signals.vector_element import VectorElement as VectorElement
 from proofmass.blocks.signals.vector_join import VectorJoin as VectorJoin

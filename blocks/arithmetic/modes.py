@@ -8,6 +8,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.logarithms import binary_logarithm
+from proofmass.blocks.arithmetic.rounding import nearest_integer
+from proofmass.blocks.arithmetic.scaling import power_of_two
+
 Matrix = list[list[float]]
 LARGEST = 64  # rows
 SWEEPS, TERMS = 60, 18  # rotations settle within ten sweeps; 0.5^18 / 18! is below 1e-21
@@ -101,7 +105,8 @@ def _rotated(a: Matrix, v: Matrix, p: int, q: int) -> bool:
     if abs(a[p][q]) <= 1e-17 * math.sqrt(abs(a[p][p] * a[q][q])):
         return False
     half = 0.5 * (a[q][q] - a[p][p]) / a[p][q]
-    t = (1.0 if half >= 0.0 else -1.0) / (abs(half) + math.sqrt(1.0 + half * half))
+    root = math.sqrt(1.0 + half * half)
+    t = 1.0 / (half + root if half >= 0.0 else half - root)  # without abs, which has no slope at zero
     c = 1.0 / math.sqrt(1.0 + t * t)
     s = t * c
     moved = t * a[p][q]
@@ -131,8 +136,16 @@ def lowest_modes(mass: Matrix, damping: Matrix, stiffness: Matrix, count: int) -
         for m in range(count):
             above = sum(upper[i][k] * shapes[k][m] for k in range(i + 1, size))
             shapes[i][m] = (vectors[i][m] - above) / upper[i][i]
+    shapes = turned([_upward(shape) for shape in turned(shapes)])
     modal = product(turned(shapes), product(damping, shapes))
     return Modes([math.sqrt(square) for square in squares[:count]], shapes, modal)
+
+
+def _upward(shape: list[float]) -> list[float]:
+    """The shape with the sign that makes its first large entry positive: another structure nearby has the same."""
+    large = 0.5 * max(abs(v) for v in shape)
+    first = next(v for v in shape if abs(v) >= large)
+    return shape if first > 0.0 else [-v for v in shape]
 
 
 def exponential_of(matrix: Matrix) -> Matrix:
@@ -152,6 +165,33 @@ def exponential_of(matrix: Matrix) -> Matrix:
     for _ in range(squarings):
         total = product(total, total)
     return total
+
+
+def balanced_exponential(matrix: Matrix) -> Matrix:
+    """e to the power of a matrix whose states have units far apart, such as displacements and velocities.
+
+    Rows and columns are scaled by powers of 2 until they are alike (Parlett and Reinsch, Numer. Mathematik 13, 1969).
+    """
+    size = len(matrix)
+    a, scales = [list(row) for row in matrix], [1.0] * size
+    for _ in range(20):
+        still = True
+        for i in range(size):
+            column = sum(abs(a[j][i]) for j in range(size) if j != i)
+            row = sum(abs(a[i][j]) for j in range(size) if j != i)
+            if column == 0.0 or row == 0.0:
+                continue
+            factor = power_of_two(nearest_integer(0.5 * binary_logarithm(row / column)))
+            if factor == 1.0:
+                continue
+            still, scales[i] = False, scales[i] * factor
+            for j in range(size):
+                a[j][i] = a[j][i] * factor
+                a[i][j] = a[i][j] / factor
+        if still:
+            break
+    whole = exponential_of(a)
+    return [[v * scales[i] / scales[j] for j, v in enumerate(row)] for i, row in enumerate(whole)]
 
 
 def modal_step(modes: Modes, entry: Matrix, period: float) -> Matrix:

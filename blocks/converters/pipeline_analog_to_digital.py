@@ -5,6 +5,7 @@ bits = stages + last_bits. Thresholds may be off by reference / 4 without a word
 Gray, IEEE J. Solid-State Circuits 22, 1987).
 """
 
+import math
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
@@ -23,7 +24,13 @@ class PipelineAnalogToDigital(Block):
     gain_errors: tuple[float, ...] = param("1", "Relative error of each stage, the first first.", default=(0.0,))
     threshold_errors: tuple[float, ...] = param("V", "Added to both thresholds of a stage.", default=(0.0,))
     gain_spread: float = param("1", "Standard deviation of a stage's gain, relative.", default=0.0, at_least=0.0)
-    device: int = param("1", "Number of the specimen, whose gains are drawn.", default=1, at_least=0)
+    device: float = param(
+        "1",
+        "Whole number of the specimen, whose gains are drawn; studies spread it.",
+        default=1.0,
+        at_least=0.0,
+        at_most=1e15,
+    )
 
     voltage = Input("V", "Voltage to convert.")
 
@@ -42,7 +49,7 @@ def requires(p: PipelineAnalogToDigital) -> Iterator[tuple[str, str]]:
 def start(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float]) -> None:
     for i in range(p.stages):
         error = p.gain_errors[i] if i < len(p.gain_errors) else 0.0
-        gains[i] = 2.0 * (1.0 + error + p.gain_spread * normal_deviate(p.device, 0, _STREAM, i))
+        gains[i] = 2.0 * (1.0 + error + p.gain_spread * normal_deviate(math.floor(p.device), 0, _STREAM, i))
         shifts[i] = p.threshold_errors[i] / p.reference if i < len(p.threshold_errors) else 0.0
 
 

@@ -4,6 +4,7 @@ From the highest bit on, bit i is kept where (v + noise + reference) / lsb + 1/2
 weights w_i = 2^i that is the nearest code; weights that do not match make INL and DNL (IEEE Std 1241, section 6).
 """
 
+import math
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bit_weights import bit_weights
@@ -18,7 +19,13 @@ class SuccessiveApproximation(Block):
     reference: float = param("V", "Half the span.", default=2.5, above=0.0)
     bit_errors: tuple[float, ...] = param("1", "Relative error of each weight, the highest bit first.", default=(0.0,))
     mismatch: float = param("1", "Standard deviation of a unit element, relative.", default=0.0, at_least=0.0)
-    device: int = param("1", "Number of the specimen, whose elements are drawn.", default=1, at_least=0)
+    device: float = param(
+        "1",
+        "Whole number of the specimen, whose elements are drawn; studies spread it.",
+        default=1.0,
+        at_least=0.0,
+        at_most=1e15,
+    )
     noise: float = param("V", "Standard deviation of the comparator's noise.", default=0.0, at_least=0.0)
 
     voltage = Input("V", "Voltage to convert.")
@@ -34,19 +41,19 @@ def requires(p: SuccessiveApproximation) -> Iterator[tuple[str, str]]:
 
 @SuccessiveApproximation.start
 def start(p: SuccessiveApproximation, weights: list[float]) -> None:
-    weights[:] = bit_weights(p.bits, p.bit_errors, p.mismatch, p.device)
+    weights[:] = bit_weights(p.bits, p.bit_errors, p.mismatch, math.floor(p.device))
 
 
 def kept(p: SuccessiveApproximation, weights: list[float], steps: float) -> float:
     """The code for an input in steps: that of the search, but with the slope of a quantiser, which is one."""
     half = 1 << (p.bits - 1)
-    rest, found, ideal = steps + float(half) + 0.5, 0, float(half)
+    rest, code, ideal = steps + float(half) + 0.5, 0, float(half)
     for i in range(len(weights)):
         bit = 1 if rest >= weights[i] else 0
         rest, steps = rest - float(bit) * weights[i], steps - float(bit) * (weights[i] - ideal)
-        found, ideal = 2 * found + bit, 0.5 * ideal
+        code, ideal = 2 * code + bit, 0.5 * ideal
     inside = saturated(steps, -float(half), float(half - 1))
-    return round_half_even(inside) + (float(found - half) - nearest_integer(inside))
+    return round_half_even(inside) + (float(code - half) - nearest_integer(inside))
 
 
 @SuccessiveApproximation.output("1")

@@ -4,6 +4,7 @@ b_i are the bits of clip(rint(number)) + 2^(bits-1), w_i = 2^i (1 + error_i). We
 DNL, the largest where the highest bit changes (IEEE Std 1658, section 6).
 """
 
+import math
 from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bit_weights import bit_weights
@@ -18,7 +19,13 @@ class WeightedDigitalToAnalog(Block):
     reference: float = param("V", "Voltage of the code 2^(bits-1): half the span.", default=2.5, above=0.0)
     bit_errors: tuple[float, ...] = param("1", "Relative error of each weight, the highest bit first.", default=(0.0,))
     mismatch: float = param("1", "Standard deviation of a unit element, relative.", default=0.0, at_least=0.0)
-    device: int = param("1", "Number of the specimen, whose elements are drawn.", default=1, at_least=0)
+    device: float = param(
+        "1",
+        "Whole number of the specimen, whose elements are drawn; studies spread it.",
+        default=1.0,
+        at_least=0.0,
+        at_most=1e15,
+    )
 
     number = Input("1", "Number to convert; rounded half to even and saturated.")
 
@@ -33,7 +40,7 @@ def requires(p: WeightedDigitalToAnalog) -> Iterator[tuple[str, str]]:
 
 @WeightedDigitalToAnalog.start
 def start(p: WeightedDigitalToAnalog, weights: list[float]) -> None:
-    weights[:] = bit_weights(p.bits, p.bit_errors, p.mismatch, p.device)
+    weights[:] = bit_weights(p.bits, p.bit_errors, p.mismatch, math.floor(p.device))
 
 
 @WeightedDigitalToAnalog.output("V")

@@ -106,7 +106,7 @@ EXPLANATIONS = (
         r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
         r"|is soft|is no tolerance|is no limit|is bounded already|at least 1|are larger"
-        r"|no worst value|in the yield already",
+        r"|no worst value|in the yield already|has the ages of",
         "A number is smaller or larger than its parameter allows, or a file holds more than a limit.",
         "The message has the bounds. `proofmass blocks KIND` has those of a block.",
     ),

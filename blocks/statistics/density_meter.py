@@ -18,9 +18,7 @@ _KEPT = "the sums are those of one frequency: take a DensityMeter for each"
 class DensityMeter(Block):
     """Amplitude density of a signal at a frequency, over all whole segments before the tick; zero before the first."""
 
-    frequency: float = param(
-        "Hz", "Frequency at which the density is taken.", default=10.0, at_least=0.0, not_driven=_KEPT
-    )
+    frequency: float = param("Hz", "Frequency of the density.", default=10.0, at_least=0.0, not_driven=_KEPT)
     segment: int = param("1", "Samples of a segment.", default=256, at_least=16, at_most=10**7)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)

@@ -22,6 +22,8 @@ from proofmass.graphs.model.values import Value
 
 DEFAULT_INTEGRATION = Integration()
 
+_ASKING = ("measures", "derived", "loops", "requirements")  # fields that name signals, loops and each other
+
 Endpoint = tuple[str, str]  # of a wire: block and port
 Given = TypeVar("Given", bound="Graph")
 
@@ -125,6 +127,10 @@ class Graph:
     def changed(self, **values: Any) -> Self:
         """Return the graph with other values of these fields, which are neither read nor checked."""
         return _restored(type(self), thawed(self) | values)
+
+    def bare(self, **values: Any) -> Self:
+        """Return the graph with nothing that asks of a run but what `values` say: probes, measures, loops."""
+        return self.changed(**{**{key: {} for key in _ASKING}, "probes": (), **values})
 
     @cached_property
     def size(self) -> Size:

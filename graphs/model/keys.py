@@ -129,6 +129,7 @@ TUNE_KEYS = {
     "goals": 'What is wanted: phase = { loop = "main", figure = "phase_margin", at_least = "60 deg" }.',
     "points": 'Operating points at which all goals hold: hot = { "temperature.value" = "358 K" }.',
     "tolerances": 'All goals hold at all corners of these too: "torquer.gain" = "5 %".',
+    "ages": 'Ages at which all goals hold, with the drift of [study]: ["0 h", "15 year"]; new when nothing is said.',
     "at": 'Linearise at this time, "20 ms", or where the loops have "settled"; the start unless said.',
     "starts": "From how many of the best samples the search starts, 4 when nothing is said.",
     "samples": "How many points are tried first, 64 when nothing is said.",

@@ -25,6 +25,7 @@ def tune_schema() -> Schema:
         "goals": _by_name(_goal(), None),
         "points": _by_name(_by_name(_NUMBER, r"^[a-z][a-z0-9_.]*$"), None),
         "tolerances": _by_name(_NUMBER, r"^[a-z][a-z0-9_.]*$"),
+        "ages": {"type": "array", "minItems": 1, "items": _NUMBER},
         "at": {"anyOf": [{"const": SETTLED}, *_NUMBER["anyOf"]]},
         "starts": {"type": "integer", "minimum": 1, "maximum": MOST_STARTS, "default": STARTS},
         "samples": {"type": "integer", "minimum": 1, "maximum": MOST_SAMPLES, "default": SAMPLES},

@@ -35,6 +35,7 @@ def tuning_of(
     goals: Tables = NOTHING,
     points: Tables = NOTHING,
     tolerances: Tables = NOTHING,
+    ages: object = (),
     at: object = "",
     starts: object = STARTS,
     samples: object = SAMPLES,
@@ -44,7 +45,7 @@ def tuning_of(
 ) -> Tuning:
     """Return a tuning from tables as they stand in a graph file; raises `ModelError` with every problem.
 
-    `study` is the study of the graph of which yields are goals.
+    `study` is the study of the graph of which yields are goals, and whose drift counts at `ages`.
     """
     read = _Tables(checked(graph), "")
     frees = read.parameters("free", free, _read_free)
@@ -66,7 +67,8 @@ def tuning_of(
         "samples": read.count("samples", samples, 1, MOST_SAMPLES),
         "seed": read.count("seed", seed, 0, LARGEST_SEED),
     }
-    cases = max(1, len(own_points)) * 2 ** len(corners)
+    own_ages = read.ages_of(ages, study, wanted)
+    cases = max(1, len(own_points)) * max(1, len(own_ages)) * 2 ** len(corners)
     if cases > MOST_POINTS:
         hint = "leave out tolerances that matter little; proofmass worst ranks them"
         got, expected = f"{cases} operating points and corners", f"at most {MOST_POINTS}"
@@ -78,6 +80,7 @@ def tuning_of(
         goals=wanted,
         points=own_points,
         tolerances=corners,
+        ages=own_ages,
         at=moment,
         written=MappingProxyType(read.written),
         study=study,
@@ -128,6 +131,24 @@ class _Tables(StudyTables):
             raise Refusal("a settling time has no upper end", key="maximise", got="true")
         low, high = limits.get("at_least", -math.inf), limits.get("at_most", math.inf)
         return Goal(quantity, low, high, **flags)
+
+    def ages_of(self, ages: object, study: Study | None, goals: Mapping[str, Goal]) -> tuple[float, ...]:
+        """Read the ages at which goals hold."""
+        if not ages:
+            return ()
+        example = 'write ages = ["0 h", "15 year"]'
+        if study is None or not study.drift:
+            self._refuse(Refusal("nothing drifts", "add [study.drift] to the file", got=shown(ages)), "ages")
+        elif any(isinstance(goal.quantity, YieldOf) for goal in goals.values()):
+            self._refuse(Refusal("a yield has the ages of its study", "leave ages out", got=shown(ages)), "ages")
+        if not isinstance(ages, list | tuple):
+            self._refuse(Refusal("must be a list of ages", example, got=shown(ages)), "ages")
+            return ()
+        try:
+            return tuple(float(read_duration(age)) for age in ages)
+        except Refusal as error:
+            self._refuse(Refusal(str(error), example, got=shown(ages)), "ages")
+        return ()
 
     def moment(self, at: object) -> str:
         """Read the operating point."""

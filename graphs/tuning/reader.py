@@ -51,7 +51,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
         raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
-    study = study_of_table(data, of_file, graph) if STUDY in data and _asks_yields(table) else None
+    study = study_of_table(data, of_file, graph) if STUDY in data and _asks_study(table) else None
     given = {key: value for key, value in table.items() if key in TUNE_KEYS}
     try:
         tuning = tuning_of(graph, study=study, place=place, **given)
@@ -63,6 +63,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     return tuning
 
 
-def _asks_yields(table: dict[str, Any]) -> bool:
+def _asks_study(table: dict[str, Any]) -> bool:
     goals = table.get("goals")
-    return isinstance(goals, dict) and any(isinstance(goal, dict) and "yield" in goal for goal in goals.values())
+    entries = goals.values() if isinstance(goals, dict) else ()
+    return "ages" in table or any(isinstance(goal, dict) and "yield" in goal for goal in entries)

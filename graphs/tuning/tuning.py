@@ -13,9 +13,11 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.quantities import Quantity, quantity_table
+from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 
+_STEP = 1e-6  # of a value, over which laws of drift are differentiated
 MOST_POINTS = 256  # operating points times corners
 
 
@@ -128,7 +130,8 @@ class Tuning:
     samples: int  # of the bounds, before the search
     seed: int  # of the samples
     written: Mapping[str, str]  # names that a person wrote, by those of the flat graph
-    study: Study | None = None  # that has the yields among the goals
+    ages: tuple[float, ...] = ()  # at which all goals hold, in seconds; new alone if there are none
+    study: Study | None = None  # that has the yields among the goals, and the drift
     place: Place = dataclasses.field(default=NOWHERE, compare=False, repr=False)  # file and lines that it comes from
 
     @property
@@ -155,8 +158,17 @@ class Tuning:
 
     def as_toml(self) -> str:
         """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""
+        lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph)]
+        for name, table in self.as_tables().items():
+            entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]
+            lines += ["", f"[tune{'.' * bool(name)}{name}]", *entries] if entries else []
+        return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
+
+    def as_tables(self) -> dict[str, Mapping[str, Any]]:
+        """Return the tables of `[tune]` by name, with the settings in one without a name."""
         names = {name: self.written.get(name, name) for name in (*self.free, *self.tolerances)}
-        settings = {"at": self.at} if self.at else {}
+        settings: dict[str, Any] = {"at": self.at} if self.at else {}
+        settings |= {"ages": [f"{age!r} s" for age in self.ages]} if self.ages else {}
         settings |= {key: getattr(self, key) for key in ("starts", "samples", "seed")}
         tables: dict[str, Mapping[str, Any]] = {
             "free": {names[name]: free.as_table() for name, free in self.free.items()},
@@ -164,12 +176,31 @@ class Tuning:
             "points": self.points,
             "tolerances": {names[name]: width for name, width in self.tolerances.items()},
         }
-        lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph), "[tune]"]
-        lines += [f"{key} = {inline(entry)}" for key, entry in settings.items()]
-        for name, table in tables.items():
-            entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]
-            lines += ["", f"[tune.{name}]", *entries] if entries else []
-        return "\n".join(lines) + "\n"
+        return {"": settings, **tables}
+
+    def aged(self, values: Mapping[str, float], age: float) -> tuple[dict[str, float], dict[str, float]]:
+        """Return values as the drift of the study has them at an age, and what each moves by with what it was."""
+        assert self.study is not None
+        now, slopes = dict(values), dict[str, float]()
+        for name in self.study.moved:
+            if name in self.study.drift:
+                base = now.get(name, self.adjustable.dependence.followed(now).get(name, self.value(name)))
+                step = _STEP * (abs(base) or 1.0)
+                low, now[name], high = (self._drifted(name, base + side * step, age) for side in (-1.0, 0.0, 1.0))
+                slopes[name] = (high - low) / (2.0 * step)
+        return now, slopes
+
+    def _drifted(self, name: str, base: float, age: float) -> float:
+        assert self.study is not None
+        law = self.study.drift[name]
+        return float(law.aged(base, (0.0, age), 0, 0, 0, normal=lambda *_: 0.0)[-1])
+
+    def aged_cases(self) -> dict[str, tuple[Mapping[str, float], Mapping[str, float], float | None]]:
+        """Return the cases at each age, by a name for people; the age is None if there are none."""
+        if not self.ages:
+            return {name: (*case, None) for name, case in self.cases().items()}
+        pairs = itertools.product(self.ages, self.cases().items())
+        return {", ".join(filter(None, (name, age_text(age)))): (*case, age) for age, (name, case) in pairs}
 
     def cases(self) -> dict[str, tuple[Mapping[str, float], Mapping[str, float]]]:
         """Return values and factors of parameters at each operating point and corner, by a name for people."""

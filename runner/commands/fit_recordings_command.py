@@ -106,12 +106,18 @@ def _mapped(option: str, texts: Sequence[str]) -> dict[str, str]:
 
 
 def _bounds(texts: Sequence[str]) -> dict[str, object]:
-    """Parameters and what is known of them."""
+    """Parameters and what is known of them: bounds, or a value with its standard uncertainty."""
     free: dict[str, object] = {}
     for text in texts:
-        name, equals, bounds = text.partition("=")
-        low, dots, high = bounds.partition("..")
-        if equals and not (dots and low.strip() and high.strip()):
-            raise click.UsageError(f'--free {text}: write bounds as PARAMETER="100 N/m..200 N/m"')
-        free[name.strip()] = {"at_least": low.strip(), "at_most": high.strip()} if equals else {}
+        name, equals, known = text.partition("=")
+        free[name.strip()] = _known(text, known) if equals else {}
     return free
+
+
+def _known(text: str, known: str) -> dict[str, str]:
+    for sign, keys in (("..", ("at_least", "at_most")), ("+-", ("expected", "uncertainty"))):
+        first, found, second = (part.strip() for part in known.replace("\u00b1", "+-").partition(sign))
+        if found and first and second:
+            return {keys[0]: first, keys[1]: second}
+    hint = 'write bounds as PARAMETER="100 N/m..200 N/m", or what is expected as PARAMETER="132 N/m +- 3 N/m"'
+    raise click.UsageError(f"--free {text}: {hint}")

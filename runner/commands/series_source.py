@@ -1,6 +1,5 @@
 """Source of the signal of an analysis: a run of a graph, or a recording."""
 
-import dataclasses
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -95,4 +94,4 @@ def one_probe(graph: Graph, signal: str) -> Graph:
         probe = read_probe(signal) if signal else graph.probes[0]
     except UnitError:
         raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.number") from None
-    return dataclasses.replace(graph, probes=(probe,), measures={})
+    return graph.bare(probes=(probe,))

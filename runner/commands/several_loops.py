@@ -5,14 +5,13 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.units import convert, short_unit
-from proofmass.graphs.model.flatten import flatten, inside
-from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.checks.check import checked
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
@@ -61,7 +60,15 @@ def _together_lines(together: Together) -> list[str]:
     ]
     lines += [f"  {line}" for line in text_table(rows, left=(0,), indent=2)]
     lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
+    for title, peaks in (("sensitivity S", together.sensitivities), ("T = I - S", together.complementary)):
+        cells = [(n, *(_level(value) for value in row)) for n, row in zip(together.loops, peaks.tolist(), strict=True)]
+        lines += [f"  peaks of {title}, to a row from a disturbance at a column"]
+        lines += [f"    {line}" for line in text_table([("", *together.loops), *cells], left=(0,))]
     return [*lines, *(f"  note: {note}" for note in together.notes)]
+
+
+def _level(value: float) -> str:
+    return f"{20.0 * math.log10(value):.3g} dB" if value > 0.0 else "none"
 
 
 def _polar(factor: complex) -> str:
@@ -88,28 +95,23 @@ def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
     low, dots, rest = bounds.partition("..")
     high, colon, count = rest.partition(":")
     wrong = click.UsageError(f'--over {over}: write age, or PARAMETER="LOW..HIGH", or PARAMETER="LOW..HIGH:POINTS"')
-    if not (equals and dots and low.strip() and high.strip() and "." in name):
+    if not (equals and dots and low.strip() and high.strip() and name.strip()):
         raise wrong
     if colon and not (count.strip().isdigit() and 1 <= int(count) <= 1000):
         raise wrong
-    flat = flatten(graph)
-    signal = inside(graph, graph.exports.get(name.strip(), name.strip()))
-    found = find_any(flat, signal)
-    if isinstance(found, Missing):
-        raise ModelError([Problem(message=found.message, key=name, hint=found.hint)])
-    block, parameter = split(signal)
-    declared = type(flat.blocks[block]).parameters.get(parameter)
-    driver = next((wire.source for wire in flat.wires if wire.target == signal), "")
-    if declared is None or declared.kind is not float or driver:
-        message = f"is driven by {driver}" if driver else "is not a parameter that is a number"
-        raise ModelError([Problem(message=message, key=name, hint="name a parameter such as temperature.value")])
-    unit = short_unit(unit_of(flat.blocks[block], declared))
-    try:
-        ends = [convert(end.strip(), unit) for end in (low, high)]
-    except Refusal as error:
-        raise ModelError([error.problem(name, bounds)]) from None
+    read = StudyTables(checked(graph), "")
+    both = read.parameters("over", {name.strip(): (low, high)}, _ends)
+    if read.problems:
+        raise ModelError([graph.placed(problem) for problem in read.problems])
+    ((signal, (ends, unit)),) = both.items()
     values = spread_evenly(ends[0], ends[1], int(count) if colon else POINTS)
     return margins_over(graph, signal, values, unit=unit, loop=loop, at=at)
+
+
+def _ends(bounds: object, unit: str) -> tuple[list[float], str]:
+    """Read the ends of a range in the unit of what varies."""
+    assert isinstance(bounds, tuple)
+    return [convert(end.strip(), unit) for end in bounds], short_unit(unit)
 
 
 def _over_lines(over: MarginsOver) -> list[str]:

@@ -134,7 +134,7 @@ def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:
 
 def _tolerance(text: str) -> tuple[str, Any]:
     name, equals, width = text.partition("=")
-    if not (equals and "." in name and width.strip()):
+    if not (equals and name.strip() and width.strip()):
         raise click.UsageError(f'--tolerance {text}: write BLOCK.PARAMETER="5 %", or a width with a unit')
     low, dots, high = width.partition("..")
     return name.strip(), [low.strip(), high.strip()] if dots else width.strip()

@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.differences import Difference, differences
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.comparison.loops import margins_of_loops
 from proofmass.runner.run.result import Array, pieces
 
 SUMMARY, TRACES = "summary.json", "traces.nc"
@@ -70,11 +71,14 @@ class RunComparison:
     facts: tuple[Difference, ...]
     traces: tuple[TraceChange, ...]
     measures: tuple[MeasureChange, ...]
+    margins: tuple[MeasureChange, ...] = ()  # of the named loops, where the graphs differ
+    notes: tuple[str, ...] = ()  # on what could not be compared
 
     @property
     def same(self) -> bool:
         """Return whether all numbers stay within the tolerance; the graphs may differ."""
-        return all(trace.same for trace in self.traces) and all(measure.same for measure in self.measures)
+        rows = (*self.measures, *self.margins)
+        return all(trace.same for trace in self.traces) and all(measure.same for measure in rows)
 
     def as_data(self) -> dict[str, Any]:
         """Return the comparison as plain data."""
@@ -84,6 +88,8 @@ class RunComparison:
             "facts": [difference.as_data() for difference in self.facts],
             "traces": [asdict(trace) | {"same": trace.same} for trace in self.traces],
             "measures": [asdict(measure) for measure in self.measures],
+            "margins": [_written(margin) for margin in self.margins],
+            "notes": list(self.notes),
         }
 
 
@@ -95,8 +101,8 @@ def is_run(folder: Path) -> bool:
 def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparison:
     """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
     first, second = _summary(before), _summary(after)
-    graphs = _graph(first), _graph(second)
-    graph = differences(graphs[0], graphs[1]) if graphs[0] and graphs[1] else []
+    one, other = _graph(first), _graph(second)
+    graph = differences(one, other) if one and other else []
     facts = [
         Difference(key, str(first.get(key, "")), str(second.get(key, "")))
         for key in _DEPENDS
@@ -104,7 +110,22 @@ def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparis
     ]
     traces = tuple(_traces(before / TRACES, after / TRACES, tolerance))
     measures = tuple(_measures(first.get("measures", {}), second.get("measures", {}), tolerance))
-    return RunComparison(tuple(graph), tuple(facts), traces, measures)
+    margins, notes = _margins(one, other, tolerance) if graph and one and other else ((), ())
+    return RunComparison(tuple(graph), tuple(facts), traces, measures, margins, notes)
+
+
+def _margins(before: Graph, after: Graph, tolerance: Tolerance) -> tuple[tuple[MeasureChange, ...], tuple[str, ...]]:
+    """Compare the margins of the loops of two graphs; equal graphs have equal ones."""
+    if not (before.loops or after.loops):
+        return (), ()
+    (first, why), (second, why_after) = margins_of_loops(before), margins_of_loops(after)
+    notes = tuple(f"margins are not compared: {reason}" for reason in (why, why_after) if reason)
+    return ((), notes) if notes else (tuple(_measures(first, second, tolerance)), ())
+
+
+def _written(margin: MeasureChange) -> dict[str, Any]:
+    """Plain data of a margin; a text where it is without limit, which JSON has no number for."""
+    return {key: str(v) if isinstance(v, float) and math.isinf(v) else v for key, v in asdict(margin).items()}
 
 
 def _summary(folder: Path) -> dict[str, Any]:
@@ -135,7 +156,7 @@ def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: To
 
 def _close(was: float | None, now: float | None, tolerance: Tolerance) -> bool:
     """Return whether a measure stays within the tolerance; None has no value."""
-    if was is None or now is None:
+    if was is None or now is None or math.isinf(was) or math.isinf(now):
         return was == now
     return abs(now - was) <= tolerance.of(abs(was))
 

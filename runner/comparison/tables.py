@@ -53,6 +53,13 @@ def run_tables(comparison: RunComparison) -> list[Table]:
             tuple(map(_measure, comparison.measures)),
             (0, 1, 5),
         ),
+        Table(
+            "margins",
+            ("margin", "unit", "before", "after", "change", ""),
+            tuple(map(_measure, comparison.margins)),
+            (0, 1, 5),
+        ),
+        Table("notes", ("",), tuple((note,) for note in comparison.notes), (0,)),
     ]
 
 
@@ -80,9 +87,12 @@ def text_of(tables: Sequence[Table]) -> Iterator[str]:
         yield from text_table([table.heads, *table.rows], left=table.left)
 
 
-def save_tables(path: Path, title: str, verdict: str, tables: Sequence[Table]) -> Path:
-    """Write the tables as one HTML file."""
-    sections = [(table.title, _page_table(table)) for table in tables if table.rows]
+def save_tables(
+    path: Path, title: str, verdict: str, tables: Sequence[Table], before: Sequence[tuple[str, str]] = ()
+) -> Path:
+    """Write the tables as one HTML file; `before` are sections that stand above them."""
+    sections = [*before]
+    sections += [(table.title, _page_table(table)) for table in tables if table.rows]
     return save_page(path, title, f"<p>{escape(verdict)}</p>", sections, "")
 
 

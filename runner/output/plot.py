@@ -29,7 +29,7 @@ _DOTTED = 120  # rows up to which each has a dot
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
 _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
 STYLE: Any = {
-    "font.size": 10.0,
+    "font.size": 10.8,  # raised figures, which are smaller by a third, still have ten pixels
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans"],
     "axes.edgecolor": INK,

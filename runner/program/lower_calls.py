@@ -54,10 +54,7 @@ class Calls(Expressions):
         target = self.expression(node.func)
         arguments: list[Lowered] = []
         for part in node.args:
-            if isinstance(part, ast.Starred):
-                arguments += self.expression(part.value)
-            else:
-                arguments.append(self.expression(part))
+            arguments += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
         if named and not is_record(target):
             arguments = self._in_order(node, target, arguments, named)

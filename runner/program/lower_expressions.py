@@ -25,6 +25,7 @@ from proofmass.runner.program.form import (
 )
 from proofmass.runner.program.structure import (
     Lowered,
+    in_words,
     is_record,
     is_scalar,
     leaves,
@@ -58,7 +59,7 @@ class Expressions:
         """Lower an expression that must be a number."""
         value = self.expression(node)
         if not is_scalar(value):
-            raise refuse(node, f"{_described(value)}, where a number is needed")
+            raise refuse(node, f"{in_words(value)}, where a number is needed")
         return value  # type: ignore[no-any-return]
 
     def test(self, node: ast.expr) -> Operand:
@@ -76,7 +77,7 @@ class Expressions:
 
     def _scalar(self, node: ast.AST, value: Lowered) -> Operand:
         if not is_scalar(value):
-            raise refuse(node, f"{_described(value)}, where a number is needed")
+            raise refuse(node, f"{in_words(value)}, where a number is needed")
         return value  # type: ignore[no-any-return]
 
     # -- names and literals ----------------------------------------------------------------------------------------
@@ -120,16 +121,20 @@ class Expressions:
             return self.known(value)
         if is_record(type(owner)) and node.attr in owner._fields:
             return getattr(owner, node.attr)
-        raise refuse(node, f"{_described(owner)} has no {node.attr}")
+        raise refuse(node, f"{in_words(owner)} has no {node.attr}")
 
     def _tuple(self, node: ast.Tuple) -> Lowered:
         parts: list[Lowered] = []
         for part in node.elts:
-            if isinstance(part, ast.Starred):
-                parts += self.expression(part.value)
-            else:
-                parts.append(self.expression(part))
+            parts += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
         return tuple(parts)
+
+    def starred(self, node: ast.Starred) -> Sequence[Lowered]:
+        """Entries of a tuple, in the place of `*` and its name."""
+        value = self.expression(node.value)
+        if not isinstance(value, tuple):
+            raise refuse(node, f"* of {in_words(value)}", "it takes tuples: write the values one by one")
+        return value
 
     # -- operators -------------------------------------------------------------------------------------------------
 
@@ -235,7 +240,7 @@ class Expressions:
         first, second = list(leaves(a)), list(leaves(b))
         arrays = any(isinstance(part, Array) for part in (*first, *second))
         if type(a) is not type(b) or len(first) != len(second) or (arrays and first != second):
-            raise refuse(node, f"{_described(a)} in one case and {_described(b)} in another")
+            raise refuse(node, f"{in_words(a)} in one case and {in_words(b)} in another")
         if arrays:
             return a
         kinds = [numbers.widest(x.kind, y.kind) for x, y in zip(first, second, strict=True)]  # type: ignore[union-attr]
@@ -322,7 +327,7 @@ class Expressions:
         if isinstance(whole, Array):
             return self.builder.load(whole, self.index(whole, self.number(node.slice)))
         if not isinstance(whole, tuple):
-            raise refuse(node, f"{_described(whole)} has no entries")
+            raise refuse(node, f"{in_words(whole)} has no entries")
         return self.entry(node, whole, self.number(node.slice))
 
     def entry(self, node: ast.AST, whole: tuple[Lowered, ...], index: Operand) -> Lowered:
@@ -335,9 +340,9 @@ class Expressions:
         parts = [list(leaves(part)) for part in whole]
         alike = len(set(map(shape_of, whole))) == 1
         if not whole or not all(is_scalar(leaf) for part in parts for leaf in part):
-            raise refuse(node, f"{_described(whole)} has no entries that an index may choose")
+            raise refuse(node, f"{in_words(whole)} has no entries that an index may choose")
         if not alike and not all(map(is_scalar, whole)):
-            raise refuse(node, f"{_described(whole)} has entries of several types", "make all its entries of one type")
+            raise refuse(node, f"{in_words(whole)} has entries of several types", "make all its entries of one type")
         return rebuilt(whole[0], [self._entry(index, column) for column in zip(*parts, strict=True)])
 
     def _entry(self, index: Operand, entries: Sequence[Any]) -> Operand:
@@ -385,11 +390,3 @@ def outer(function: types.FunctionType, name: str) -> Any:
         if free == name:
             return cell.cell_contents
     return function.__globals__.get(name, getattr(builtins, name, _MISSING))
-
-
-def _described(value: Lowered) -> str:
-    if isinstance(value, Array):
-        return "a list of values"
-    if isinstance(value, tuple):
-        return f"a {type(value).__name__}" if is_record(type(value)) else f"a tuple of {len(value)}"
-    return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()

@@ -97,3 +97,14 @@ def described(shape: Hashable) -> str:
 def is_record(kind: Any) -> bool:
     """Return whether a value is a NamedTuple."""
     return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def in_words(value: Lowered) -> str:
+    """Return the type of a value in words, for refusals."""
+    if is_scalar(value):
+        return {Kind.FLOAT: "a number", Kind.INTEGER: "an integer", Kind.TRUTH: "a truth value"}[value.kind]
+    if isinstance(value, Array):
+        return "a list of values"
+    if isinstance(value, tuple):
+        return f"a {type(value).__name__}" if is_record(type(value)) else f"a tuple of {len(value)}"
+    return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()

@@ -25,7 +25,7 @@ _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
 
 
 class _Loop(NamedTuple):
-    """Where Continue and Break go; in a loop that lanes leave apart, places of the masks of those that are in it."""
+    """Targets of Continue and Break; in a loop that lanes leave apart, places of the masks of those that are in it."""
 
     turn: str
     end: str

@@ -141,7 +141,7 @@ class FunctionText:
         self.block = ""
 
     def _weights(self, condition: form.Operand) -> str:
-        """What LLVM is told of a condition; for one that holds as a rule its last passes choose by branches."""
+        """Return the weights of a condition's branches; where it nearly always holds, LLVM's last passes branch."""
         if condition not in self.expected:
             return ""
         self._need((_LIKELY,))
@@ -279,7 +279,7 @@ class FunctionText:
         self._begin(end)
 
     def _kept_short(self) -> str:
-        """What LLVM is told of a loop in a solver: it is not worth a copy of its body for each turn."""
+        """Return the mark of a loop in a solver: its body is not worth a copy for each turn."""
         if self.is_entry or self.function.inline:
             return ""
         self._need((_SHORT,))

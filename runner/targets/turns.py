@@ -9,7 +9,7 @@ _MOST = 600  # statements of all turns of a loop that is written out
 
 
 def written_out(loop: For) -> bool:
-    """Whether a loop has a few known turns, each of which computes from the last.
+    """Return whether a loop has a few known turns, each of which computes from the last.
 
     What follows from constants alone is then computed before the ticks. Turns that need nothing of each other stay a
     loop, of which LLVM makes vectors.
@@ -22,7 +22,7 @@ def written_out(loop: For) -> bool:
 
 
 def _carries(inside: Iterable[Statement]) -> bool:
-    """Whether a turn reads a variable that the turn before has computed."""
+    """Return whether a turn reads a variable that the turn before has computed."""
     computed, read, written = set[Value](), set[Variable](), set[Variable]()
     for statement in inside:
         match statement:

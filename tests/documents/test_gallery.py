@@ -5,22 +5,30 @@ import re
 import pytest
 
 from docs.site.gallery import costs, gallery_pages, gallery_pictures
+from docs.site.pictures import DOCS, GALLERY, OF_THE_LIBRARY, PICTURES, diagram, drawings
 from proofmass import read_graph, simulate
 from proofmass.graphs.files.gallery import exhibits
 from proofmass.graphs.files.library import library_file, library_files
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
-from tests.documents.pictures import DOCS, PICTURES, drawn
 
 
 def test_there_are_pictures() -> None:
-    assert len(PICTURES) == 10
+    assert len(GALLERY) == 10
 
 
-@pytest.mark.parametrize(("path", "name"), PICTURES, ids=[name for _, name in PICTURES])
-def test_a_picture_is_what_draw_makes(path: str, name: str) -> None:
-    message = "python -m tests.documents.pictures draws it anew"
-    assert (DOCS / path).read_text(encoding="utf-8") == drawn(name), message
+@pytest.mark.parametrize("picture", OF_THE_LIBRARY)
+def test_a_picture_is_what_draw_makes(picture: str) -> None:
+    message = f"python -m docs.site.pictures {picture} draws it anew"
+    assert (PICTURES / picture).read_text(encoding="utf-8") == diagram(picture), message
+
+
+def test_every_picture_can_be_drawn_again_and_is_shown() -> None:
+    drawn = [picture for pictures, _ in drawings() for picture in pictures]
+    there = {path.relative_to(PICTURES).as_posix() for path in PICTURES.rglob("*") if path.is_file()}
+    assert sorted(drawn) == sorted(there)
+    pages = "".join(path.read_text(encoding="utf-8") for path in [*DOCS.rglob("*.md"), DOCS.parent / "README.md"])
+    assert [picture for picture in drawn if f"pictures/{picture})" not in pages] == []
 
 
 @pytest.fixture(scope="module")
@@ -64,3 +72,4 @@ def test_every_graph_that_runs_alone_has_its_time() -> None:
     rows = re.findall(r"^\| \[.*\]\(#.*\) \|.* ([\d.]+) ms \|$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
     assert len(rows) == 10
     assert {float(row) for row in rows} <= {float(f"{1e3 * cost:.2g}") for cost in costs().values()}
+    assert f"{len(alone) - 1} of {len(alone)} run faster than real time" in (DOCS / "gallery.md").read_text("utf-8")

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import linalg, optimize, signal
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
@@ -110,3 +110,49 @@ def test_lines_of_the_page_are_those_of_the_files() -> None:
     for before, name, after in rows:
         assert len(library_file(f"{name}.toml").read_text(encoding="utf-8").splitlines()) == int(after), name
         assert int(before) > 0
+
+
+def test_coupled_axes_against_the_matrix_exponential() -> None:
+    """The plant under the forces that the loops make, and where the loops bring it."""
+    result = run("coupled_axes", duration="0.2 s")
+    mass, damping = np.diag([50e-6, 60e-6]), np.diag([0.02, 0.01])
+    stiffness, entry = np.array([[50.0, -20.0], [-20.0, 80.0]]), np.array([[1.0, 0.0], [0.2, 1.0]])
+    inverse, zero = np.linalg.inv(mass), np.zeros((2, 2))
+    a = np.block([[zero, np.eye(2)], [-inverse @ stiffness, -inverse @ damping]])
+    step = linalg.expm(np.block([[a, np.vstack([zero, inverse @ entry])], [np.zeros((2, 6))]]) * 1e-4)
+    forces = np.column_stack([result[f"{name}_delay.output"].values for name in ("first", "second")])
+    x, expected = np.zeros(4), []
+    for force in forces:
+        expected.append(x[:2])
+        x = step[:4, :4] @ x + step[:4, 4:] @ force
+    found = np.column_stack([result[f"axes.{name}"].values for name in ("one", "two")])
+    assert found == pytest.approx(np.array(expected), abs=1e-15)
+    assert found[-1] == pytest.approx([1e-6, 0.0], abs=1e-9)
+
+
+def test_the_accelerometer_in_a_chamber_against_its_data_sheet() -> None:
+    quiet = graph("chamber_accelerometer").with_parameters({"noise.density": 0.0})
+    result = simulate(quiet, engine="compiled")
+    warmer = result["chamber.temperature"].values - 298.15
+    sign = np.where(np.arange(len(warmer)) * 10 % 400 < 200, 1.0, -1.0)
+    senses = (1.0 - 100e-6 * warmer + 2e-7 * warmer**2) * sign * 9.80665 + 0.15 + 5e-4 * warmer
+    codes = np.round(0.1 * senses / (2.5 * (1.0 + 5e-6 * warmer)) * 2.0**19)
+    assert (result["adc.code"].values == codes).all()
+    error = np.mean((codes * sign)[:1440]) * 2.5 / 2.0**19 / 0.1 / 9.80665 - 1.0
+    assert result.measures["found"].value == pytest.approx(error, abs=1e-9)
+    assert result.measures["kept"].value == pytest.approx(1.0 / (1.0 + error), rel=1e-9)
+
+
+def test_cantilever_against_the_beam_of_euler_and_bernoulli() -> None:
+    """Under a step of force at the tip each mode has 4 F / (m w^2) at rest, w from cos(k) cosh(k) = -1."""
+    found = run("finite_element_cantilever", samples=200)["tip.output"].values
+    length, width, height, young, density = 1e-3, 50e-6, 10e-6, 169e9, 2330.0
+    mass = density * width * height * length
+    t, expected, slowest = np.arange(200) * 1e-6, np.zeros(200), 0.0
+    for guess in (1.9, 4.7, 7.9):
+        k = optimize.brentq(lambda x: math.cos(x) * math.cosh(x) + 1.0, guess - 0.1, guess + 0.1)
+        w = k * k * math.sqrt(young * width * height**3 / 12.0 / (mass / length)) / length**2
+        slowest = slowest or w
+        decay = 0.5 * w * w / (100.0 * slowest)
+        expected += 4e-6 / (mass * w * w) * (1.0 - np.exp(-decay * t) * np.cos(math.sqrt(w * w - decay**2) * t))
+    assert np.abs(found - expected).max() < 0.01 * 1e-6 * length**3 / (3.0 * young * width * height**3 / 12.0)

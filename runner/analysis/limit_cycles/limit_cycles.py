@@ -79,7 +79,7 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     flat = flatten(graph)
     entry, _ = ends(flat, name)
     source = next(wire.source for wire in flat.wires if wire.target == f"{name}.{entry}")
-    lone = flat.as_graph().changed(probes=(Probe(source),), measures={}, derived={})
+    lone = flat.as_graph().bare(probes=(Probe(source),))
     slowest = min((cycle.frequency for cycle in cycles or ()), default=1.0)
     trace = simulate(lone, duration=None if cycles is None else f"{PERIODS / slowest} s")[source]
     values, times = np.asarray(trace.values, dtype=float), np.asarray(trace.times, dtype=float)

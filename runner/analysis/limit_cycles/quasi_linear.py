@@ -58,9 +58,7 @@ def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
     probes = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
     rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
-    return flat.as_graph().changed(
-        blocks=blocks, wires=tuple(wires), probes=probes, measures={}, derived={}, loops=loops, rates=rates
-    )
+    return flat.as_graph().bare(blocks=blocks, wires=tuple(wires), probes=probes, loops=loops, rates=rates)
 
 
 def describing_of(flat: FlatGraph, name: str) -> Describing:

@@ -126,14 +126,12 @@ class _Bench:
             offsets |= dict.fromkeys((name, total), offsets[self._source[0]])
         wires = [Wire(f"{total}.output" if w.source == signal else w.source, w.target) for w in flat.wires]
         wires += [Wire(signal, f"{total}.first"), Wire(f"{name}.output", f"{total}.second")]
-        return flat.as_graph().changed(
+        return flat.as_graph().bare(
             blocks={**flat.blocks, **added},
             rates={**flat.rates, name: rate, total: rate},
             offsets=offsets,
             wires=tuple(wires),
             probes=(Probe(".".join(self._target)),),
-            measures={},
-            loops={},
         )
 
     def _rate(self) -> Fraction:

@@ -57,6 +57,8 @@ class Together:
     frequencies: Array  # Hz
     bounds: Array  # of mu at these frequencies, from above
     of_each: Array  # |S_ii - 1/2|, a row for each loop
+    sensitivities: Array  # largest |S_ij| over all frequencies, S = (I + L)^-1: from wire j to wire i
+    complementary: Array  # the same of T = I - S
     notes: tuple[str, ...]
 
     @property
@@ -85,6 +87,8 @@ class Together:
             "phase_deg": None if self.phase is None else math.degrees(self.phase),
             "disk_margin_alone": dict(zip(self.loops, self.alone, strict=True)),
             "disk_margin_unstructured": self.unstructured,
+            "sensitivity_peaks": self.sensitivities.tolist(),
+            "complementary_peaks": self.complementary.tolist(),
             "notes": list(self.notes),
         }
 
@@ -143,6 +147,8 @@ def of_system(
         frequencies=np.zeros(0),
         bounds=np.zeros(0),
         of_each=np.zeros((0, 0)),
+        sensitivities=np.zeros((0, 0)),
+        complementary=np.zeros((0, 0)),
         notes=notes,
     )
     return base if verdict != "stable" else _measured(base, system, sizes)
@@ -185,7 +191,11 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     ends = np.cumsum([0, *sizes])
     blocks = list(pairwise(ends.tolist()))
     gains = np.array([[np.linalg.norm(m[a:b, a:b], 2) for m in matrices] for a, b in blocks])
-    alone = tuple(1.0 / _peak_of(system, w, row, a, b) for row, (a, b) in zip(gains, blocks, strict=True))
+    alone = tuple(1.0 / _peak_of(system, w, 0.0, (a, b), (a, b)) for a, b in blocks)
+    peaks_of = {
+        shift: np.array([[_peak_of(system, w, shift, rows, columns) for columns in blocks] for rows in blocks])
+        for shift in (0.5, -0.5)
+    }
     values = {**vars(base)}
     values |= {
         "margin": 1.0 / upper,
@@ -197,6 +207,8 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         "frequencies": w / (2.0 * math.pi),
         "bounds": quick,
         "of_each": gains,
+        "sensitivities": peaks_of[0.5],
+        "complementary": peaks_of[-0.5],
     }
     return Together(**values)
 
@@ -236,15 +248,18 @@ def _refined(system: OpenLoop, sizes: Sequence[int], low: float, middle: float, 
     return _golden(value, low, high, (middle, value(middle)))
 
 
-def _peak_of(system: OpenLoop, w: Array, row: Array, a: int, b: int) -> float:
-    """Return the peak of |S_ii - 1/2| of one loop."""
-    i = int(np.argmax(row))
-    ends = w[max(i - 1, 0)], w[min(i + 1, len(w) - 1)]
+def _peak_of(system: OpenLoop, w: Array, shift: float, rows: tuple[int, int], columns: tuple[int, int]) -> float:
+    """Return the peak of a block of S - I/2 + shift I: of S for 1/2, of -T for -1/2."""
+    (a, b), (c, d) = rows, columns
 
-    def value(at: float) -> float:
-        return float(np.linalg.norm(_disks(system, np.array([at]))[0][a:b, a:b], 2))
+    def values(at: Array) -> Array:
+        matrices = _disks(system, at) + shift * np.eye(len(system.matrices[3]))
+        return np.asarray(np.linalg.norm(matrices[:, a:b, c:d], 2, axis=(1, 2)))
 
-    return _golden(value, *ends, (w[i], float(row[i])))[1]
+    every = values(w)
+    i = int(np.argmax(every))
+    ends = float(w[max(i - 1, 0)]), float(w[min(i + 1, len(w) - 1)])
+    return _golden(lambda at: float(values(np.array([at]))[0]), *ends, (float(w[i]), float(every[i])))[1]
 
 
 def _golden(value: Any, low: float, high: float, best: tuple[float, float]) -> tuple[float, float]:

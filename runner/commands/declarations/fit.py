@@ -64,7 +64,8 @@ _GRAPH_OPTIONS = (
         "--free",
         multiple=True,
         metavar="PARAMETER[=LOW..HIGH]",
-        help='Fit this parameter, within bounds if given, as "100 N/m..200 N/m"; repeatable.',
+        help='Fit this parameter, within bounds if given, as "100 N/m..200 N/m", or about what is expected, as '
+        '"132 N/m +- 3 N/m"; repeatable.',
     ),
     click.option(
         "--free-offset", "offsets", multiple=True, metavar="SIGNAL", help="Also fit a constant offset of this output."

@@ -31,7 +31,7 @@ class Model:
         played, buffers = _with_recorded(graph, recording, interpolated)
         self.signals = sorted(recording.outputs)
         probes = tuple(Probe(signal) for signal in self.signals)
-        played = played.changed(probes=probes, measures={}, loops={})
+        played = played.bare(probes=probes)
         self.plan = without_noise(plan(played, recordings=buffers))
         self.compiled = CompiledPlan(self.plan)
         self._adjustable = Adjustable(self.plan.graph)

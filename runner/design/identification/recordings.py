@@ -16,6 +16,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.runner.design.identification.tables import Table, read_table_file
+from proofmass.runner.output.counts import count
 from proofmass.runner.run.result import Array
 
 GAP = 1.5  # steps
@@ -121,7 +122,7 @@ def _stretches(
     if len(cuts) and gaps == "refuse":
         some = ", ".join(f"{times[i]:.6g} s to {times[i + 1]:.6g} s" for i in cuts[:_NAMED])
         more = f", and {len(cuts) - _NAMED} more" if len(cuts) > _NAMED else ""
-        message, hint = f"has {len(cuts)} gaps", "--gaps split runs the pieces one by one, each from rest"
+        message, hint = f"has {count(len(cuts), 'gap')}", "--gaps split runs the pieces one by one, each from rest"
         expected = f"steps of at most {GAP * step:.6g} s"
         problem = Problem(message=message, file=table.source, key=first, got=some + more, expected=expected, hint=hint)
         raise ModelError([problem])

@@ -25,7 +25,9 @@ _MOVED, _CODES = 3e-3, 10.0  # of the size of an output, and codes, that a step 
 _FEW_CODES = 0.5  # of the rows: fewer values than that are those of a converter
 _PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
 _WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
-_POLISHES, _NEAR, _ROUGH = 2, 3.0, 1.0  # steps; of a step, in units of the noise; of the sum of squares
+_POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # steps; of a step, in units of the noise; of the sum of squares
+_STILL = 0.1  # of a step, in units of the noise: it is the last
+_TINY, _TIMES = 1e-3, 3.0  # of a step that only rounding answers; of what it answers, as the most that it may
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
 
@@ -114,20 +116,39 @@ class Solver:
         return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success))
 
     def _polished(self, values: Array) -> Array:
-        """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop."""
-        for _ in range(_POLISHES):
-            before = np.concatenate([self.residuals(values), self._prior(values)])
+        """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop.
+
+        Their codes round anew at every value, so that the sum of squares is rough. The search before may stop where
+        a step gains less than that: further steps go by the derivatives, which look past codes.
+        """
+        rough = 0.0
+        for number in range(_POLISHES):
+            before = self._weighted(values)
             table = self.jacobian(values) * self.scales
             step = np.linalg.lstsq(table, -before, rcond=1e-8)[0] * self.scales
-            tried = values + step
+            rough = rough if number else self._roughness(values, before, table)
+            tried, length = values + step, float(np.linalg.norm(table @ (step / self.scales)))
             inside = all(u.at_least <= v <= u.at_most for u, v in zip(self.unknowns, tried, strict=True))
-            after = np.concatenate([self.residuals(tried), self._prior(tried)]) if inside else before
-            if not inside or float(np.linalg.norm(table @ (step / self.scales))) > _NEAR:
+            if not inside or length > _NEAR + math.sqrt(rough):
                 break
-            if float(after @ after) > float(before @ before) + _ROUGH:
+            after = self._weighted(tried)
+            if float(after @ after) > float(before @ before) + _ROUGH + rough:
                 break
             values = tried
+            if length < _STILL:
+                break
         return values
+
+    def _weighted(self, values: Array) -> Array:
+        return np.concatenate([self.residuals(values), self._prior(values)])
+
+    def _roughness(self, values: Array, before: Array, table: Array) -> float:
+        """Return by how much rounding alone moves the sum of squares: over steps that move nothing else."""
+        lengths = np.linalg.norm(table, axis=0)
+        tiny = _TINY * self.scales / np.where(lengths > 0.0, lengths, math.inf)
+        sides = [values + side * tiny for side in (1.0, -1.0, 2.0, -2.0)]
+        sums = [float(np.sum(self._weighted(near) ** 2)) for near in sides]
+        return _TIMES * max(abs(total - float(before @ before)) for total in sums)
 
     def _least_squares(self, values: Array) -> Any:
         low, high = (

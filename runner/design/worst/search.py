@@ -7,6 +7,7 @@ Nothing of this proves that there is no worse case, so it counts what was tried.
 """
 
 import itertools
+import math
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -18,7 +19,8 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
 from proofmass.runner.design.worst.ranges import Range
 
-UNSTABLE = 1e6  # badness of an unstable loop, before its growth is added
+_UNDEFINED = 1e6  # times the value at the start of a descent: where a loop is unstable, before its growth is added
+_LARGEST = 5e5  # the same of a value
 _DESCENTS = 2  # bounded descents of each quantity
 _TURNS = 20  # corners that derivatives may name in a row
 _SWEEPS = 4  # rounds in which every parameter is tried at its other end
@@ -36,6 +38,13 @@ class Side(NamedTuple):
 
     quantity: str
     sign: float
+
+
+class Badness(NamedTuple):
+    """Order of badness: where a quantity is undefined its loop's growth counts, elsewhere its value."""
+
+    undefined: bool
+    value: float
 
 
 class Case(NamedTuple):
@@ -81,13 +90,13 @@ class BoxSearch:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
         return self.cases[key]
 
-    def badness(self, case: Case, side: Side) -> float:
-        """Return a number that grows as the quantity gets worse, and beyond all others where a loop is unstable."""
-        grown = [r for name, r in case.readings.items() if name.startswith(STABLE)]
-        if case.readings[side.quantity] is None:
-            return UNSTABLE + max((r.value for r in grown if r is not None), default=0.0)
-        value = case.readings[side.quantity].value  # type: ignore[union-attr]
-        return float(np.clip(-side.sign * value, -0.5 * UNSTABLE, 0.5 * UNSTABLE))
+    def badness(self, case: Case, side: Side) -> Badness:
+        """Return what grows as the quantity gets worse, and is beyond all values where a loop is unstable."""
+        reading = case.readings[side.quantity]
+        if reading is None:
+            grown = [r for name, r in case.readings.items() if name.startswith(STABLE)]
+            return Badness(True, max((r.value for r in grown if r is not None), default=0.0))
+        return Badness(False, -side.sign * reading.value)
 
     def gradient(self, case: Case, side: Side) -> Array:
         """Return the derivatives of the badness by the places."""
@@ -119,7 +128,7 @@ class BoxSearch:
             self.random.append(self.at(place).place)
         for side in sides:
             self._others(side)
-            starts = sorted(self.cases.values(), key=lambda case: -self.badness(case, side))[:_DESCENTS]
+            starts = sorted(self.cases.values(), key=lambda case: self.badness(case, side), reverse=True)[:_DESCENTS]
             starts.append(max((self.cases[place] for place in self.random), key=lambda c: self.badness(c, side)))
             for case in starts:
                 self._inside(side, case)
@@ -161,11 +170,16 @@ class BoxSearch:
         outward = [abs(part) == 1.0 and part * g >= 0.0 for part, g in zip(case.place, gradient, strict=True)]
         if all(outward):
             return
-        size = abs(self.badness(case, side)) or 1.0
+        size = abs(self.badness(case, side).value) or 1.0
+        if not math.isfinite(size):
+            return
 
         def objective(place: Array) -> tuple[float, Array]:
             there = self.at(np.clip(place, -1.0, 1.0).tolist(), slopes=True)
-            return -self.badness(there, side) / size, -self.gradient(there, side) / size
+            undefined, value = self.badness(there, side)
+            if undefined:
+                return -(_UNDEFINED + value), -self.gradient(there, side)
+            return float(np.clip(-value / size, -_LARGEST, _LARGEST)), -self.gradient(there, side) / size
 
         _minimise(
             objective,

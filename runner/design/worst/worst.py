@@ -254,7 +254,9 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
     if begin is not None:
         change = float(np.sum(np.abs(search.gradient(nominal, side))))
         first_order = begin - side.sign * change
-    corners = sorted((c for c in search.cases.values() if c.corner), key=lambda c: -search.badness(c, side))
+    corners = sorted(
+        (c for c in search.cases.values() if c.corner), key=lambda c: search.badness(c, side), reverse=True
+    )
     return WorstCase(
         name=f"{side.quantity}, {word}" if both else side.quantity,
         quantity=quantity,

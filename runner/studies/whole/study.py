@@ -149,7 +149,17 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     result = simulate_plan(planned, graph, RunOptions(seed=study.seed, engine=engine, noise=number, began=began))
     found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
     margins = {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in found}
-    return dataclasses.replace(result, measures={**result.measures, **margins})
+    return dataclasses.replace(result, measures={**result.measures, **margins, **_changes(study, run, epoch, engine)})
+
+
+def _changes(study: Study, run: int, epoch: int, engine: EngineName) -> dict[str, Measured]:
+    """Return what a run has changed by at an epoch: the epochs before it run too."""
+    if not study.changes:
+        return {}
+    sensors = SensorRuns(study, engine)
+    row = sensors.runs([run], threading.Event()).values[0, epoch]
+    named = zip(sensors.measures, row.tolist(), strict=True)
+    return {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in named if m.name in study.changes}
 
 
 def with_numbers(study: AnyStudy, runs: int | None, seed: int | None) -> AnyStudy:

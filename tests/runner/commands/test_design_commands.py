@@ -138,3 +138,38 @@ def test_margins_of_several_loops_and_over_a_parameter(tmp_path: Path, capsys: C
     for over, said in (("x_gain.gain", "write age, or"), ("x_gian.gain=1..2", "x_gain")):
         assert main(["margins", str(path), "--over", over]) in (1, 2)
         assert said in capsys.readouterr().err
+
+
+def test_named_values_and_yields_on_the_command_line(tmp_path: Path, capsys: Captured) -> None:
+    """The gain is ten times a named value; the settled plant is at 1, or at the value drawn."""
+    text = INTEGRATING.replace("[loops.main]", '[values]\nspeed = "10 Hz"\n\n[loops.main]')
+    text = text.replace("gain = 100.0 ", 'gain = "= 10 * speed / (1 Hz)" ').replace("1e-3 1/sqrt", "1e-9 1/sqrt")
+    text += '\n[study]\nruns = 32\n[study.spread]\n"wanted.amplitude" = { uniform = 0.1 }\n'
+    text += "[study.limits]\nend = { at_least = 0.8 }\n"
+    path = tmp_path / "loop.toml"
+    path.write_text(text, encoding="utf-8")
+    words = ["worst", str(path), "--tolerance", "speed=10 %", "--figure", "main:phase_margin", "--samples", "3"]
+    assert main([*words, "--runs", "16", "--json"]) == 0
+    answer = json.loads(capsys.readouterr().out)
+    phase = answer["cases"]["main:phase_margin"]
+    assert phase["at"]["speed"] == pytest.approx(11.0)
+    assert phase["worst"] == pytest.approx(90.0 - 3.0 * np.degrees(np.arcsin(0.055)), rel=1e-9)
+    assert answer["yields"]["end"][0] == 1.0
+    words = ["worst", str(path), "--tolerance", "wanted.amplitude=0.25", "--yield", "end", "--samples", "1", "--json"]
+    assert main(words) == 0
+    assert json.loads(capsys.readouterr().out)["cases"]["yield of end"]["worst"] < 0.8
+    given = ["--response", "plant.output:gain@10Hz", "--input", "wanted.output", "--tolerance", "speed=10 %"]
+    assert main(["worst", str(path), *given, "--samples", "1", "--quiet"]) == 0
+    assert "gain of plant.output" in capsys.readouterr().out
+    assert main(["margins", str(path), "--over", "speed=10 Hz..20 Hz:2"]) == 0
+    assert f"{90.0 - 3.0 * np.degrees(np.arcsin(0.1)):.4g} deg" in capsys.readouterr().out
+    assert main(["margins", str(path), "--over", "sped=1 Hz..2 Hz"]) == 1
+    assert "did you mean speed?" in capsys.readouterr().err
+
+
+def test_what_is_expected_holds_a_fit(resonator: Path, capsys: Captured) -> None:
+    given = ["--data", str(resonator.parent / "record.csv"), "--input", "force.output=push", "--json"]
+    given += ["--output", "seen.output=volts", "--free", "sensor.stiffness=5 N/m +- 1 nN/m"]
+    assert main(["fit", str(resonator), *given]) in (0, 1)
+    (estimate,) = json.loads(capsys.readouterr().out)["parameters"].values()
+    assert estimate["value"] == pytest.approx(5.0, rel=1e-6), "a recording of 5.4 N/m does not outweigh it"

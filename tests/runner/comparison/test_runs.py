@@ -9,8 +9,10 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.comparison.runs import Tolerance, compare_runs
+from proofmass.runner.comparison.tables import run_tables, text_of
 from proofmass.runner.output.export import save_netcdf, save_summary
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.design_texts import INTEGRATING
 
 TEXT = """\
 name = "a ramp that is sampled"
@@ -101,3 +103,23 @@ def test_folders_that_hold_something_else(before: Path, tmp_path: Path) -> None:
     (after / "summary.json").write_text("no summary")
     with pytest.raises(ModelError, match=r"summary\.json cannot be read"):
         compare_runs(before, after, Tolerance())
+
+
+def test_margins_of_loops_that_differ(tmp_path: Path) -> None:
+    """K T = 2 sin(w T / 2) at the crossover w, and a phase margin of 90 deg - 1.5 w T: 100 and 110 1/s."""
+    short = INTEGRATING.replace('"0.5 s"', '"20 ms"')
+    texts = [short, short.replace("gain = 100.0", "gain = 110.0"), short.replace("gain = 100.0", "gain = 5000.0")]
+    first, second, wild = (saved(tmp_path / str(number), text) for number, text in enumerate(texts))
+    margins = {margin.name: margin for margin in compare_runs(first, second, Tolerance(relative=0.2)).margins}
+    phases = [90.0 - 3.0 * np.degrees(np.arcsin(gain * 1e-3 / 2.0)) for gain in (100.0, 110.0)]
+    phase = margins["main.phase_margin"]
+    assert (phase.before, phase.after) == pytest.approx(tuple(phases), rel=1e-9)
+    assert phase.same
+    assert not compare_runs(first, second, Tolerance(relative=1e-3)).same
+    lost = {margin.name: margin for margin in compare_runs(first, wild, Tolerance(relative=9.0)).margins}
+    assert lost["main.phase_margin"].after is None
+    assert not lost["main.phase_margin"].same
+    assert lost["main.stable"].after == 0.0
+    assert not compare_runs(first, first, Tolerance()).margins, "equal graphs have equal margins"
+    text = "\n".join(text_of(run_tables(compare_runs(first, second, Tolerance()))))
+    assert "main.phase_margin" in text

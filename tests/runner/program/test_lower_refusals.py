@@ -2,15 +2,18 @@
 
 import ast
 import math
+import traceback
 import types
+from pathlib import Path
 from typing import Any, NamedTuple
 
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.source import define
+from proofmass.blocks.language.refusals import RefusedError
 from proofmass.runner.program import lower as lowering
-from proofmass.runner.program.form import FLOAT, INTEGER, Value
+from proofmass.runner.program.form import FLOAT, Value
 from proofmass.runner.program.lower import lower
 from tests.by_hand.lowered import run
 
@@ -178,6 +181,56 @@ def chain_of_calls(a: float) -> bool:
     return calling(a) < calling(a + 1.0) < calling(a + 2.0) < 3.0
 
 
+def named_wrongly(a: float) -> float:
+    return helper(a, c=2.0)  # type: ignore[call-arg]
+
+
+def tuple_as_number(a: float) -> float:
+    return (a, a) * a  # type: ignore[operator]
+
+
+def entry_of_a_number(a: float) -> float:
+    return a[0]  # type: ignore[index,no-any-return]
+
+
+def wrong_name_of_a_module(a: float) -> float:
+    return math.tau_two * a  # type: ignore[attr-defined,no-any-return]
+
+
+def field_changed(x: Any) -> float:
+    x.first += 1.0
+    return 1.0
+
+
+def while_with_else(n: int) -> int:
+    while n > 0:
+        n -= 1
+    else:
+        n = 1
+    return n
+
+
+def deleted(a: float) -> float:
+    del a
+    return 1.0
+
+
+def counting(count: float) -> Any:
+    def counted(a: float) -> float:
+        nonlocal count
+        count += a
+        return count
+
+    return counted
+
+
+def made(text: str) -> Any:
+    """A function of a text: tools that test rewrite assertions of files, and the rest need not run."""
+    tree = ast.parse(text).body[0]
+    assert isinstance(tree, ast.FunctionDef)
+    return define(tree, __file__, {"__name__": __name__})
+
+
 REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (unknown, (1.0,), "there is no missing"),
     (listed, (1.0,), "a list"),
@@ -210,7 +263,47 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (among_a_list, (1.0, [1.0]), "in is of tuples"),
     (chain_of_calls, (1.0,), "a chain of comparisons that calls functions"),
     (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
+    (named_wrongly, (1.0,), "helper: got an unexpected keyword argument 'c'"),
+    (tuple_as_number, (1.0,), "a tuple of 2, where a number is needed"),
+    (entry_of_a_number, (1.0,), "a number has no entries"),
+    (wrong_name_of_a_module, (1.0,), "math has no tau_two"),
+    (field_changed, (Pair(1.0),), "a field cannot be changed"),
+    (while_with_else, (1,), "else of a loop"),
+    (counting(1.0), (1.0,), "nonlocal is not compiled"),
+    (deleted, (1.0,), "del is not compiled"),
+    (made("def spread(a):\n    return max(*a, 1.0)"), (1.0,), "* of a number"),
+    (made("def ranged(a):\n    for n in range((1, 2)): pass"), (1.0,), "a tuple of 2, where a number is needed"),
+    (made("def empty(n):\n    return ()[n]"), (1,), "a tuple of 0 has no entries that an index may choose"),
+    (made("def asserting(a):\n    assert a"), (1.0,), "assert is not compiled"),
 ]
+
+CONSTRUCTS = {
+    "ListComp": "[b for b in (a, a)]",
+    "GeneratorExp": "(b for b in (a, a))",
+    "SetComp": "{b for b in (a, a)}",
+    "DictComp": "{b: b for b in (a, a)}",
+    "List": "[a]",
+    "Set": "{a}",
+    "Dict": "{a: a}",
+    "Lambda": "lambda b: b",
+    "NamedExpr": "(b := a)",
+    "JoinedStr": "f'{a}'",
+    "Starred": "",  # of tuples alone: see `spread`
+    "Yield": "yield a",
+    "YieldFrom": "yield from a",
+    "Try": "try: pass\n    finally: pass",
+    "TryStar": "try: pass\n    except* ValueError: pass",
+    "With": "with a: pass",
+    "FunctionDef": "def b(): pass",
+    "AsyncFunctionDef": "async def b(): pass",
+    "ClassDef": "class B: pass",
+    "Import": "import math",
+    "ImportFrom": "from math import pi",
+    "Global": "global b",
+    "Nonlocal": "",  # within another function: see `counting`
+    "Delete": "del a",
+    "Match": "match a:\n        case 1: pass",
+}
 
 
 @pytest.mark.parametrize(("function", "given", "message"), REFUSED, ids=lambda case: getattr(case, "__name__", ""))
@@ -225,24 +318,51 @@ def test_what_is_refused_says_where_and_why(function: Any, given: Any, message: 
     assert problem.hint
 
 
-def test_an_empty_tuple_has_no_entry() -> None:
-    tree = ast.parse("def empty(n):\n    return ()[n]").body[0]
-    assert isinstance(tree, ast.FunctionDef)
-    with pytest.raises(ModelError, match="a tuple of 0 has no entries that an index may choose"):
-        lower(define(tree, __file__, {"__name__": __name__}), [Value(INTEGER)])
+def refusals() -> dict[str, set[tuple[str, int]]]:
+    """Every `raise refuse(...)` of lowering, by its text in the source, with the lines that it takes."""
+    found: dict[str, set[tuple[str, int]]] = {}
+    for file in sorted(Path(lowering.__file__).parent.glob("lower*.py")):
+        for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Raise) and ast.unparse(node.exc or node).startswith("refuse("):
+                lines = range(node.lineno, (node.end_lineno or node.lineno) + 1)
+                found[f"{file.name}:{node.lineno}: {ast.unparse(node)}"] = {(file.name, line) for line in lines}
+    return found
 
 
-def test_assertions_are_refused() -> None:
-    """Of a function that was made here: tools that test rewrite those of files."""
-    tree = ast.parse("def asserting(a):\n    assert a").body[0]
-    assert isinstance(tree, ast.FunctionDef)
-    with pytest.raises(ModelError, match="assert is not compiled"):
-        lower(define(tree, __file__, {"__name__": __name__}), [Value(FLOAT)])
+def refused_at(function: Any, given: Any) -> tuple[str, int]:
+    """File and line where lowering refuses a function."""
+    with pytest.raises(ModelError) as caught:
+        run(function, *given)
+    refused = caught.value.__context__
+    assert isinstance(refused, RefusedError)
+    last = traceback.extract_tb(refused.__traceback__)[-1]
+    return Path(last.filename).name, last.lineno or 0
+
+
+def test_every_refusal_of_lowering_is_among_these() -> None:
+    """Each place that refuses is reached by one of the functions above, whose text is asserted."""
+    reached = {refused_at(function, given) for function, given, _ in REFUSED}
+    places = refusals()
+    assert len(places) >= 35
+    assert [text for text, lines in places.items() if not lines & reached] == []
+
+
+def test_every_construct_that_is_named_is_refused_by_its_name() -> None:
+    assert list(CONSTRUCTS) == list(RefusedError.CONSTRUCTS)
+    for name, text in CONSTRUCTS.items():
+        if not text:
+            continue
+        said, hint = RefusedError.CONSTRUCTS[name]
+        with pytest.raises(ModelError) as caught:
+            lower(made(f"def using(a):\n    {text}"), [Value(FLOAT)])
+        [problem] = caught.value.problems
+        assert problem.message.startswith(said), name
+        assert problem.hint == hint
 
 
 def test_what_has_no_source_is_refused() -> None:
-    made = types.FunctionType(compile("lambda a: a", "<nowhere>", "eval").co_consts[0], {})
+    nowhere = types.FunctionType(compile("lambda a: a", "<nowhere>", "eval").co_consts[0], {})
     with pytest.raises(ModelError, match="its source cannot be read"):
-        lowering.lower(made, [Value(FLOAT)])
+        lowering.lower(nowhere, [Value(FLOAT)])
     with pytest.raises(ModelError, match="is no function"):
         lowering.lower(print, [Value(FLOAT)])

@@ -17,7 +17,7 @@ from proofmass.runner.contract.drawn import random_block, random_value
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import simulate
 
-SAMPLES = 400
+SAMPLES = 150
 # Not of blocks with events, which take minutes in plain Python; tests/runner/planning/test_events.py has one.
 DRIVABLE = {
     kind: [parameter for parameter in kind.parameters if kind.drivable(parameter)]

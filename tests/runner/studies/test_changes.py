@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.studies.study_reader import read_study_text
-from proofmass.runner.studies.whole.study import run_study
+from proofmass.runner.studies.whole.study import replay, run_study
 from tests.runner.studies.test_drift_influences import CALIBRATED
 
 CHANGES = """
@@ -63,3 +63,12 @@ def test_a_change_in_a_study_keeps_limits() -> None:
     limited = TEXT + "\n[study.limits]\nsince_calibration = { at_most = 1e-12 }\n"
     result = run_study(read_study_text(limited), engine="python")
     assert not result.kept("since_calibration").any()
+
+
+def test_a_replay_has_the_changes_of_its_run() -> None:
+    study = read_study_text(NOISY)
+    result = run_study(study, engine="python")
+    again = replay(study, 3, 5, "python").measures
+    for name in study.changes:
+        assert again[name].value == result[name][3, 5]
+    assert again.keys() == set(result.values)

@@ -40,7 +40,9 @@ def test_the_spinning_satellite() -> None:
     sampled = control.sample_system(plant, 0.01, method="bilinear")
     found = of_system(system_of(sampled.A, sampled.B, sampled.C, sampled.D, 0.01), ["x", "y"], [1, 1])
     assert found.margin == pytest.approx(0.0997, abs=1e-4)
-    assert found.margin == pytest.approx(1.0 / math.sqrt(100.5), rel=1e-4), "|(j w - 1) / 2 + 10 j| / |1 + j w|"
+    w = np.linspace(0.04, 0.06, 20_001)
+    exact = 1.0 / np.max(np.abs((1j * w - 1.0) / 2.0 + 10j) / np.abs(1.0 + 1j * w))
+    assert found.margin == pytest.approx(exact, rel=1e-6)
     assert found.alone == pytest.approx((2.0, 2.0), rel=1e-6)
     assert found.gain == pytest.approx(1.105, abs=1e-3)
 
@@ -67,6 +69,10 @@ def test_two_loops_of_a_graph_against_a_dense_sweep_by_slicot() -> None:
         assert value == pytest.approx(margins(GRAPH, name).disk_margin, rel=1e-6)
     assert found.unstructured is not None
     assert found.unstructured <= found.margin
+    dense = np.linspace(0.01, math.pi, 4000)
+    matrices = np.array([np.linalg.inv(np.eye(2) + loop(np.exp(1j * angle))) for angle in dense])
+    assert found.sensitivities == pytest.approx(np.max(np.abs(matrices), axis=0), rel=1e-5)
+    assert found.complementary == pytest.approx(np.max(np.abs(np.eye(2) - matrices), axis=0), rel=1e-3)
 
 
 def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:

@@ -3,16 +3,21 @@
 import math
 import os
 import signal
+from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.tuning.reader import read_tuning
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.design.tune.tune import tune
-from tests.by_hand.design_texts import INTEGRATING
+from tests.by_hand.design_texts import INTEGRATING, TUNE
 
 GRAPH = read_graph_text(INTEGRATING)
 FREE = {"controller.gain": {"at_least": 1, "at_most": 1000}}
@@ -113,3 +118,20 @@ def test_named_values_are_tuned_through_what_follows_from_them() -> None:
     tuned = tune(graph, free=free, goals={"phase": PHASE, "fast": FAST}, samples=8, starts=1)
     assert tuned.parameters["speed"] == pytest.approx(SIXTY / 10.0, rel=1e-4)
     assert tuned.graph.blocks["controller"].gain == pytest.approx(SIXTY, rel=1e-4)  # type: ignore[attr-defined]
+
+
+def test_goals_hold_at_ages_as_parameters_drift(tmp_path: Path) -> None:
+    """The loop gain grows by a tenth a year, or the controller does: 60 deg with the fastest loop at both ages."""
+    for name, growth in (("plant.gain", 1.2), ("controller.gain", 1.2)):
+        text = INTEGRATING + TUNE.replace("[tune.free]", '[tune]\nages = ["0 h", "2 year"]\nstarts = 1\n[tune.free]')
+        text += f'\n[study.epochs]\nages = ["0 h", "1 year"]\n[study.drift]\n"{name}" = {{ ramp = "10 %/year", '
+        path = tmp_path / "ageing.toml"
+        path.write_text(text + "relative = true }\n", encoding="utf-8")
+        tuning = replace(read_tuning(path), samples=8)
+        tuned = tune(tuning)
+        assert tuned.parameters["controller.gain"] == pytest.approx(SIXTY / growth, rel=1e-3)
+        assert tuned.goals[0].case == "2 years"
+        path.write_text(write_graph(tuning), encoding="utf-8")
+        assert read_tuning(path) == tuning
+    with pytest.raises(ModelError, match="nothing drifts"):
+        tune(GRAPH, free=FREE, goals={"phase": PHASE}, ages=["1 year"])

@@ -17,7 +17,7 @@ from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.ranges import ranges_of
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import WorstCases, worst
-from tests.by_hand.design_texts import COUPLED, INTEGRATING
+from tests.by_hand.design_texts import COUPLED, INTEGRATING, RESONATOR
 
 GRAPH = read_graph_text(INTEGRATING)
 PHASE = {"phase": {"loop": "main", "figure": "phase_margin"}}
@@ -173,3 +173,12 @@ def test_ctrl_c_keeps_the_worst_so_far() -> None:
     assert found.interrupted
     assert found.evaluations <= 6
     assert "interrupted" in worst_text(found)
+
+
+@pytest.mark.defect("S89", before="the worst of values above 5e5 is any of them", after="the largest")
+def test_large_values_have_an_order() -> None:
+    """The scale factor is gain / stiffness: 1e7 V/m over 4.5 N/m at most."""
+    quantity = {"scale": {"scale_factor": "readout.voltage", "input": "force.output"}}
+    tolerances: dict[str, Any] = {"readout.gain": [1e6, 1e7], "sensor.stiffness": "10 %"}
+    found = worst(read_graph_text(RESONATOR), quantity, tolerances=tolerances, samples=3)
+    assert found.cases[1].worst == pytest.approx(1e7 / 4.5)
