@@ -107,7 +107,7 @@ class _Shooting:
 
     @cached_property
     def _slow(self) -> tuple[set[Entry], str]:
-        """What goes one way at first and turns later, as a slow carrier, and a signal that has not turned at all."""
+        """Signals that go one way at first and turn later, as a slow carrier; and one that has not turned at all."""
         wires = self._start.wires
         first = {key for key in self._orbit.straight_keys if isinstance(wires.get(key[:2]), float)}
         if not first:
