@@ -5,8 +5,8 @@ from math import ceil
 
 from proofmass.graphs.drawing.items import Item, Net, NetName, Pin
 
-WIDEST = 1360  # pixels: what a page shows without making its text smaller
-_ASPECT = 1.5  # width over height that a large diagram goes for
+WIDEST = 1300  # pixels: what a page of 1400 shows without making its text smaller
+_ASPECT = 1.25  # width over height that a large diagram goes for
 _CROSSING = 0.015  # cost of a wire from row to row, in squares of the part by which a row differs from the wanted width
 _LONGEST = 1.35  # width of a row over the wanted one
 _TRIES = 5
