@@ -73,7 +73,7 @@ def broken(
     for column in columns:
         for item in column:
             item.pins = ([], [])
-    held = set[Item]()
+    waypoints = set[Item]()
     for (source, output, gap), net in nets.items():
         for on_left, pins in ((False, net.left), (True, net.right)):  # of the gap's left side: right sides of items
             for pin in pins:
@@ -86,5 +86,5 @@ def broken(
                 placed = Pin(pin.item, pin.below, pin.across, own)
                 (own.right if on_left else own.left).append(placed)
                 pin.item.pins[not on_left].append(placed)
-                held.add(pin.item)
-    return [[item for item in column if item.name or item in held] for column in columns], within
+                waypoints.add(pin.item)
+    return [[item for item in column if item.name or item in waypoints] for column in columns], within

@@ -158,6 +158,14 @@ class Tuning:
 
     def as_toml(self) -> str:
         """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""
+        lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph)]
+        for name, table in self.as_tables().items():
+            entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]
+            lines += ["", f"[tune{'.' * bool(name)}{name}]", *entries] if entries else []
+        return "\n".join(lines).replace("\n\n\n", "\n\n") + "\n"
+
+    def as_tables(self) -> dict[str, Mapping[str, Any]]:
+        """Return the tables of `[tune]` by name, with the settings in one without a name."""
         names = {name: self.written.get(name, name) for name in (*self.free, *self.tolerances)}
         settings: dict[str, Any] = {"at": self.at} if self.at else {}
         settings |= {"ages": [f"{age!r} s" for age in self.ages]} if self.ages else {}
@@ -168,12 +176,7 @@ class Tuning:
             "points": self.points,
             "tolerances": {names[name]: width for name, width in self.tolerances.items()},
         }
-        lines = [write_graph(self.graph) if self.study is None else write_study(self.study, self.graph), "[tune]"]
-        lines += [f"{key} = {inline(entry)}" for key, entry in settings.items()]
-        for name, table in tables.items():
-            entries = [f"{key_of(key)} = {inline(entry)}" for key, entry in table.items()]
-            lines += ["", f"[tune.{name}]", *entries] if entries else []
-        return "\n".join(lines) + "\n"
+        return {"": settings, **tables}
 
     def aged(self, values: Mapping[str, float], age: float) -> tuple[dict[str, float], dict[str, float]]:
         """Return values as the drift of the study has them at an age, and what each moves by with what it was."""

@@ -6,14 +6,12 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.files.toml_reader import read_graph, read_table
-from proofmass.graphs.model.differences import differences
-from proofmass.graphs.studies.study_reader import STUDY, is_study, read_study
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.comparison.files import file_differences
 from proofmass.runner.comparison.runs import Tolerance, compare_runs, is_run
-from proofmass.runner.comparison.studies import compare_studies, study_differences
+from proofmass.runner.comparison.studies import compare_studies
 from proofmass.runner.comparison.tables import Table, difference_table, run_tables, save_tables, study_tables, text_of
 from proofmass.runner.studies.kept.folder import STUDY_FILE, kept_result
 
@@ -74,18 +72,9 @@ def _compared(kind: str, request: DiffRequest, own: Own | None) -> tuple[dict[st
     if kind == OF_STUDY:
         studies = compare_studies(kept_result(request.before, own), kept_result(request.after, own))
         return studies.as_data(), study_tables(studies), studies.same
-    found = _of_files(request.before, request.after, own)
+    found = file_differences(request.before, request.after, own)
     data = {"same": not found, "differences": [difference.as_data() for difference in found]}
     return data, [difference_table("graph", found)], not found
-
-
-def _of_files(before: Path, after: Path, own: Own | None) -> list[Any]:
-    """Differences of two graph files, and of their studies where both have one."""
-    tables = [read_table(path)[0] for path in (before, after)]
-    if all(is_study(table) or STUDY in table for table in tables):
-        studies = [read_study(path, own) for path in (before, after)]
-        return [*differences(studies[0].graph, studies[1].graph), *study_differences(*studies)]
-    return differences(read_graph(before, own), read_graph(after, own))
 
 
 def _verdict(kind: str, *, same: bool) -> str:

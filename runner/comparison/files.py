@@ -1,0 +1,70 @@
+"""Two graph files compared by meaning: their graphs, the variants of their studies, and what they are tuned for."""
+
+from collections.abc import Iterator, Mapping
+from pathlib import Path
+
+from proofmass.blocks.declaration.catalog import Own
+from proofmass.graphs.files.toml_reader import read_graph, read_table
+from proofmass.graphs.files.toml_writer import inline
+from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
+from proofmass.graphs.tuning.reader import TUNE, read_tuning
+from proofmass.runner.comparison.studies import study_differences
+
+THERE = "there"
+
+
+def file_differences(before: Path, after: Path, own: Own | None) -> list[Difference]:
+    """Return the differences of two graph or study files; raises `ModelError`."""
+    tables = [read_table(path)[0] for path in (before, after)]
+    studied = [is_study(table) or STUDY in table for table in tables]
+    if all(studied):
+        found = list(_variants(*(read_variants(path, own) for path in (before, after))))
+    else:
+        graphs = [_graph(path, own, is_study(table)) for path, table in zip((before, after), tables, strict=True)]
+        found = [*differences(graphs[0], graphs[1]), *_only_one(STUDY, studied)]
+    tuned = [TUNE in table and not is_study(table) for table in tables]
+    if all(tuned):
+        return [*found, *_tunings(before, after, own)]
+    return [*found, *_only_one(TUNE, tuned)]
+
+
+def _graph(path: Path, own: Own | None, study: bool) -> Graph:
+    return next(iter(read_variants(path, own).values())).graph if study else read_graph(path, own)
+
+
+def _only_one(key: str, there: list[bool]) -> Iterator[Difference]:
+    if there[0] != there[1]:
+        yield Difference(key, *(THERE if one else "" for one in there))
+
+
+def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterator[Difference]:
+    """Yield what all variants differ by once, then what each of them differs by, below its name."""
+    both = [name for name in first if name in second]
+    apart = {n: [*differences(first[n].graph, second[n].graph), *study_differences(first[n], second[n])] for n in both}
+    if not both:  # one has no variants, or others: the first of each stand for them
+        ends = [next(iter(studies.values())) for studies in (first, second)]
+        apart = {"": [*differences(ends[0].graph, ends[1].graph), *study_differences(ends[0], ends[1])]}
+    of_all = [d for d in next(iter(apart.values())) if all(d in others for others in apart.values())]
+    yield from of_all
+    for name, own in apart.items():
+        place = f"study.variants.{name}." if name else ""
+        yield from (Difference(place + d.key, d.before, d.after, d.follows) for d in own if d not in of_all)
+    for name in sorted((first.keys() ^ second.keys()) - {""}):
+        yield Difference(f"study.variants.{name}", THERE if name in first else "", THERE if name in second else "")
+
+
+def _tunings(before: Path, after: Path, own: Own | None) -> Iterator[Difference]:
+    first, second = (_lines(path, own) for path in (before, after))
+    for key in sorted({*first, *second}):
+        if first.get(key) != second.get(key):
+            yield Difference(key, first.get(key, ""), second.get(key, ""))
+
+
+def _lines(path: Path, own: Own | None) -> dict[str, str]:
+    """Return the entries of `[tune]` by their keys, as text."""
+    tables = read_tuning(path, own).as_tables()
+    keys = {name: ".".join(filter(None, (TUNE, name))) for name in tables}
+    return {f"{keys[name]}.{key}": inline(entry) for name, table in tables.items() for key, entry in table.items()}

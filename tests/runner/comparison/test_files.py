@@ -1,0 +1,42 @@
+"""Two files compared: variants of studies and goals of tunings, each with its key."""
+
+from pathlib import Path
+
+import pytest
+
+from proofmass.runner.comparison.files import file_differences
+from tests.by_hand.design_texts import INTEGRATING, TUNE
+
+STUDY = """
+[study]
+runs = 5
+spread = { "plant.gain" = { normal = "1 %", relative = true } }
+limits = { end = { at_least = 0.9 } }
+[study.variants]
+slow = { set = { "controller.gain" = 50.0 } }
+fast = { set = { "controller.gain" = 150.0 } }
+"""
+TEXT = INTEGRATING + TUNE + STUDY
+MUTATIONS = {
+    ("150.0", "160.0"): "study.variants.fast.blocks.controller.gain",
+    ("fast = { set", "quick = { set"): "study.variants.fast study.variants.quick",
+    ("runs = 5", "runs = 6"): "study.runs",
+    ('normal = "1 %"', 'normal = "2 %"'): "study.spread.plant.gain",
+    ("at_least = 0.9", "at_least = 0.8"): "study.limits.end",
+    ('"60 deg"', '"61 deg"'): "tune.goals.phase",
+    ("at_most = 1000.0", "at_most = 900.0"): "tune.free.controller.gain",
+    ("[tune.free]", "[tune]\nseed = 4\n[tune.free]"): "tune.seed",
+    ("1e-3 1/sqrt", "2e-3 1/sqrt"): "blocks.hiss.density",
+    (TUNE, ""): "tune",
+    (STUDY, ""): "study",
+}
+
+
+@pytest.mark.parametrize("mutation", MUTATIONS)
+def test_each_mutation_is_named_with_its_key_alone(mutation: tuple[str, str], tmp_path: Path) -> None:
+    assert TEXT.count(mutation[0]) == 1
+    before, after = tmp_path / "before.toml", tmp_path / "after.toml"
+    before.write_text(TEXT, encoding="utf-8")
+    after.write_text(TEXT.replace(*mutation), encoding="utf-8")
+    assert [d.key for d in file_differences(before, after, None)] == MUTATIONS[mutation].split()
+    assert not file_differences(before, before, None)
