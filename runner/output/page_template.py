@@ -37,6 +37,7 @@ p { margin: .5rem 0; max-width: 46rem; }
     linear-gradient(to left, var(--rule), transparent) right / .6rem 100% no-repeat scroll; }
 }
 @media screen { .wide svg.picture { max-width: none; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+td > small { display: block; min-width: 11rem; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }
@@ -59,6 +60,11 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
   tbody th { min-width: 7rem; }
   tr, svg { break-inside: avoid; }
   .page svg { max-height: 235mm; }
+  .parameters table { font-size: .64rem; line-height: 1.25; }
+  .parameters td.number { font-size: .64rem; }
+  .parameters td, .parameters th { padding-top: .06rem; padding-bottom: .06rem; }
+  .parameters small { display: none; }
+  pre.file { columns: 2; font-size: 6.5pt; line-height: 1.2; }
 }
 $styles</style>
 </head>

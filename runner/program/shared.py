@@ -23,12 +23,12 @@ class Outline(NamedTuple):
 
 
 def outline(function: Function) -> Outline:
-    """The outline of a function that is written to its end; together once."""
-    together = _known.get(function)
-    if together is None:
+    """Return the outline of a function that is written to its end, which is read once."""
+    own = _known.get(function)
+    if own is None:
         calls: list[tuple[Function, bool]] = []
-        together = _known[function] = Outline(_read(function.body, False, calls), tuple(calls))
-    return together
+        own = _known[function] = Outline(_read(function.body, False, calls), tuple(calls))
+    return own
 
 
 def _read(region: Region, rare: bool, calls: list[tuple[Function, bool]]) -> int:

@@ -55,8 +55,9 @@ def vectors_of(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
 
 def bytes_of_a_run(plan: Plan) -> int:
     """About how much memory a tick of a run goes through: constants, states, wires and what they keep."""
-    states = (type(block).state_class() for block in plan.blocks.values())
+    states: list[Any] = [type(block).state_class() for block in plan.blocks.values()]
     numbers = sum(len(values) for values in plan.constants.values() if isinstance(values, tuple))
     numbers += sum(len(made._fields) for made in states if made is not None)
-    numbers += sum(not output.shape for block in plan.blocks.values() for output in type(block).outputs.values())
+    outputs = (output for block in plan.blocks.values() for output in type(block).outputs.values())
+    numbers += sum(1 for output in outputs if not output.shape)
     return 8 * (numbers + sum(length for node, (_, length) in vectors_of(plan) if node not in plan.recorded))

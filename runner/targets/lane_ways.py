@@ -93,8 +93,9 @@ class LaneWays(LaneArrays):
             return
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
-        if written_out(s) and id(s) not in self.varying.loops:
-            self._turns(s, end)
+        counters = None if id(s) in self.varying.loops else written_out(s)
+        if counters is not None:
+            self._turns(s, counters, end)
             return
         loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
