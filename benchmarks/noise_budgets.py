@@ -182,21 +182,21 @@ def _inside(predicted: Any, spectrum: Spectrum) -> float:
 
 def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
     """Return what many runs show of some outputs of a graph."""
-    looks, strides = list[list[Fraction]](), list[int]()
+    looks, strides, base = list[list[Fraction]](), list[int](), plan(graph).schedule.base_rate
     for line in rows:
         output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
         phases = min(PHASES, max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
-        step = Fraction(strides[-1]) / graph.rate
-        values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
-        looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
+        step = Fraction(strides[-1]) / base
+        ends = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
+        looks.append([step * end for end in (*ends, *(end - last // 2 for end in ends))])
     measures = {
         f"m{i}_{j}": Measure(line.case.output, "last", until=until)
         for i, (line, times) in enumerate(zip(rows, looks, strict=True))
         for j, until in enumerate(times)
     }
-    ticks = max(math.ceil(times[0] * graph.rate) for times in looks)
+    ticks = max(math.ceil(times[0] * base) for times in looks)
     whole = replace(graph, probes=(), measures=measures, derived={}, duration=None, samples=ticks)
     values = proofmass.run_study(proofmass.Study(whole, runs=RUNS, seed=SEED)).values
     return [
