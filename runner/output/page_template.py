@@ -60,6 +60,11 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
   tbody th { min-width: 7rem; }
   tr, svg { break-inside: avoid; }
   .page svg { max-height: 235mm; }
+  .parameters table { font-size: .64rem; line-height: 1.25; }
+  .parameters td.number { font-size: .64rem; }
+  .parameters td, .parameters th { padding-top: .06rem; padding-bottom: .06rem; }
+  .parameters small { display: none; }
+  pre.file { columns: 2; font-size: 6.5pt; line-height: 1.2; }
 }
 $styles</style>
 </head>

@@ -27,6 +27,7 @@ MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
 _DOTTED = 120  # rows up to which each has a dot
 _BAND = 0.25  # mean height of a stretch, in parts of that of the picture, from which on a line would be a band
+_MANY = 120  # crossings of the middle from which on a line is a band
 _DETAIL = 0.24  # part of the width that shows the last rows of a band
 _TURNS, _FEWEST, _LOOKED_AT = 6, 30, 20_000  # turns of a signal that are shown, fewest rows, rows that are looked at
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
@@ -79,7 +80,7 @@ def plot_traces(result: Result) -> "Figure":
     lowest = len(signals) - 1  # the panel that names the time axis which all signals share
     seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
     stretches = min(_STRETCHES, max(100, 16_000 // max(1, len(traces))))
-    bands = {i for i, trace in enumerate(signals) if _is_band(trace.values, stretches)}
+    bands = {i for i, trace in enumerate(signals) if _band(trace.values, stretches)}
     with matplotlib.rc_context(STYLE):
         height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
         figure = Figure(figsize=(_WIDTH, height), facecolor=PAPER)
@@ -220,8 +221,8 @@ def _draw_signal(
     values = values - away
     factor, unit = display(trace.unit, trace.shown_in, float(np.abs(values).max()))
     times, values = rows * float(trace.period) * seconds[0], values * factor
-    if band := _is_band(trace.values, stretches):
-        edges = _edges(trace.values, stretches)
+    if band := _band(trace.values, stretches):
+        edges = _edges(trace.values, band)
         low, high = ((np.asarray(trace.values[part], dtype=np.float64) - away) * factor for part in edges[1:])
         at = edges[0] * float(trace.period) * seconds[0]
         panel.fill_between(at, low, high, color=BLUE, alpha=0.3, linewidth=0.0)
@@ -242,14 +243,19 @@ def _draw_signal(
         detail.set_ylim(panel.get_ylim())
 
 
-def _is_band(values: Array, stretches: int) -> bool:
-    """Return whether a signal moves up and down within each of its stretches, so that a line of it would be a band."""
+def _band(values: Array, stretches: int) -> int:
+    """Return in how many stretches a signal is drawn by its envelope, because a line of it would be a band; or 0."""
     if len(values) <= 2 * stretches or values.dtype == bool:
-        return False
+        return 0
+    line = np.asarray(values[envelope(values, stretches)], dtype=np.float64)
+    above = line > np.median(line)
+    crossings = int(np.count_nonzero(above[1:] != above[:-1]))
+    if _MANY < crossings < stretches:  # periods of several stretches
+        return max(_FEWEST, crossings // 4)
     _, low, high = _edges(values, stretches)
     low, high = np.asarray(values[low], dtype=np.float64), np.asarray(values[high], dtype=np.float64)
     span = float(high.max() - low.min())
-    return span > 0.0 and float(np.mean(high - low)) > _BAND * span
+    return stretches if span > 0.0 and float(np.mean(high - low)) > _BAND * span else 0
 
 
 def _edges(values: Array, stretches: int) -> tuple[Array, Array, Array]:
@@ -346,7 +352,7 @@ def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:
         panel.set_title(trace.signal, fontsize=9, pad=3)
         label = less + bracket
     panel.set_ylabel(_literal(label.strip()), fontsize=9)
-    panel.yaxis.set_label_coords(-0.84 / (_WIDTH - _LEFT - _RIGHT), 0.5)
+    panel.yaxis.set_label_coords(-0.92 / (panel.get_position().width * _WIDTH), 0.5)
 
 
 def _gap(labelled: bool) -> float:

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
-from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.shown_units import pretty, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
@@ -27,6 +27,7 @@ from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indice
 from proofmass.runner.studies.shown.worst import BEYOND, WorstRun, failed_runs, worst_runs
 
 FILE = "report.html"
+_CHANGE = "change ≤"
 _WORST = 5
 _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
@@ -74,8 +75,12 @@ def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
         limit = result.study.limits.get(name)
-        edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), ("change ≤", limit.change)]
-        said = ", ".join(f"{sign} {edge:g}" for sign, edge in edges if math.isfinite(edge))
+        edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), (_CHANGE, limit.change)]
+        said = ", ".join(
+            f"{sign} {relative_text(edge) if sign == _CHANGE else f'{edge:g}'}"
+            for sign, edge in edges
+            if math.isfinite(edge)
+        )
         said += f", from {age_text(limit.start)}" if limit is not None and limit.start else ""
         low, high = intervals[name]
         rows.append(
