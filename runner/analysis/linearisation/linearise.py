@@ -16,6 +16,7 @@ from proofmass.graphs.model.loops import SETTLED, Loop
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
+from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.find_loops import LoopGroup, find_loops
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.map_changes import variation
@@ -116,7 +117,8 @@ def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: boo
             raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
         return OpenLoop(analog, continuous=True)
     whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
-    between = replace(whole.between(), later=())
+    between = whole.between()
+    between = replace(between, later=(), notes=(*between.notes, *coarse_blocks(planned, node)))
     if not any(part.any() for part in (between.parts()[1], between.parts()[3])):
         signal = ".".join(node)
         problem = Problem(

@@ -1,0 +1,29 @@
+"""Notes on blocks of a loop that choose one of some levels: of two levels the gain depends on what is chosen from."""
+
+from collections.abc import Iterator
+
+from proofmass.blocks.declaration.declare import Kind
+from proofmass.graphs.model.digraph import reached, turned
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.period_map import plan_graph
+from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
+from proofmass.runner.plan.planned import Plan
+
+
+def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
+    """Return a note for each block that chooses levels in the loops through an output."""
+    wiring = plan_graph(plan)
+    back = turned(wiring)
+    looped = reached(wiring, {node[0]}) & reached(back, {node[0]})
+    return tuple(
+        f"{name} chooses one of some levels, and counts as a gain of one: slow signals see that;"
+        " whether the choice itself is stable is told by a run alone"
+        for name in sorted(looped)
+        if any(reaches(function, LEVELS) for function in _functions(type(plan.blocks[name])))
+    )
+
+
+def _functions(kind: Kind) -> Iterator[object]:
+    yield from (behaviour.function for behaviour in kind.output_functions.values())
+    if "update" in kind.functions:
+        yield kind.functions["update"].function
