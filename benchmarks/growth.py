@@ -74,7 +74,8 @@ def random_graph(count: int) -> tuple[dict[str, Any], list[str]]:
     """Sums, gains, saturations and filters of any earlier outputs; delays of any saturation: all stays finite."""
     draw = random.Random(count)
     low_pass = Butterworth(order=1, corner_frequency=100.0)
-    kinds = [draw.choice((Sum(), Gain(gain=0.999), SATURATION, UnitDelay(), low_pass)) for _ in range(count)]
+    some: tuple[Any, ...] = Sum(), Gain(gain=0.999), SATURATION, UnitDelay(), low_pass
+    kinds = [draw.choice(some) for _ in range(count)]
     kinds[:4] = [Sine(), WhiteNoise(density=1e-3), Constant(value=1.0), SATURATION]
     bounded = [n for n, kind in enumerate(kinds) if kind is SATURATION]
     wires = list[str]()
@@ -106,7 +107,7 @@ def measured(name: str, count: int) -> dict[str, float]:
     note("plan")
     compiled = CompiledPlan(planned)
     note("compile")
-    rows = [np.zeros((probe.rows(0, TICKS), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
+    rows: list[Any] = [np.zeros((probe.rows(0, TICKS), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
     finite = CompiledLoop(planned, 0, memory=start(planned), compiled=compiled).advance(TICKS, rows)
     note("run")
     assert finite, "a number was not finite"

@@ -41,7 +41,7 @@ LIBRARY = Path(__file__).parents[1] / "graphs" / "library"
 CONFIDENCE, SEED = 0.99, 7
 VALUES, FEWEST, TICKS = 20_000, 1_000, 8_000_000  # of an output in a run, and base ticks
 SEGMENT, SEGMENTS = 1024, 40
-RUNS, RUN_VALUES, RUN_TICKS = 1000, 3000, 200_000
+RUNS, RUN_VALUES, RUN_TICKS = 1000, 12_000, 200_000
 PHASES, LOOKS = 64, 256  # of the period of the schedule at which a run is looked at, and for all outputs, at most
 SLOW = 0.01  # of the mean square, below the lowest frequency of a run
 PATIENCE = 20  # seconds of processor time for a row
@@ -182,21 +182,21 @@ def _inside(predicted: Any, spectrum: Spectrum) -> float:
 
 def scatters(graph: Graph, rows: Sequence[Row]) -> list[Scatter]:
     """Return what many runs show of some outputs of a graph."""
-    looks, strides = list[list[Fraction]](), list[int]()
+    looks, strides, base = list[list[Fraction]](), list[int](), plan(graph).schedule.base_rate
     for line in rows:
         output, budget = line.case.output, line.budget
         strides.append(proofmass.simulate(_probed(graph, output), samples=1)[output].stride)
         last = min(RUN_VALUES, RUN_TICKS // strides[-1])
         phases = min(PHASES, max(1, LOOKS // len(rows)), max(1, round(budget.period * budget.rate)))
-        step = Fraction(strides[-1]) / graph.rate
-        values = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
-        looks.append([step * value for value in (*values, *(value - last // 2 for value in values))])
+        step = Fraction(strides[-1]) / base
+        ends = [last - round(i * budget.period * budget.rate / phases) for i in range(phases)]
+        looks.append([step * end for end in (*ends, *(end - last // 2 for end in ends))])
     measures = {
         f"m{i}_{j}": Measure(line.case.output, "last", until=until)
         for i, (line, times) in enumerate(zip(rows, looks, strict=True))
         for j, until in enumerate(times)
     }
-    ticks = max(math.ceil(times[0] * graph.rate) for times in looks)
+    ticks = max(math.ceil(times[0] * base) for times in looks)
     whole = replace(graph, probes=(), measures=measures, derived={}, duration=None, samples=ticks)
     values = proofmass.run_study(proofmass.Study(whole, runs=RUNS, seed=SEED)).values
     return [

@@ -70,6 +70,7 @@ from proofmass.blocks.filters.elliptic import Elliptic as Elliptic
 from proofmass.blocks.filters.elliptic_band import EllipticBand as EllipticBand
 from proofmass.blocks.filters.finite_impulse_response import FiniteImpulseResponse as FiniteImpulseResponse
 from proofmass.blocks.filters.gated_average import GatedAverage as GatedAverage
+from proofmass.blocks.filters.held_state_space import HeldStateSpace as HeldStateSpace
 from proofmass.blocks.filters.integrator import Integrator as Integrator
 from proofmass.blocks.filters.kalman_filter import KalmanFilter as KalmanFilter
 from proofmass.blocks.filters.lead_lag import LeadLag as LeadLag

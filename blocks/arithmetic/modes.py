@@ -8,6 +8,10 @@ import math
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.logarithms import binary_logarithm
+from proofmass.blocks.arithmetic.rounding import nearest_integer
+from proofmass.blocks.arithmetic.scaling import power_of_two
+
 Matrix = list[list[float]]
 LARGEST = 64  # rows
 SWEEPS, TERMS = 60, 18  # rotations settle within ten sweeps; 0.5^18 / 18! is below 1e-21
@@ -161,6 +165,33 @@ def exponential_of(matrix: Matrix) -> Matrix:
     for _ in range(squarings):
         total = product(total, total)
     return total
+
+
+def balanced_exponential(matrix: Matrix) -> Matrix:
+    """e to the power of a matrix whose states have units far apart, such as displacements and velocities.
+
+    Rows and columns are scaled by powers of 2 until they are alike (Parlett and Reinsch, Numer. Mathematik 13, 1969).
+    """
+    size = len(matrix)
+    a, scales = [list(row) for row in matrix], [1.0] * size
+    for _ in range(20):
+        still = True
+        for i in range(size):
+            column = sum(abs(a[j][i]) for j in range(size) if j != i)
+            row = sum(abs(a[i][j]) for j in range(size) if j != i)
+            if column == 0.0 or row == 0.0:
+                continue
+            factor = power_of_two(nearest_integer(0.5 * binary_logarithm(row / column)))
+            if factor == 1.0:
+                continue
+            still, scales[i] = False, scales[i] * factor
+            for j in range(size):
+                a[j][i] = a[j][i] * factor
+                a[i][j] = a[i][j] / factor
+        if still:
+            break
+    whole = exponential_of(a)
+    return [[v * scales[i] / scales[j] for j, v in enumerate(row)] for i, row in enumerate(whole)]
 
 
 def modal_step(modes: Modes, entry: Matrix, period: float) -> Matrix:

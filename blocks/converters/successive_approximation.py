@@ -47,13 +47,13 @@ def start(p: SuccessiveApproximation, weights: list[float]) -> None:
 def kept(p: SuccessiveApproximation, weights: list[float], steps: float) -> float:
     """The code for an input in steps: that of the search, but with the slope of a quantiser, which is one."""
     half = 1 << (p.bits - 1)
-    rest, found, ideal = steps + float(half) + 0.5, 0, float(half)
+    rest, code, ideal = steps + float(half) + 0.5, 0, float(half)
     for i in range(len(weights)):
         bit = 1 if rest >= weights[i] else 0
         rest, steps = rest - float(bit) * weights[i], steps - float(bit) * (weights[i] - ideal)
-        found, ideal = 2 * found + bit, 0.5 * ideal
+        code, ideal = 2 * code + bit, 0.5 * ideal
     inside = saturated(steps, -float(half), float(half - 1))
-    return round_half_even(inside) + (float(found - half) - nearest_integer(inside))
+    return round_half_even(inside) + (float(code - half) - nearest_integer(inside))
 
 
 @SuccessiveApproximation.output("1")

@@ -19,6 +19,9 @@ _ANSWERS |= {
     "filter": "here that is LowPass, Butterworth or TransferFunction; `proofmass blocks --find filter` lists more",
     "noise": "here that is WhiteNoise; `proofmass blocks --find noise` lists more",
 }
+_PARTS = "the library has it as a part: write graph = "
+_ANSWERS |= dict.fromkeys(("pll", "phaselockedloop"), f'{_PARTS}"library:phase_locked_loop.toml"')
+_ANSWERS |= dict.fromkeys(("costas", "costasloop"), f'{_PARTS}"library:costas_loop.toml"')
 _KINDS = {  # names in other tools -> kinds here
     # signals
     ("multiplier", "multiply"): "Product",
@@ -71,9 +74,10 @@ _KINDS = {  # names in other tools -> kinds here
     ("integrate", "accumulator"): "Integrator, or DiscreteIntegrator at a rate",
     ("derivative", "derivate"): "Differentiator",
     ("first-order lag", "rc filter", "pt1"): "LowPass",
+    ("low-pass filter",): "LowPass, or Butterworth at a rate",
     ("transfer fcn", "laplace"): "TransferFunction",
     ("discrete transfer fcn", "discrete filter"): "DiscreteTransferFunction",
-    ("lti",): "StateSpace or TransferFunction",
+    ("lti",): "StateSpace, TransferFunction or HeldStateSpace",
     ("lead compensator", "lag compensator", "lead", "lag"): "LeadLag",
     ("phase shifter",): "AllPass",
     ("band-stop of one frequency", "trap filter"): "Notch",
@@ -152,6 +156,7 @@ _KINDS = {  # names in other tools -> kinds here
     ("amr", "gmr", "tmr", "magnetoresistor"): "MagnetoresistiveBridge",
     ("photodiode",): "Photodetector",
     ("fibre coil",): "SagnacCoil",
+    ("phase detector",): "PhaseMixer, XorPhaseDetector or PhaseFrequencyDetector",
     # statistics
     ("adev",): "AllanDeviation",
     ("quantile",): "RunningPercentile",

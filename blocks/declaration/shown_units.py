@@ -54,6 +54,17 @@ def long_time(seconds: float, digits: int = 6) -> str:
     return text + "s" if text.endswith("year") and text != "1 year" else text
 
 
+def relative_text(part: float) -> str:
+    """Return a part of a whole in per cent or parts per million.
+
+    >>> relative_text(8e-4), relative_text(0.025), relative_text(0.0)
+    ('800 ppm', '2.5 %', '0')
+    """
+    if not part:
+        return "0"
+    return f"{100.0 * part:.6g} %" if abs(part) >= 1e-3 else f"{1e6 * part:.6g} ppm"
+
+
 def display(own: str, wanted: str, largest: float) -> tuple[float, str]:
     """Return a factor and the unit in print for numbers in the unit `own`: in the `wanted` unit, or with a prefix.
 

@@ -10,7 +10,8 @@ from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.problem import Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean, nearest
+from proofmass.blocks.declaration.unit_words import ANSWERS, CELSIUS, COMMON, SAME, WRITTEN_OUT
 
 BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
 
@@ -67,45 +68,9 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "inch": (Fraction(254, 10000), (1,), False),
 }
 
-_WRITTEN_OUT = {  # names that are none of these signs
-    "second": "s",
-    "sec": "s",
-    "hr": "h",
-    "yr": "year",
-    "minute": "min",
-    "hour": "h",
-    "day": "d",
-    "volt": "V",
-    "ampere": "A",
-    "newton": "N",
-    "hertz": "Hz",
-    "degree": "deg",
-    "radian": "rad",
-    "kelvin": "K",
-    "gram": "g",
-    "meter": "m",
-    "metre": "m",
-}
 _PRINTED = str.maketrans({"·": "*", "⋅": "*", "×": "*", "²": "^2", "³": "^3", "°": "deg"})
 _ROOT = re.compile(r"√\s*(?:\(|(\w+))")
-_ANSWERS = {  # names from elsewhere, and what to write
-    "degC": 'temperatures are in K: 25 degC is "298.15 K"',
-    "degF": 'temperatures are in K: 77 degF is "298.15 K"',
-    "rtHz": "write sqrt(Hz)",
-    "dps": "write deg/s",
-    "dph": "write deg/h",
-    "rpm": 'one turn a minute is "6 deg/s"',
-    "gee": "write g0, standard gravity",
-    "gn": "write g0, standard gravity",
-    "G": 'a gauss is "100 uT"; standard gravity is g0',
-    "Ohm": "write ohm",
-    "Ohms": "write ohm",
-    "psi": 'a pound per square inch is "6894.757 Pa"',
-    "in": "write inch",
-    "mil": 'a thousandth of an inch is "25.4 um"',
-    "sps": "write Hz",
-    "dB": "write the factor: 20 dB of an amplitude is 10",
-}
+_POWER = re.compile(r"(?<![A-Za-z0-9])([A-Za-zµ]+)([2-6])(?![0-9])")  # as in m/s2
 _STANDARD_GRAVITY = re.compile(r"(?<![A-Za-zµμ])([A-Zacdfhkmnpuyzµμ]?)g(?![A-Za-z0-9])")
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
@@ -193,11 +158,48 @@ def convert_exactly(text: str, target: str) -> Fraction:
     number, symbol = split_quantity(text, target)
     if not symbol:
         return number
-    source_unit, target_unit = unit(symbol), unit(target)
+    target_unit = unit(target)
+    try:
+        source_unit = unit(symbol)
+    except UnitError as error:
+        meant = _of_dimension(number, symbol, target) if str(error).startswith("unknown unit") else ""
+        raise UnitError(str(error), meant or error.hint) from None
     if source_unit.exponents != target_unit.exponents:
         message = f"{symbol} is {source_unit.in_base_units()}, not {target_unit.in_base_units()}"
         raise UnitError(message, _other_dimension(text, symbol, target))
     return number * source_unit.factor / target_unit.factor
+
+
+def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
+    """Return what an unknown unit was meant to be where that is known, and has the dimension that is wanted."""
+    wanted = unit(target)
+    kelvin = CELSIUS.get(symbol)
+    if kelvin is not None and wanted.exponents == unit("K").exponents:
+        return f'temperatures are in K: write "{float(number * kelvin[0] + kelvin[1]):.10g} K"'
+    words = {name: text for name, text in SAME.items() if re.search(rf"(?<![A-Za-z]){name}(?![A-Za-z0-9])", symbol)}
+    own = _POWER.sub(r"\1^\2", symbol)
+    for name, text in words.items():
+        own = re.sub(rf"(?<![A-Za-z]){name}(?![A-Za-z0-9])", text, own)
+    for tried in (own, _STANDARD_GRAVITY.sub(r"\g<1>g0", own)):
+        if tried != symbol and _dimension(tried) == wanted.exponents:
+            return f'write "{_decimal(number)} {tried}"'
+    if re.fullmatch(r"\w+", symbol):
+        near = nearest(symbol, [name for name in (*_UNITS, *COMMON) if _dimension(name) == wanted.exponents])
+        if near or symbol not in ANSWERS:
+            return f"did you mean {near}?" if near else f"give it in {target}"
+    return ""
+
+
+def _dimension(text: str) -> tuple[Fraction, ...] | None:
+    """Return the exponents of a unit, None where it is none."""
+    try:
+        return unit(text).exponents
+    except UnitError:
+        return None
+
+
+def _decimal(number: Fraction) -> str:
+    return f"{float(number):.10g}"
 
 
 def _other_dimension(text: str, own: str, target: str) -> str:
@@ -208,6 +210,9 @@ def _other_dimension(text: str, own: str, target: str) -> str:
         return f'g is the gram; standard gravity is g0: "{text.replace(own, in_gravity)}"'
     if unit(f"({own})/s").exponents == wanted:
         return f'it is per time: "{text}/s", or "{text}/year"'
+    kelvin = CELSIUS.get(own)
+    if kelvin is not None and wanted == unit("K").exponents:
+        return f'temperatures are in K: write "{float(split_quantity(text)[0] * kelvin[0] + kelvin[1]):.10g} K"'
     return f"give it in {target}"
 
 
@@ -352,16 +357,15 @@ def _named(name: str) -> Unit:
 
 
 def _like(name: str) -> str:
-    if name in _ANSWERS:
-        return _ANSWERS[name]
+    if name in ANSWERS:
+        return ANSWERS[name]
     letters = name.rstrip("0123456789")
     if letters != name and _known(letters):
         return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
-    if word in _WRITTEN_OUT:
-        return f"did you mean {_WRITTEN_OUT[word]}?"
-    common = ("kHz", "MHz", "ms", "us", "ns", "mV", "uV", "pF", "fF", "kg", "mg", "um", "nm", "mm", "kohm", "uN", "mA")
-    return did_you_mean(name[:20], (*_UNITS, *common), "units")
+    if word in WRITTEN_OUT:
+        return f"did you mean {WRITTEN_OUT[word]}?"
+    return did_you_mean(name[:20], (*_UNITS, *COMMON), "units")
 
 
 def _known(name: str) -> bool:

@@ -9,6 +9,7 @@ import shutil
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
+from functools import partial
 from pathlib import Path
 
 from docs.site.play import play, run_here
@@ -49,11 +50,11 @@ def drawings() -> Iterator[tuple[tuple[str, ...], Callable[[], None]]]:
     """Yield names of pictures, by their paths below docs/pictures, and the function that draws these."""
     yield (*DIAGRAMS.values(), *PLOTS.values()), _tutorial
     for picture in OF_THE_LIBRARY:
-        yield (picture,), lambda picture=picture: _diagram(picture)
+        yield (picture,), partial(_diagram, picture)
     for picture in COMMANDS:
-        yield (picture,), lambda picture=picture: _command(picture)
+        yield (picture,), partial(_command, picture)
     for module, pictures in PROGRAMS.items():
-        yield pictures, lambda module=module: _program(module)
+        yield pictures, partial(_program, module)
 
 
 def diagram(picture: str) -> str:

@@ -5,12 +5,14 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import NamedTuple
 
+from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.derived import measure_units
-from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
+from proofmass.graphs.model.names import Missing, find_any, is_value
 from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf, checked_quantity
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
@@ -67,6 +69,22 @@ def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
             got = error.got or shown(requirement.quantity)
             key, expected = ".".join(path), error.expected
             yield Problem(message=str(error), key=key, path=path, got=got, expected=expected, hint=error.hint)
+        if not isinstance(requirement.tolerances, str):
+            for parameter in requirement.tolerances:
+                yield from _no_parameter(flat, str(parameter), (TABLE, name, "tolerances", str(parameter)))
+
+
+def _no_parameter(flat: FlatGraph, name: str, path: tuple[str, ...]) -> Iterator[Problem]:
+    """Yield why a tolerance has no parameter or value to be that of."""
+    target = inside(flat.root, flat.root.exports.get(name, name))
+    if is_value(flat.root, target):
+        return
+    known = find_any(flat, target)
+    if isinstance(known, Missing):
+        yield Problem(message=known.message, key=".".join(path[:-1]), path=path, got=shown(name), hint=known.hint)
+    elif not isinstance(known[1], Parameter):
+        message, hint = f"{name} is no parameter", f"name a parameter of {split(target)[0]}"
+        yield Problem(message=message, key=".".join(path[:-1]), path=path, got=shown(name), hint=hint)
 
 
 @dataclass(frozen=True)

@@ -5,8 +5,8 @@ from math import ceil
 
 from proofmass.graphs.drawing.items import Item, Net, NetName, Pin
 
-WIDEST = 1360  # pixels: what a page shows without making its text smaller
-_ASPECT = 1.5  # width over height that a large diagram goes for
+WIDEST = 1300  # pixels: what a page of 1400 shows without making its text smaller
+_ASPECT = 1.25  # width over height that a large diagram goes for
 _CROSSING = 0.015  # cost of a wire from row to row, in squares of the part by which a row differs from the wanted width
 _LONGEST = 1.35  # width of a row over the wanted one
 _TRIES = 5
@@ -73,7 +73,7 @@ def broken(
     for column in columns:
         for item in column:
             item.pins = ([], [])
-    held = set[Item]()
+    waypoints = set[Item]()
     for (source, output, gap), net in nets.items():
         for on_left, pins in ((False, net.left), (True, net.right)):  # of the gap's left side: right sides of items
             for pin in pins:
@@ -86,5 +86,5 @@ def broken(
                 placed = Pin(pin.item, pin.below, pin.across, own)
                 (own.right if on_left else own.left).append(placed)
                 pin.item.pins[not on_left].append(placed)
-                held.add(pin.item)
-    return [[item for item in column if item.name or item in held] for column in columns], within
+                waypoints.add(pin.item)
+    return [[item for item in column if item.name or item in waypoints] for column in columns], within

@@ -110,9 +110,10 @@ class _Part:
         for _, _, gap in self.nets:
             if gap < len(crossing):
                 crossing[gap] += 1
-        for wanted in widths_to_try(layout.width, layout.height):
+        whole = layout.width
+        for wanted in widths_to_try(whole, layout.height):
             self._restore(ordered)
-            rows = rows_of(starts, layout.width, crossing, wanted)
+            rows = rows_of(starts, whole, crossing, wanted)
             tried, _ = self._in_rows(rows)
             if fits(tried.width, tried.height):
                 return tried

@@ -91,6 +91,9 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
 
 def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: PartFiles, depth: int) -> Graph:
     """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
+    if depth == 0 and "blocks" not in data and isinstance(data.get("graph"), str):
+        hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
+        raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
     problems = [
         Refusal("unknown key", _meant(key, entry)).problem(key, key, path=(key,))
         for key, entry in data.items()

@@ -10,7 +10,7 @@ import click
 from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_variants
-from proofmass.runner.commands.answers import print_files, print_interruption, print_json, print_text
+from proofmass.runner.commands.answers import print_file, print_files, print_interruption, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -29,9 +29,11 @@ from proofmass.runner.commands.variants_command import (
     write_comparison,
 )
 from proofmass.runner.comparison.tables import text_of
+from proofmass.runner.output.plot import save_figure
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 
@@ -49,6 +51,7 @@ class StudyRequest:
     lanes: int | None
     dask: str | None
     formats: tuple[str, ...]
+    picture: Path | None
     report: bool
     run: int | None
     epoch: int
@@ -73,6 +76,8 @@ def run_montecarlo(request: StudyRequest) -> int:
         if len(studies) > 1:
             raise click.UsageError(f"--run: name one of its variants: --variant {next(iter(studies))!r}")
         study = with_numbers(next(iter(studies.values())), request.runs, request.seed)
+        if request.picture is not None:
+            raise click.UsageError("--plot is of a study, --run repeats one sensor: --out FOLDER has its plot")
         return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
     if len(studies) == 1:
         return _run_one(request, next(iter(studies.values())))[0]
@@ -120,6 +125,8 @@ def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[i
         print_json(study_data(result))
     if result.interrupted:
         return _interrupted(result, request.out), result
+    if request.picture is not None and alone:
+        print_file(save_figure(plot_study(result), request.picture), request.as_json)
     if request.out is not None:
         began = time.perf_counter()
         with working(request.quiet or request.as_json, "writing tables, pictures and report"):

@@ -2,28 +2,30 @@
 
 import json
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
 
+from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_interruption, print_problem, print_text
+from proofmass.runner.commands.answers import print_file, print_files, print_interruption, print_problem, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.progress import progress, working
+from proofmass.runner.commands.progress import PREPARING, progress, working
 from proofmass.runner.commands.run_files import need_for_run, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
+from proofmass.runner.output.plot import save_plot
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.saturation_notes import saturation_notes
-from proofmass.runner.run.simulate import simulate
-from proofmass.runner.run.trace_size import is_interrupted
+from proofmass.runner.run.simulate import RunOptions, simulate_plan, ticks_of
+from proofmass.runner.run.trace_size import is_interrupted, size_text
 
 if TYPE_CHECKING:
     from proofmass.runner.run.profile import Profile
@@ -42,6 +44,7 @@ class RunRequest:
     probes: tuple[str, ...]
     out: Path | None
     formats: tuple[str, ...]
+    picture: Path | None
     live: bool
     budgets: tuple[str, ...]
     resume: bool
@@ -62,8 +65,8 @@ class RunRequest:
             raise click.UsageError("--resume needs --out, the folder of the interrupted run")
         if self.resume and self.restart:
             raise click.UsageError("give --resume or --restart, not both")
-        if self.swept and (self.resume or self.show_source or self.live or self.engine == "cxxrtl"):
-            raise click.UsageError("--sweep goes without --resume, --show-source, --live and --engine cxxrtl")
+        if self.swept and (self.resume or self.show_source or self.live or self.picture or self.engine == "cxxrtl"):
+            raise click.UsageError("--sweep goes without --resume, --show-source, --plot, --live and --engine cxxrtl")
         if self.profile and (self.swept or self.resume or self.show_source or self.engine not in ("auto", "compiled")):
             raise click.UsageError(
                 "--profile goes without --sweep, --resume, --show-source and other engines: it times"
@@ -88,6 +91,7 @@ def run_graph(request: RunRequest) -> int:
     if request.swept:
         return _swept(graph, request)
     formats = request.formats or ("netcdf",)
+    need(*(["matplotlib"] if request.picture is not None else []))
     if request.out is not None:
         need_for_run(formats, budgets=bool(request.budgets))
     result, profiled = _profiled(graph, request, reading) if request.profile else (_simulated(graph, request), None)
@@ -102,6 +106,8 @@ def run_graph(request: RunRequest) -> int:
     show_run(result, request.as_json, profiled)
     if result.interrupted:
         return _interrupted(result, request.out)
+    if request.picture is not None:
+        print_file(save_plot(result, request.picture), request.as_json)
     if request.out is not None:
         print_files(request.out, names, request.as_json)
     return DONE
@@ -109,7 +115,6 @@ def run_graph(request: RunRequest) -> int:
 
 def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Result, Profile | None]":
     from proofmass.runner.run.profile import profile  # only this option needs it
-    from proofmass.runner.run.simulate import RunOptions
 
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)
@@ -172,17 +177,21 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
         request.out.mkdir(parents=True, exist_ok=True)
         if is_interrupted(request.out) and not request.restart:
             click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
+    options = RunOptions(
+        duration=request.duration,
+        samples=request.samples,
+        seed=request.seed,
+        engine=request.engine,
+        folder=request.out,
+        resume=True if request.resume else False if request.restart else None,
+    )
+    with working(request.quiet or request.as_json, PREPARING):
+        planned = plan(graph)
+        ticks = ticks_of(planned, options)
+    if not request.quiet and not request.as_json and (said := size_text(planned, ticks)):
+        click.echo(said, err=True)
     with progress(request.quiet or request.as_json) as bar:
-        return simulate(
-            graph,
-            duration=request.duration,
-            samples=request.samples,
-            seed=request.seed,
-            engine=request.engine,
-            folder=request.out,
-            progress=bar,
-            resume=True if request.resume else False if request.restart else None,
-        )
+        return simulate_plan(planned, graph, replace(options, progress=bar))
 
 
 def _interrupted(result: Result, out: Path | None) -> int:

@@ -273,7 +273,7 @@ def _between(
 
 
 def _forced(b: list[list[Any]]) -> list[list[Any]]:
-    """What inputs and rates of their own do."""
+    """Return the effect of inputs and of rates of their own."""
     return [[*row, *(float(i == j) for j in range(len(b)))] for i, row in enumerate(b)]
 
 

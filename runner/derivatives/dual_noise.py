@@ -30,7 +30,7 @@ _ROLES = ("update", "derivative")
 
 @dataclass(frozen=True)
 class Gain:
-    """What a quantiser of one bit does to small changes: v = gain y + e, e being white."""
+    """Model of a quantiser of one bit for small changes: v = gain y + e, with white e."""
 
     gain: float
     variance: float  # of e
@@ -67,7 +67,7 @@ def given(plan: Plan, by: tuple[type, ...]) -> set[str]:
 
 
 def reached(plan: Plan, own: set[str]) -> set[str]:
-    """These blocks and all that depend on them."""
+    """Return some blocks and all that depend on them."""
     readers: dict[str, set[str]] = {}
     for (name, _), (source, _) in plan.schedule.drivers.items():
         readers.setdefault(source, set()).add(name)
@@ -79,7 +79,7 @@ def reached(plan: Plan, own: set[str]) -> set[str]:
 
 
 def _given(plan: Plan, name: str) -> Iterator[Binding]:
-    """What the functions of a block that run in the loop are given."""
+    """Yield the arguments of the functions of a block that run in the loop."""
     for function in _steps(plan.blocks[name]):
         yield from plan.bindings(name, function)
 
@@ -91,8 +91,10 @@ def _steps(block: Block) -> dict[str, Behaviour]:
 
 
 class NoisyTicks(DualTicks):
-    """Of the blocks with `noise` adds to `sources` a key (block, `DEVIATE` or `ROUNDING`, number) for each, and notes
-    what was rounded."""
+    """Ticks in which blocks with `noise` name their sources, and what was rounded.
+
+    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`.
+    """
 
     def __init__(self, *arguments: Any, noise: Noisy) -> None:
         self._owner, self._noise = "", noise
@@ -173,16 +175,18 @@ class NoisyTicks(DualTicks):
         if tick != self._memory.tick:
             known = []
             self._bits[owner] = self._memory.tick, known
-        for before, made in known:
+        for before, output in known:
             if before == value and slopes_of(before, SIGNALS) == slopes_of(value, SIGNALS):
-                return made
+                return output
         gain = self._noise[owner][min(len(known), len(self._noise[owner]) - 1)]
         key = (owner, ONE_BIT, self._counts[owner, ONE_BIT])
         self._counts[owner, ONE_BIT] += 1
         level = float(rule(plain(first), plain(second)))
-        made = level + gain.gain * (value - value_of(value, SIGNALS)) + math.sqrt(gain.variance) * self._direction(key)
-        known.append((value, made))
-        return made
+        output = (
+            level + gain.gain * (value - value_of(value, SIGNALS)) + math.sqrt(gain.variance) * self._direction(key)
+        )
+        known.append((value, output))
+        return output
 
     def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
         """The value with an error of its own; outputs that round the same value in a tick err alike."""

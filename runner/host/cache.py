@@ -4,10 +4,7 @@ import hashlib
 import os
 import stat
 import tempfile
-from collections.abc import Mapping
 from pathlib import Path
-
-_NOTHING: Mapping[str, str] = {}
 
 
 def cache_folder() -> Path:
@@ -31,26 +28,23 @@ def kept(name: str) -> bytes | None:
     return code if hashlib.sha256(code).digest() == digest else None
 
 
-def keep(name: str, code: bytes, beside: Mapping[str, str] = _NOTHING) -> None:
-    """Write code and, for readers, texts beside it; a folder that cannot be written to is not an error."""
+def keep(name: str, code: bytes) -> None:
+    """Write code; a folder that cannot be written to is not an error."""
     folder = cache_folder()
     try:
         folder.mkdir(mode=0o700, parents=True, exist_ok=True)
         if _is_ours(folder):
-            for other, text in beside.items():
-                _publish(folder / other, text.encode())
             _publish(folder / name, hashlib.sha256(code).digest() + code)
     except OSError:
         return
 
 
 def _publish(path: Path, data: bytes) -> None:
+    """Write a file that is there whole or not at all, but for a machine that loses power: then its hash tells."""
     handle, temporary = tempfile.mkstemp(dir=path.parent)
     try:
         with os.fdopen(handle, "wb") as file:
             file.write(data)
-            file.flush()
-            os.fsync(file.fileno())
         Path(temporary).replace(path)
     except BaseException:
         Path(temporary).unlink(missing_ok=True)

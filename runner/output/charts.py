@@ -15,7 +15,7 @@ from proofmass.runner.output.chart_axes import Axis, axis
 INK, RULE, BLUE, ORANGE = "var(--ink)", "var(--rule)", "var(--blue)", "var(--orange)"
 COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 _WIDTH, _HEIGHT, _TOP, _BELOW, _RIGHT, _GAP = 860.0, 230.0, 12.0, 44.0, 10.0, 24.0
-_FONT, _LETTER, _ROW = 11.0, 6.3, 18.0  # height and mean width of a letter, height of a row of bars or a legend
+_FONT, _LETTER, _ROW = 11.0, 6.8, 18.0  # height and mean width of a letter, height of a row of bars or a legend
 _LONG = 34  # letters of a name that are shown
 _AXES = f'fill="none" stroke="{INK}"'
 Numbers = Any  # a sequence or array of numbers
@@ -54,6 +54,7 @@ class Panel:
         self.names: list[str] = []  # of rows
         self._x, self._y = list[float](), list[float]()
         self._items: list[Callable[[Frame], str]] = []
+        self._seen_through = 1.0  # part of the paper that shines through all bands
 
     def line(self, x: Numbers, y: Numbers, colour: str = BLUE, label: str = "", dashed: bool = False) -> None:
         """Draw a line through points; gaps where a number is missing."""
@@ -64,14 +65,16 @@ class Panel:
         self._name(label, f'<line x2="20" {style}/>')
 
     def band(self, x: Numbers, low: Numbers, high: Numbers, colour: str, opacity: float, label: str = "") -> None:
-        """Fill what lies between two lines."""
+        """Fill what lies between two lines; a band above others is as strong as all of them in the legend."""
         self._see(x, low)
         self._see(x, high)
         style = f'fill="{colour}" fill-opacity="{opacity:g}" stroke="none"'
         self._items.append(
             lambda frame: f'<path d="{_path([*frame.places(x, low), *frame.places(x, high)[::-1]])}Z" {style}/>'
         )
-        self._name(label, f'<rect y="-5" width="20" height="10" {style}/>')
+        self._seen_through *= 1.0 - opacity
+        sign = f'fill="{colour}" fill-opacity="{1.0 - self._seen_through:.3g}" stroke="none"'
+        self._name(label, f'<rect y="-5" width="20" height="10" {sign}/>')
 
     def bars(
         self,
@@ -93,7 +96,7 @@ class Panel:
         self._items.append(lambda frame: f'<path d="{_path(frame.places(x, y))}" {fill}/>')
         self._name(label, f'<rect y="-5" width="20" height="10" {fill}/>')
 
-    def points(self, x: Numbers, y: Numbers, colour: str = BLUE, size: float = 3.0) -> None:
+    def points(self, x: Numbers, y: Numbers, colour: str = BLUE, size: float = 5.0) -> None:
         """Draw dots."""
         self._see(x, y)
         style = f'stroke="{colour}" stroke-opacity="0.6" stroke-width="{size:g}" stroke-linecap="round"'
@@ -141,7 +144,7 @@ class Panel:
         """Return the panel as SVG, at a place of the chart."""
         up = axis(self._y, rim=0.0 if self.names else 0.04)
         names = [text if len(text) < _LONG else f"{text[: _LONG - 2]}…" for text in self.names[::-1]]
-        margin = max((len(text) for text in names or up.texts), default=0) * _LETTER + (20.0 if self.y_label else 8.0)
+        margin = max((len(text) for text in names or up.texts), default=0) * _LETTER + (26.0 if self.y_label else 8.0)
         frame = Frame(axis(self._x), up, left + margin, left + width - _RIGHT, height - _BELOW, _TOP)
         parts = [*self._grid(frame, names), *(item(frame) for item in self._items)]
         parts.append(f'<path d="M{frame.left:.1f} {frame.top:.1f}V{frame.bottom:.1f}H{frame.right:.1f}" {_AXES}/>')

@@ -27,9 +27,17 @@ p { margin: .5rem 0; max-width: 46rem; }
 .soft, small { color: var(--soft); }
 .warning { border-left: .3rem solid var(--orange); padding: .3rem .8rem; background: var(--panel); }
 .wide { overflow-x: auto; }
-@media screen { .wide svg.proofmass { max-width: none; } }
 .wide svg { display: block; max-width: 100%; height: auto; margin: 0 auto; }
-@media screen { .picture { min-width: 36rem; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+@media screen {
+  .wide svg.proofmass { max-width: none; }
+  .wide:has(> .picture) { margin: 0 calc(50% - min(48vw, 33.5rem)); }
+  .wide { background: linear-gradient(to right, var(--paper) 1rem, transparent) left / 2rem 100% no-repeat local,
+    linear-gradient(to left, var(--paper) 1rem, transparent) right / 2rem 100% no-repeat local,
+    linear-gradient(to right, var(--rule), transparent) left / .6rem 100% no-repeat scroll,
+    linear-gradient(to left, var(--rule), transparent) right / .6rem 100% no-repeat scroll; }
+}
+@media screen { .wide svg.picture { max-width: none; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+td > small { display: block; min-width: 11rem; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }
@@ -52,6 +60,11 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
   tbody th { min-width: 7rem; }
   tr, svg { break-inside: avoid; }
   .page svg { max-height: 235mm; }
+  .parameters table { font-size: .64rem; line-height: 1.25; }
+  .parameters td.number { font-size: .64rem; }
+  .parameters td, .parameters th { padding-top: .06rem; padding-bottom: .06rem; }
+  .parameters small { display: none; }
+  pre.file { columns: 2; font-size: 6.5pt; line-height: 1.2; }
 }
 $styles</style>
 </head>

@@ -26,10 +26,14 @@ BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, distinct for every kind
 MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
 _DOTTED = 120  # rows up to which each has a dot
+_BAND = 0.25  # mean height of a stretch, in parts of that of the picture, from which on a line would be a band
+_MANY = 120  # crossings of the middle from which on a line is a band
+_DETAIL = 0.24  # part of the width that shows the last rows of a band
+_TURNS, _FEWEST, _LOOKED_AT = 6, 30, 20_000  # turns of a signal that are shown, fewest rows, rows that are looked at
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
 _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
 STYLE: Any = {
-    "font.size": 10.0,
+    "font.size": 10.8,  # raised figures, which are smaller by a third, still have ten pixels
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans"],
     "axes.edgecolor": INK,
@@ -76,6 +80,7 @@ def plot_traces(result: Result) -> "Figure":
     lowest = len(signals) - 1  # the panel that names the time axis which all signals share
     seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
     stretches = min(_STRETCHES, max(100, 16_000 // max(1, len(traces))))
+    bands = {i for i, trace in enumerate(signals) if _band(trace.values, stretches)}
     with matplotlib.rc_context(STYLE):
         height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
         figure = Figure(figsize=(_WIDTH, height), facecolor=PAPER)
@@ -84,15 +89,23 @@ def plot_traces(result: Result) -> "Figure":
         )
         top, shared = _TOP, None
         for i, trace in enumerate(traces):
-            place = (_LEFT / _WIDTH, 1.0 - (top + _PANEL) / height, 1.0 - (_LEFT + _RIGHT) / _WIDTH, _PANEL / height)
-            panel = figure.add_axes(place, facecolor="none", sharex=shared if i <= lowest else None)
+            bottom, tall = 1.0 - (top + _PANEL) / height, _PANEL / height
+            whole = 1.0 - (_LEFT + _RIGHT) / _WIDTH
+            wide = whole * (1.0 - _DETAIL) if bands and i <= lowest else whole
+            panel = figure.add_axes(
+                (_LEFT / _WIDTH, bottom, wide, tall), facecolor="none", sharex=shared if i <= lowest else None
+            )
+            detail = None
+            if i in bands:
+                end = (_LEFT / _WIDTH + wide + 0.02, bottom, whole * _DETAIL - 0.02, tall)
+                detail = figure.add_axes(end, facecolor="none")
             if not len(trace.values):
                 panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
                 _name(panel, trace, pretty(trace.shown_in or trace.unit))
             elif trace.values.ndim > 1:
                 _draw_vector(panel, trace)
             else:
-                _draw_signal(panel, trace, _held(result, trace), seconds, stretches)
+                _draw_signal(panel, trace, _held(result, trace), seconds, stretches, detail)
             if i <= lowest:
                 shared = shared or panel
                 panel.margins(x=0.01)
@@ -194,14 +207,28 @@ def envelope(values: Array, stretches: int) -> Array:
     return np.unique(np.concatenate(places))
 
 
-def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float, str], stretches: int) -> None:
+def _draw_signal(
+    panel: "Axes",
+    trace: Trace,
+    steps: bool,
+    seconds: tuple[float, str],
+    stretches: int,
+    detail: "Axes | None" = None,
+) -> None:
     rows = envelope(trace.values, stretches)
     values = np.asarray(trace.values[rows], dtype=np.float64)
     away = offset(float(values.min()), float(values.max()))
     values = values - away
     factor, unit = display(trace.unit, trace.shown_in, float(np.abs(values).max()))
     times, values = rows * float(trace.period) * seconds[0], values * factor
-    if len(trace.values) <= _FEW and steps:
+    if band := _band(trace.values, stretches):
+        edges = _edges(trace.values, band)
+        low, high = ((np.asarray(trace.values[part], dtype=np.float64) - away) * factor for part in edges[1:])
+        at = edges[0] * float(trace.period) * seconds[0]
+        panel.fill_between(at, low, high, color=BLUE, alpha=0.3, linewidth=0.0)
+        for edge in (low, high):
+            panel.plot(at, edge, color=BLUE, linewidth=0.8)
+    elif len(trace.values) <= _FEW and steps:
         times = np.append(times, len(trace.values) * float(trace.period) * seconds[0])
         panel.plot(times, np.append(values, values[-1]), color=BLUE, drawstyle="steps-post")
     else:
@@ -211,6 +238,49 @@ def _draw_signal(panel: "Axes", trace: Trace, steps: bool, seconds: tuple[float,
         panel.set_ylim(-0.15, 1.15)
     less = f"− {away * (factor if trace.shown_in else 1.0):.12g} {_offset_unit(trace)}".strip() if away else ""
     _name(panel, trace, unit, less)
+    if band and detail is not None:
+        _draw_end(detail, trace, away, factor)
+        detail.set_ylim(panel.get_ylim())
+
+
+def _band(values: Array, stretches: int) -> int:
+    """Return in how many stretches a signal is drawn by its envelope, because a line of it would be a band; or 0."""
+    if len(values) <= 2 * stretches or values.dtype == bool:
+        return 0
+    line = np.asarray(values[envelope(values, stretches)], dtype=np.float64)
+    above = line > np.median(line)
+    crossings = int(np.count_nonzero(above[1:] != above[:-1]))
+    if _MANY < crossings < stretches:  # periods of several stretches
+        return max(_FEWEST, crossings // 4)
+    _, low, high = _edges(values, stretches)
+    low, high = np.asarray(values[low], dtype=np.float64), np.asarray(values[high], dtype=np.float64)
+    span = float(high.max() - low.min())
+    return stretches if span > 0.0 and float(np.mean(high - low)) > _BAND * span else 0
+
+
+def _edges(values: Array, stretches: int) -> tuple[Array, Array, Array]:
+    """Return the middle row of each stretch, and the places of its lowest and its highest value."""
+    length = -(-len(values) // stretches)
+    starts = np.arange(0, len(values) - length + 1, length)
+    low = np.array([first + int(np.argmin(values[first : first + length])) for first in starts])
+    high = np.array([first + int(np.argmax(values[first : first + length])) for first in starts])
+    return starts + length // 2, low, high
+
+
+def _draw_end(panel: "Axes", trace: Trace, away: float, factor: float) -> None:
+    """Draw the last rows of a signal, some turns of it, beside all of it."""
+    last = np.asarray(trace.values[-_LOOKED_AT:], dtype=np.float64)
+    above = last > last.mean()
+    turns = max(1, int(np.count_nonzero(above[1:] != above[:-1]) // 2))
+    rows = min(len(last), max(_FEWEST, _TURNS * len(last) // turns))
+    values = (last[-rows:] - away) * factor
+    length, unit = prefix("s", rows * float(trace.period))
+    times = (np.arange(rows) - rows + 1) * float(trace.period) * length
+    panel.plot(times, values, color=BLUE, marker="." if rows <= _DOTTED else "", markersize=4)
+    panel.tick_params(labelleft=False)
+    panel.margins(x=0.02)
+    panel.set_xlabel(f"the last {rows * float(trace.period) * length:.3g} {unit}", fontsize=9)
+    panel.set_xticks([])
 
 
 def _offset_unit(trace: Trace) -> str:
@@ -282,7 +352,7 @@ def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:
         panel.set_title(trace.signal, fontsize=9, pad=3)
         label = less + bracket
     panel.set_ylabel(_literal(label.strip()), fontsize=9)
-    panel.yaxis.set_label_coords(-0.84 / (_WIDTH - _LEFT - _RIGHT), 0.5)
+    panel.yaxis.set_label_coords(-0.92 / (panel.get_position().width * _WIDTH), 0.5)
 
 
 def _gap(labelled: bool) -> float:

@@ -134,7 +134,7 @@ def _blocks(graph: Graph) -> str:
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
         head = f'<th rowspan="{len(of_block)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(of_block)]
-    return table(("block", "parameter", "value", ""), rows, numbers=(2,))
+    return f'<div class="parameters">{table(("block", "parameter", "value", ""), rows, numbers=(2,))}</div>'
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
@@ -182,7 +182,8 @@ def _repeat(result: Result) -> str:
     engine = result.provenance.get("engine", "")
     if engine in ENGINES:
         words += ["--engine", engine]
+    text = escape(write_graph(result.graph, as_written=True))
     return (
         f"<p>Save the graph below as <code>{escape(file)}</code>; it holds every parameter as it was in this run.</p>"
-        f"<pre>{escape(shlex.join(words))}</pre>\n<pre>{escape(write_graph(result.graph, as_written=True))}</pre>"
+        f"<pre>{escape(shlex.join(words))}</pre>\n<pre class='file'>{text}</pre>"
     )

@@ -15,7 +15,7 @@ from typing import NamedTuple, TypeAlias
 
 
 class Kind(Enum):
-    """What a value is: a binary64 number, a 64-bit integer, or a truth value (one byte where it stands in an array)."""
+    """Type of a value: a binary64 number, a 64-bit integer, or a truth value (one byte where it stands in an array)."""
 
     FLOAT = "f64"
     INTEGER = "i64"

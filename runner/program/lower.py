@@ -17,9 +17,10 @@ from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import unchanged
 from proofmass.runner.program.build import Builder, parameters_like
-from proofmass.runner.program.form import Call, Function, Kind, Program, Region
+from proofmass.runner.program.form import Function, Kind, Program
 from proofmass.runner.program.lower_statements import Statements, WiderError
 from proofmass.runner.program.scopes import changing
+from proofmass.runner.program.shared import outline
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
@@ -165,24 +166,10 @@ def program(entry: Function) -> Program:
 def _collect(function: Function, functions: dict[str, Function]) -> None:
     if functions.get(function.name) is function:
         return
-    for called in _called_in(function.body):
+    for called in dict.fromkeys(called for called, _ in outline(function).calls):
         _collect(called, functions)
     assert function.name not in functions, f"two functions are called {function.name}"
     functions[function.name] = function
-
-
-def _called_in(region: Region) -> list[Function]:
-    """Functions that statements call, each once."""
-    functions: dict[Function, None] = {}
-    left = [region]
-    while left:
-        for statement in left.pop():
-            if isinstance(statement, Call) and isinstance(statement.function, Function):
-                functions[statement.function] = None
-            for name in ("then", "otherwise", "test", "body"):
-                if hasattr(statement, name):
-                    left.append(getattr(statement, name))
-    return list(functions)
 
 
 def _declared_result(function: types.FunctionType) -> Any:

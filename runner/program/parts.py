@@ -63,7 +63,7 @@ Piece: TypeAlias = _Part | form.For  # a piece of a region that is split
 
 
 class _Division:
-    """Which statement goes to which part, and what must have a place in memory for that."""
+    """Division of statements among parts, and the values that need a place in memory for it."""
 
     def __init__(self, function: form.Function, places: Places) -> None:
         self.places = places

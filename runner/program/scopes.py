@@ -1,4 +1,4 @@
-"""Which names of a function stand for one value each, and which for variables that are set again."""
+"""Names of a function: those that stand for one value each, and variables that are set again."""
 
 import ast
 from collections.abc import Iterator

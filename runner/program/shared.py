@@ -5,42 +5,60 @@ is called in branches alone, or would be there too often.
 """
 
 from collections import Counter
-from collections.abc import Iterator
+from typing import NamedTuple
+from weakref import WeakKeyDictionary
 
-from proofmass.runner.program.form import Call, Function, If, Program, Region
-from proofmass.runner.program.walk import regions
+from proofmass.runner.program.form import Call, For, Function, If, Program, Region, While
 
 _LARGE = 250  # statements, with those of the inline functions that are called
 _MOST = 1500  # statements of all copies
+_known: "WeakKeyDictionary[Function, Outline]" = WeakKeyDictionary()
+
+
+class Outline(NamedTuple):
+    """The number of a function's statements, and what it calls, each with whether that is in a branch."""
+
+    size: int
+    calls: tuple[tuple[Function, bool], ...]
+
+
+def outline(function: Function) -> Outline:
+    """Return the outline of a function that is written to its end, which is read once."""
+    own = _known.get(function)
+    if own is None:
+        calls: list[tuple[Function, bool]] = []
+        own = _known[function] = Outline(_read(function.body, False, calls), tuple(calls))
+    return own
+
+
+def _read(region: Region, rare: bool, calls: list[tuple[Function, bool]]) -> int:
+    """Add what a region calls; returns its number of statements."""
+    size = len(region)
+    for statement in region:
+        match statement:
+            case Call(_, Function() as called):
+                calls.append((called, rare))
+            case If(_, then, otherwise):
+                size += _read(then, True, calls) + _read(otherwise, True, calls)
+            case For() | While():
+                test = statement.test if isinstance(statement, While) else []
+                size += _read(test, rare, calls) + _read(statement.body, rare, calls)
+    return size
 
 
 def shared(program: Program) -> frozenset[Function]:
-    """Inline functions that are better shared."""
-    calls = {function: list(_calls(function.body, False)) for function in program.functions.values()}
-    always = {called for inner in calls.values() for called, rare in inner if not rare}
-    sizes, found = dict[Function, int](), set[Function]()
-    for function, inner in calls.items():  # those that are called come first
-        inline = (called for called, _ in inner if called.inline and called not in found)
-        sizes[function] = _size(function.body) + sum(sizes[called] for called in inline)
+    """Return the inline functions that are better shared."""
+    outlines = {function: outline(function) for function in program.functions.values()}
+    always = {called for each in outlines.values() for called, rare in each.calls if not rare}
+    sizes, together = dict[Function, int](), set[Function]()
+    for function, (size, calls) in outlines.items():  # those that are called come first
+        sizes[function] = size + sum(sizes[called] for called, _ in calls if called.inline and called not in together)
         if function.inline and function not in always and sizes[function] > _LARGE:
-            found.add(function)
+            together.add(function)
     copies = Counter[Function]()
-    for function in reversed(calls):
+    for function in reversed(outlines):
         if function.inline and sizes[function] > _LARGE and copies[function] * sizes[function] > _MOST:
-            found.add(function)
-        for called, _ in calls[function]:
-            copies[called] += copies[function] if function.inline and function not in found else 1
-    return frozenset(found)
-
-
-def _calls(region: Region, rare: bool) -> Iterator[tuple[Function, bool]]:
-    """Functions that a region calls, and whether in a branch."""
-    for statement in region:
-        if isinstance(statement, Call) and isinstance(statement.function, Function):
-            yield statement.function, rare
-        for inner in regions(statement):
-            yield from _calls(inner, rare or isinstance(statement, If))
-
-
-def _size(region: Region) -> int:
-    return sum(1 + sum(map(_size, regions(statement))) for statement in region)
+            together.add(function)
+        for called, _ in outlines[function].calls:
+            copies[called] += copies[function] if function.inline and function not in together else 1
+    return frozenset(together)

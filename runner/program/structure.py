@@ -100,7 +100,7 @@ def is_record(kind: Any) -> bool:
 
 
 def in_words(value: Lowered) -> str:
-    """What a value is, for refusals."""
+    """Return the type of a value in words, for refusals."""
     if is_scalar(value):
         return {Kind.FLOAT: "a number", Kind.INTEGER: "an integer", Kind.TRUTH: "a truth value"}[value.kind]
     if isinstance(value, Array):

@@ -51,3 +51,13 @@ def vectors_of(plan: Plan) -> Iterator[tuple[VectorOf, tuple[type, int]]]:
         for port, output in type(block).outputs.items():
             if output.shape:
                 yield (name, port), (held_as(output.dtype), shape_of(block, output)[0])
+
+
+def bytes_of_a_run(plan: Plan) -> int:
+    """About how much memory a tick of a run goes through: constants, states, wires and what they keep."""
+    states: list[Any] = [type(block).state_class() for block in plan.blocks.values()]
+    numbers = sum(len(values) for values in plan.constants.values() if isinstance(values, tuple))
+    numbers += sum(len(made._fields) for made in states if made is not None)
+    outputs = (output for block in plan.blocks.values() for output in type(block).outputs.values())
+    numbers += sum(1 for output in outputs if not output.shape)
+    return 8 * (numbers + sum(length for node, (_, length) in vectors_of(plan) if node not in plan.recorded))

@@ -15,7 +15,7 @@ ALL = -1  # entries of an array, as bits of an integer
 
 
 class ArrayOf(NamedTuple):
-    """How an array is passed to a function: `rows` of lanes or one number for all; entries that differ, as bits."""
+    """Passing of an array to a function: `rows` of lanes or one number for all; entries that differ, as bits."""
 
     rows: bool
     entries: int = 0
@@ -23,14 +23,14 @@ class ArrayOf(NamedTuple):
 
 
 class Way(NamedTuple):
-    """How a function is called: whether some lanes may be inactive, and what differs in each parameter."""
+    """Way of calling a function: whether some lanes may be inactive, and what differs in each parameter."""
 
     masked: bool
     parameters: tuple["bool | ArrayOf", ...]
 
 
 class _Part(NamedTuple):
-    """Where an array lies: its parameter, its first entry (None: unknown), and whether that differs by lane."""
+    """Place of an array: its parameter, its first entry (None: unknown), and whether that differs by lane."""
 
     root: form.Array
     first: int | None
@@ -56,7 +56,7 @@ class Varying:
         return operand in self.numbers if not isinstance(operand, form.Constant) else False
 
     def given(self, array: form.Array) -> ArrayOf:
-        """How the parameter in which an array lies is passed."""
+        """Return how the parameter in which an array lies is passed."""
         way = self.way.parameters[self.function.parameters.index(self.parts[array].root)]
         assert isinstance(way, ArrayOf)
         return way
@@ -118,7 +118,7 @@ class Lanes:
 
 
 class _Left(NamedTuple):
-    """Whether lanes have left, apart from others, the innermost loop or the function."""
+    """Lanes that have left the innermost loop or the function apart from others."""
 
     loop: bool = False
     function: bool = False

@@ -9,12 +9,24 @@ from proofmass.runner.plan.planned import Plan
 
 CHECKPOINT = "checkpoint.json"  # of an interrupted run, in its folder
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
+LONG = 100_000_000  # ticks: some seconds at some tens of nanoseconds each
 _BYTES = {float: 8, int: 8, bool: 1}
 
 
 def trace_bytes(planned: Plan, ticks: int) -> int:
     """Bytes of all traces."""
     return sum(p.rows(0, ticks) * math.prod(p.shape) * _BYTES[p.dtype] for p in planned.probes)
+
+
+def size_text(planned: Plan, ticks: int) -> str:
+    """Return how many ticks a long run has, and what it writes; empty for a short one.
+
+    Long is what takes more than some seconds, or traces of more than 256 MiB.
+    """
+    size = trace_bytes(planned, ticks)
+    if ticks < LONG and size <= IN_MEMORY:
+        return ""
+    return f"{ticks:,} ticks, {size / 2**20:,.0f} MiB of traces"
 
 
 def is_interrupted(folder: Path) -> bool:

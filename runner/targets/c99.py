@@ -101,7 +101,7 @@ class _FunctionOfC:
             beside = ""
 
     def _waits(self, statement: form.Compute) -> bool:
-        """Whether an operation is written where it is read; its text is kept for there."""
+        """Return whether an operation is written where it is read; its text is kept for that place."""
         text = self._operation(statement)
         if statement.result not in self.parts or len(text) > _LONGEST:
             return False

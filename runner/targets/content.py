@@ -1,4 +1,4 @@
-"""What a program computes, as a hash: the same in every process and on every machine."""
+"""Hash of what a program computes: the same in every process and on every machine."""
 
 import hashlib
 

@@ -54,7 +54,7 @@ def ptx_text(program: Program, of_entry: LanesOf, processor: str = _OLDEST) -> s
 
 
 def _without_libm(program: Program) -> Iterator[Problem]:
-    """What the program calls that is not on a GPU."""
+    """Yield a problem for each function that the program calls and a GPU lacks."""
     for function in program.functions.values():
         for s in statements(function.body):
             if isinstance(s, Call) and isinstance(s.function, External):

@@ -18,7 +18,7 @@ from proofmass.runner.targets.llvm_text import BYTES, ENTRY
 
 
 class LanesOf(NamedTuple):
-    """Of the entry: numbers that differ from run to run, arrays that all share, entries of the others that differ."""
+    """Arguments of the entry: numbers that differ by run, arrays that all share, entries of the others that differ."""
 
     numbers: frozenset[form.Value]
     shared: frozenset[form.Array]

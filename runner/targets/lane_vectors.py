@@ -80,7 +80,7 @@ class LaneVectors(FunctionText):
         return name
 
     def _any(self, mask: str) -> str:
-        """Whether any lane is active."""
+        """Return whether any lane is active."""
         bits, any_lane = self._fresh(), self._fresh()
         self.lines.append(f"{bits} = bitcast {self._vector(TRUTH)} {mask} to i{self.lanes}")
         self.lines.append(f"{any_lane} = icmp ne i{self.lanes} {bits}, 0")

@@ -25,7 +25,7 @@ _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
 
 
 class _Loop(NamedTuple):
-    """Where Continue and Break go; in a loop that lanes leave apart, places of the masks of those that are in it."""
+    """Targets of Continue and Break; in a loop that lanes leave apart, places of the masks of those that are in it."""
 
     turn: str
     end: str
@@ -93,8 +93,9 @@ class LaneWays(LaneArrays):
             return
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
-        if written_out(s) and id(s) not in self.varying.loops:
-            self._turns(s, end)
+        counters = None if id(s) in self.varying.loops else written_out(s)
+        if counters is not None:
+            self._turns(s, counters, end)
             return
         loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()

@@ -1,4 +1,4 @@
-"""What LLVM is told of functions: their names, attributes and what they return."""
+"""Declarations of functions for LLVM: their names, attributes and results."""
 
 from collections.abc import Collection
 
@@ -18,7 +18,7 @@ ATTRIBUTES = (
 
 
 def attributes_of(function: Function, shared: Collection[Function]) -> str:
-    """What LLVM is told of a function that another calls."""
+    """Return the attributes of a function that another calls."""
     if function in shared:
         return "#6"
     return "#1" if function.inline else "#5"

@@ -174,7 +174,7 @@ def power_of_two(operand: Operand) -> int | None:
 
 
 def cannot_overflow(loop: For) -> bool:
-    """Whether 64 bits surely hold the first counter that is not below the last."""
+    """Return whether 64 bits surely hold the first counter that is not below the last."""
     if loop.step in (1, -1):
         return True
     return isinstance(loop.last, Constant) and abs(loop.last.value + loop.step) < 2**63

@@ -141,7 +141,7 @@ class FunctionText:
         self.block = ""
 
     def _weights(self, condition: form.Operand) -> str:
-        """What LLVM is told of a condition; for one that holds as a rule its last passes choose by branches."""
+        """Return the weights of a condition's branches; where it nearly always holds, LLVM's last passes branch."""
         if condition not in self.expected:
             return ""
         self._need((_LIKELY,))
@@ -252,8 +252,9 @@ class FunctionText:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
-        if written_out(s):
-            self._turns(s, end)
+        counters = written_out(s)
+        if counters is not None:
+            self._turns(s, counters, end)
             return
         below = "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
@@ -279,13 +280,13 @@ class FunctionText:
         self._begin(end)
 
     def _kept_short(self) -> str:
-        """What LLVM is told of a loop in a solver: it is not worth a copy of its body for each turn."""
+        """Return the mark of a loop in a solver: its body is not worth a copy for each turn."""
         if self.is_entry or self.function.inline:
             return ""
         self._need((_SHORT,))
         return ", !llvm.loop !1"
 
-    def _turns(self, s: form.For, end: str) -> None:
+    def _turns(self, s: form.For, counters: range, end: str) -> None:
         """The turns of a loop, written one behind the other."""
         first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Constant))
         for number in range(first, last, s.step):

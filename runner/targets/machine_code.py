@@ -18,7 +18,6 @@ from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.host.llvm_lock import AT_WORK
 from proofmass.runner.host.versions import version
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
-from proofmass.runner.program.listing import listing
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
@@ -28,7 +27,7 @@ _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, an
 
 
 class Settings(NamedTuple):
-    """What LLVM's passes are told."""
+    """Settings of LLVM's passes."""
 
     level: int = 1  # a higher one takes half as long again, and its code is not faster
     rows: bool = False  # gather numbers into short vectors
@@ -84,7 +83,7 @@ def load_module(module: Module, between: Callable[[], None] = _nothing) -> Calla
             function = _linked(code, prototype) if code else None
             if function is None:
                 code = object_code(module.text, module.settings, between)
-                keep(f"{key}.o", code, {f"{key}.txt": listing(module.program)})
+                keep(f"{key}.o", code)
                 function = _linked(code, prototype)
             _loaded[key] = function
     function_of_c: Callable[..., Any] = _loaded[key][1]
@@ -102,7 +101,7 @@ def _prototype(entry: Function, rows: frozenset[Value]) -> Any:
 
 
 def is_cached(key: str) -> bool:
-    """Whether a program can run without compiling."""
+    """Return whether a program can run without compiling."""
     return key in _loaded or kept(f"{key}.o") is not None
 
 

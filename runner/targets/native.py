@@ -97,7 +97,7 @@ class CompiledLoop:
         return self.sound(self._state[FLOATS], self._state[INTEGERS])
 
     def sound(self, numbers: Array, integers: Array) -> bool:
-        """Whether every number was finite and fitted its format, by the arrays of what moves."""
+        """Return whether every number was finite and fitted its format, by the arrays of the memory."""
         return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]
 
     def arrays(self, rows: Rows) -> list[Array]:
@@ -105,11 +105,11 @@ class CompiledLoop:
         return [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """Return the memory of this moment."""
         return self.snapshot()()
 
     def snapshot(self) -> Callable[[], Memory]:
-        """What moves, kept as it is now, and made a `Memory` when it is asked for."""
+        """Return a function that gives the memory of this moment; the `Memory` is made when it is called."""
         tick, recorded = self.tick, self.plan.recorded
         state = {name: array.copy() for name, array in self._state.items()}
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
@@ -135,7 +135,7 @@ class CompiledLoop:
 
 
 def settings(written: TickLoop) -> Settings:
-    """How LLVM is to compile a loop of one run.
+    """Return the settings by which LLVM compiles a loop of one run.
 
     Only with vectors among the wires are numbers gathered into short vectors: it makes correlation cells fast, and the
     chain of operations round a loop of scalars slow.
@@ -155,7 +155,7 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
 
 
 def already_compiled(plan: Plan) -> bool:
-    """Whether the loop of a plan is in the cache."""
+    """Return whether the loop of a plan is in the cache."""
     written = write_tick(plan)
     return is_cached(key_of(llvm_text(written.program), settings(written)))
 
@@ -172,7 +172,7 @@ def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, Array]:
 
 
 def moving(memory: Memory, key: Moving) -> Any:
-    """What the memory holds of a state's field, a wire or the overflows of a block."""
+    """Return the content of a state's field, a wire or the overflow count of a block in the memory."""
     match key:
         case OverflowsOf(block):
             return memory.overflows.get(block, 0)

@@ -87,7 +87,7 @@ class Lanes:
                 self._settle(*divmod(number, compiled.lanes), plan)
 
     def _copied(self, rows: Mapping[Any, Array]) -> dict[Any, Array]:
-        """The same rows for every group."""
+        """Return a copy of the rows for every group."""
         copies: dict[Any, Array] = {}
         for key, of_one in rows.items():
             copies[key] = aligned((self._groups, *of_one.shape), of_one.dtype)
@@ -146,13 +146,13 @@ class Lanes:
         self.tick = last
 
     def sound(self) -> Array:
-        """Of each run, whether its numbers were finite and fitted their formats, so far."""
+        """Return for each run whether its numbers were finite and fitted their formats so far."""
         refused = self._state[INTEGERS][:, self._compiled.written.memory.counts[INTEGERS]]
         finite = np.isfinite(self._state[FLOATS][:, self._compiled.watched]).all(axis=1)
         return self._of_runs(finite & (refused == 0))
 
     def value(self, key: Moving) -> Array:
-        """Of each run, a wire that a measure reads, or a field of a state."""
+        """Return for each run a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
 
@@ -171,8 +171,10 @@ class Lanes:
 
 
 def _differing(plan: Plan, written: TickLoop, varied: Collection[Endpoint], settled: Collection[str]) -> LanesOf:
-    """What differs from run to run when the first tick begins: noise, varied parameters, and what follows from them in
-    blocks that are settled before."""
+    """Return what differs from run to run when the first tick begins.
+
+    That is noise, varied parameters, and what follows from them in blocks that are settled before.
+    """
     entry = written.program.entry.parameters
     arrays = [parameter for parameter in entry if isinstance(parameter, ProgramArray)]
     constants, moving_, vectors = arrays[:2], arrays[2:4], dict(zip(written.vectors, arrays[5:], strict=True))

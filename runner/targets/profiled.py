@@ -81,5 +81,5 @@ class ProfiledLoop:
         return times
 
     def memory(self) -> Memory:
-        """What moves, as it stands."""
+        """Return the memory of this moment."""
         return self._run.memory()

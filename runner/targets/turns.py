@@ -8,21 +8,22 @@ from proofmass.runner.program.walk import statements
 _MOST = 600  # statements of all turns of a loop that is written out
 
 
-def written_out(loop: For) -> bool:
-    """Whether a loop has a few known turns, each of which computes from the last.
+def written_out(loop: For) -> range | None:
+    """Return the counters of a loop of a few known turns, each of which computes from the last; None for other loops.
 
     What follows from constants alone is then computed before the ticks. Turns that need nothing of each other stay a
     loop, of which LLVM makes vectors.
     """
     if not (isinstance(loop.first, Constant) and isinstance(loop.last, Constant)):
-        return False
+        return None
+    first, last = int(loop.first.value), int(loop.last.value)
     inside = list(statements(loop.body))
-    turns = -(-(int(loop.last.value) - int(loop.first.value)) // loop.step)
-    return turns * len(inside) <= _MOST and _carries(inside)
+    few = -(-(last - first) // loop.step) * len(inside) <= _MOST
+    return range(first, last, loop.step) if few and _carries(inside) else None
 
 
 def _carries(inside: Iterable[Statement]) -> bool:
-    """Whether a turn reads a variable that the turn before has computed."""
+    """Return whether a turn reads a variable that the turn before has computed."""
     computed, read, written = set[Value](), set[Variable](), set[Variable]()
     for statement in inside:
         match statement:

@@ -111,7 +111,7 @@ def _symbol(body: bytes, at: int) -> tuple[dict[str, int], int]:
 
 
 def _end_of_data(body: bytes) -> int:
-    """Where the last segment of constants ends in memory."""
+    """Return the end of the last segment of constants in memory."""
     count, at = _unsigned(body, 0)
     end = 0
     for _ in range(count):

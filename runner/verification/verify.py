@@ -99,13 +99,13 @@ class Measurements:
 
     def _worst(self, requirement: Requirement, quantity: Quantity) -> list[float]:
         """Return the worst values within tolerances; NaN where a loop is unstable or a run fails."""
-        given: Mapping[str, Any] = {} if isinstance(requirement.tolerances, str) else requirement.tolerances
+        tolerances: Mapping[str, Any] = {} if isinstance(requirement.tolerances, str) else requirement.tolerances
         source: Graph | Study = self.graph
-        if not given or isinstance(quantity, YieldOf):
-            source = self._needed_study("a yield" if given else "a worst case within the spread")
+        if not tolerances or isinstance(quantity, YieldOf):
+            source = self._needed_study("a yield" if tolerances else "a worst case within the spread")
         limits = ((1.0, requirement.at_least), (-1.0, requirement.at_most))
         signs = tuple(sign for sign, limit in limits if limit is not None)
-        cases = worst_of(source, {_IT: quantity}, given, requirement.at, samples=_SAMPLES, signs=signs).cases
+        cases = worst_of(source, {_IT: quantity}, tolerances, requirement.at, samples=_SAMPLES, signs=signs).cases
         return [math.nan if case.worst is None else case.worst for case in cases]
 
     @cached_property

@@ -158,9 +158,9 @@ def carried() -> Case:
     given, last, totals = np.array([0.3, -5.0, 1e300]), np.array([2, 9, 7]), []
     for begun, end in zip(given, last, strict=True):
         value = begun
-        for i in (7, 6, 5, 3, 2, 1, 0):
-            value = (value + float(i)) * 0.7
-            if i == end:
+        for turn in (7, 6, 5, 3, 2, 1, 0):
+            value = (value + turn) * 0.7
+            if turn == end:
                 break
         totals.append(value)
     return program(w.function), [given, last, np.zeros(3)], [given, last, np.array(totals)]

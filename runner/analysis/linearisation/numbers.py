@@ -33,17 +33,17 @@ class Orbit:
         self._paired = paired
         self._keys, self._values, self._swing = keys, values, swing
         self.turning = np.flatnonzero(moving & ~straight)
-        self._moving = np.flatnonzero(moving)
+        self._moving, self._straight = np.flatnonzero(moving), np.flatnonzero(moving & straight)
 
     @property
     def turning_keys(self) -> list[tuple[str, str, int]]:
         """Names of the numbers that go to and fro."""
         return [self._keys[int(i)] for i in self.turning]
 
-    def swing(self, wire: tuple[str, str]) -> float:
-        """Return by how much a wire goes to and fro."""
-        key = (*wire, -1)
-        return float(self._swing[self._keys.index(key)]) if key in self._keys else 0.0
+    @property
+    def straight_keys(self) -> list[tuple[str, str, int]]:
+        """Names of the numbers that move one way."""
+        return [self._keys[int(i)] for i in self._straight]
 
     def returns(self) -> Iterator[int]:
         """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""

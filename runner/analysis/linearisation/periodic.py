@@ -5,7 +5,7 @@
 F is what a run of the graph over a period makes of the states, without noise, and A its exact derivative. In F, as in
 A, quantisers pass their input on. Continuous groups that are not linear are moved by the run's own integration.
 
-The period is the least of 1 to 100 common periods of all blocks after which a run comes close to where it was.
+The period is the least of 1 to 2,000 common periods of all blocks after which a run comes close to where it was.
 A point counts as periodic where all that acts on others is back to 1e-10 of its size, after one period and after two.
 """
 
@@ -27,8 +27,11 @@ from proofmass.runner.plan.planned import Plan, without_noise
 
 PERIODIC = "periodic"  # an operating point: where the graph comes back to after a period
 CLOSED = 1e-10  # of the size of the states, by which an orbit may miss where it was
-LONGEST, MOST_PERIODS = 10_000, 100  # base ticks of a period, and common periods in it
+LONGEST = 10_000  # base ticks of a period
+_SPANS = (100, 2000)  # common periods of a run, in which it may come back
+_LONG, _FEW = 100, 4  # common periods, beyond which only the closest orbit is tried, in a few steps
 _SETTLING = 20_000  # base ticks of a run before the search, at most
+_LOOKS = 500  # at a run of the longest period, at most, for what moves slowly
 _STEPS = 30  # of Newton's method
 _NULL = 1e-11  # of the largest singular value: a number that no other one depends on, as a phase
 _FAR = 0.1  # of its size, by which a state may differ from that of a run
@@ -43,12 +46,13 @@ class PeriodicPoint:
     ticks: int
     misfit: float  # of the size of the states
     steps: int
+    moving: str = ""  # a signal that goes one way meanwhile
 
     def note(self, period: float) -> str:
         """Return what is said of it in an analysis."""
         return (
             f"about a periodic orbit of {self.ticks * period:.6g} s, found in {self.steps} steps,"
-            f" that closes to {self.misfit:.1g}"
+            f" that closes to {self.misfit:.1g}" + (f", while {self.moving} moves on" if self.moving else "")
         )
 
 
@@ -82,6 +86,7 @@ class _Shooting:
         self.outputs = list(_numbers(plan))
         self.first = max(1, min(_SETTLING, 4096 * common) // common) * common
         self._sizes: dict[Entry, float] = {}
+        self._span = min(_SPANS[0], LONGEST // common)
         run, names = Forward(without_noise(plan), start(plan)), sorted(plan.blocks)
         for tick in _looks(self.common, self.first):
             self._start = run.to(tick)
@@ -91,12 +96,34 @@ class _Shooting:
     def candidates(self) -> Iterator[int]:
         """Yield how many common periods the orbit may take: one, and those after which a run comes back."""
         yield 1
-        yield from (periods for periods in self._orbit.returns() if periods > 1)
+        longest, tried = LONGEST // self.common, {1}
+        for span in dict.fromkeys(min(span, longest) for span in _SPANS):
+            self._span = span
+            vars(self).pop("_orbit", None)
+            several = [periods for periods in self._orbit.returns() if periods not in tried]
+            several = several if span <= _LONG else several[-1:]  # the closest comes last
+            tried |= {*several}
+            yield from several
+
+    @cached_property
+    def _slow(self) -> tuple[set[Entry], str]:
+        """Signals that go one way at first and turn later, as a slow carrier; and one that has not turned at all."""
+        wires = self._start.wires
+        first = {key for key in self._orbit.straight_keys if isinstance(wires.get(key[:2]), float)}
+        if not first:
+            return set(), ""
+        step = max(1, LONGEST // self.common // _LOOKS) * self.common
+        run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
+        ticks = (self.first + i * step for i in range(1, _LOOKS + 1))
+        later = Orbit([dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes)
+        turned = first & {*later.turning_keys}
+        left = sorted(first & {*later.straight_keys})
+        return turned, ".".join(left[0][:2]) if left else ""
 
     @cached_property
     def _orbit(self) -> Orbit:
         run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
-        ticks = (self.first + i * self.common for i in range(1, min(LONGEST // self.common, MOST_PERIODS) + 2))
+        ticks = (self.first + i * self.common for i in range(1, self._span + 2))
         return Orbit(
             [dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes
         )
@@ -104,7 +131,7 @@ class _Shooting:
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
         """Return the point over so many common periods, or None and what is in its way."""
         memory, worst = self._start.copy(), before
-        for steps in range(1, _STEPS + 1):
+        for steps in range(1, (_STEPS if periods <= _LONG else _FEW) + 1):
             try:
                 whole = self.map(memory, periods)
             except ModelError:
@@ -118,7 +145,11 @@ class _Shooting:
             worst = _worst(whole, drift, scale) or worst
             if misfit <= CLOSED:
                 wrong = self._wrong(whole, memory, scale, periods)
-                return (None, wrong) if wrong else (PeriodicPoint(memory, periods * self.common, misfit, steps), "")
+                return (
+                    (None, wrong)
+                    if wrong
+                    else (PeriodicPoint(memory, periods * self.common, misfit, steps, self._slow[1]), "")
+                )
             memory = _moved(memory, whole, change)
         return None, worst
 
@@ -128,14 +159,15 @@ class _Shooting:
         names = sorted(self.plan.blocks)
         first, last = dict(states_of(memory, names)), dict(states_of(end, names))
         size = dict(zip(whole.states, scale, strict=True))
-        for key in self._orbit.turning_keys:
+        turning = {*self._orbit.turning_keys} | self._slow[0]
+        for key in sorted(turning):
             if key in first and abs(last[key] - first[key]) > CLOSED * size.get(key, 1.0):
                 return f"{key[0]}.{key[1]} is {last[key]:g} after a period, and was {first[key]:g}"
         after = self.map(end, periods)
         wires = [end.wires, (after.end or end).wires]
         same = all(
             abs(wires[1][key] - wires[0][key]) <= _SAME * max(abs(wires[0][key]), self._sizes.get(entry, 0.0))
-            for entry, key in ((entry, entry[:2]) for entry in self._orbit.turning_keys if entry[:2] in end.wires)
+            for entry, key in ((entry, entry[:2]) for entry in turning if entry[:2] in end.wires)
         )
         if not same or after.states != whole.states or not _alike(whole, after, scale):
             return "the period that follows is another: a signal of the time does not fit it"
@@ -230,7 +262,7 @@ def _none(plan: Plan, search: _Shooting, worst: str) -> Problem:
         key="at",
         got=worst,
         expected=f"an orbit that closes in {period:.6g} s, or in a whole number of these up to"
-        f" {min(LONGEST // search.common, MOST_PERIODS)}",
+        f" {min(LONGEST // search.common, _SPANS[-1])}",
         hint="choose rates so that a whole number of ticks fits each carrier; an oscillator without a drive has a"
         " period of its own, which no number of ticks need fit: drive it",
     )

@@ -1,7 +1,7 @@
 """Pictures of a loop: Bode, Nyquist and step response in one; and which parameters move what."""
 
 import math
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import scipy.linalg
@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _MOST_STEPS, _MOST_BARS = 4000, 15
+_WIDEST_DISK = 1.99  # beyond it the disk is a half plane
 _POINTS = 600  # of the step response of a continuous loop
 
 
@@ -36,7 +37,7 @@ def plot_margins(margins: Margins) -> "Figure":
         w = sweep(margins.system)
         response = margins.system.response(w)
         _draw_bode(margins, panels["magnitude"], panels["phase"], w / (2.0 * math.pi), response)
-        _draw_nyquist(panels["nyquist"], response)
+        _draw_nyquist(panels["nyquist"], response, margins.disk_margin)
         _draw_step(margins, panels["step"])
     return figure
 
@@ -62,11 +63,14 @@ def plot_sensitivities(sensitivities: list[Sensitivity]) -> "Figure":
             places = range(len(effects))
             colours = [BLUE if change > 0.0 else ORANGE for change in changes]
             panel.barh(places, [change * factor for change in changes], color=colours, height=0.7)
+            if not effects:
+                panel.text(0.5, 0.5, "no parameter moves it", transform=panel.transAxes, ha="center", va="center")
+                panel.set_xticks([])
             panel.set_yticks(places, [effect.parameter for effect in effects])
             panel.invert_yaxis()
             panel.axvline(0.0, color=INK, linewidth=0.8)
             panel.grid(visible=False, axis="y")
-            panel.set_xlabel(f"change for +1 % [{unit}]")
+            panel.set_xlabel(f"change for +1 % [{unit}]" if effects else "")
             size, scaled = prefix(quantity.unit, abs(quantity.value))
             named = f"{quantity.quantity} {quantity.value * size:.6g} {scaled if scaled != '1' else ''}"
             panel.set_title(named, loc="left", size=10)
@@ -112,15 +116,54 @@ def _draw_bode(
             phase.axhline(360.0 * turn - 180.0, color=INK, linewidth=0.8)
     low, high = max(angle.min(), -1080.0), min(angle.max(), 720.0)
     phase.set_ylim(min(low, -190.0) - 10.0, max(high, -80.0) + 10.0)
-    for crossover in margins.gain_crossovers:
-        value = float(np.interp(crossover, hertz, angle))
-        phase.plot([crossover], [value], "o", color=ORANGE, markersize=5)
-        magnitude.plot([crossover], [0.0], "o", color=ORANGE, markersize=5)
-    for crossover in margins.phase_crossovers:
-        magnitude.plot([crossover], [float(np.interp(crossover, hertz, size))], "s", color=ORANGE, markersize=4)
+    bottom, top = phase.get_ylim()
+    step = 45.0 if top - bottom < 600.0 else 180.0
+    phase.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)
+    point: Any = {"color": ORANGE, "linestyle": "", "clip_on": False, "zorder": 5}
+    at = np.array(margins.gain_crossovers)
+    if len(at):
+        magnitude.plot(at, np.zeros(len(at)), marker="o", markersize=5, label="|L| = 1", **point)
+        phase.plot(at, np.interp(at, hertz, angle), marker="o", markersize=5, label="|L| = 1", **point)
+    at = np.array(margins.phase_crossovers)
+    if len(at):
+        magnitude.plot(at, np.interp(at, hertz, size), marker="s", markersize=4, label="L < 0", **point)
+    if margins.gain_margin and margins.gain_margin_frequency:
+        level = -20.0 * math.log10(margins.gain_margin)
+        _distance(magnitude, margins.gain_margin_frequency, 0.0, level, f"{-level:.1f} dB")
+    if margins.phase_margin and margins.phase_margin_frequency:
+        value = float(np.interp(margins.phase_margin_frequency, hertz, angle))
+        line = 360.0 * round((value + 180.0) / 360.0) - 180.0
+        margin = math.degrees(margins.phase_margin)
+        _distance(phase, margins.phase_margin_frequency, line, value, f"{margin:.1f}°")
+    for panel in (magnitude, phase):
+        if panel.get_legend_handles_labels()[0]:
+            panel.legend(loc="lower left")
 
 
-def _draw_nyquist(panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]") -> None:
+def _distance(panel: "Axes", place: float, first: float, last: float, text: str) -> None:
+    """Draw a margin as the distance from its line to the curve."""
+    panel.annotate(
+        "", (place, last), (place, first), arrowprops={"arrowstyle": "<->", "color": ORANGE, "shrinkA": 0, "shrinkB": 0}
+    )
+    panel.annotate(
+        text,
+        (place, (first + last) / 2.0),
+        (-6, 0),
+        textcoords="offset points",
+        ha="right",
+        va="center",
+        color=ORANGE,
+        bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 1.0},
+    )
+
+
+def _draw_nyquist(
+    panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]", disk: float | None
+) -> None:
+    if disk is not None and disk < _WIDEST_DISK:  # L stays out of the disk whose ends on the real axis are these
+        ends = -(2.0 + disk) / (2.0 - disk), -(2.0 - disk) / (2.0 + disk)
+        round_it = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 200)) * (ends[1] - ends[0]) / 2.0 + sum(ends) / 2.0
+        panel.plot(round_it.real, round_it.imag, color=ORANGE, linewidth=1.0, label=f"disk margin {disk:.3g}")
     for half, style in ((response, "-"), (response.conj(), "--")):
         panel.plot(half.real, half.imag, style, color=BLUE)
     turn = np.linspace(0.0, 2.0 * math.pi, 200)
@@ -131,6 +174,8 @@ def _draw_nyquist(panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.c
     panel.set_aspect("equal", adjustable="box")
     panel.set_xlabel("real part of L")
     panel.set_ylabel("imaginary part of L")
+    if panel.get_legend_handles_labels()[0]:
+        panel.legend(loc="upper left")
 
 
 def _draw_step(margins: Margins, panel: "Axes") -> None:

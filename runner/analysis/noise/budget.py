@@ -261,11 +261,11 @@ def _sources(
         kind = kinds.get(part) or (DROPPED if rounds(part) else type(planned.blocks[name]).__name__)
         columns.setdefault((name, kind), []).append(column)
     total = float(np.sum(squares))
-    made = []
+    sources = []
     for (name, kind), own in columns.items():
         parts = {entries[column][1] for column in own}
         square = float(np.sum(squares[own]))
-        made.append(
+        sources.append(
             Source(
                 block=name,
                 kind=kind,
@@ -275,7 +275,7 @@ def _sources(
                 dither=min((d for d in moved if d.block == name and d.part in parts), key=_least, default=None),
             )
         )
-    return made
+    return sources
 
 
 def _least(dither: Dither) -> float:

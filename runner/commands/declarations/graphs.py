@@ -71,6 +71,7 @@ def cli(traceback: bool) -> None:
     type=click.Choice(["netcdf", "csv", "parquet"]),
     help="Choose the format of traces; repeatable (default: netcdf).",
 )
+@plot_option("picture", "Draw the traces")
 @click.option("--live", is_flag=True, help="Add the running model to the report, with a slider for each parameter.")
 @click.option(
     "--noise",
@@ -259,6 +260,7 @@ def draw(**options: Any) -> int:
     type=click.Choice(["csv", "parquet"]),
     help="Write tables in this format beside netCDF; repeatable.",
 )
+@plot_option("picture", "Draw fans and histograms of the measures")
 @click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")
 @click.option("--run", type=Whole(0), help="Replay this run with the traces of all probes, instead.")
 @click.option(

@@ -23,8 +23,6 @@ def profile_lines(profile: Profile) -> Iterator[str]:
     ]
     head = ("part of a tick", "ns a tick", "±", "share")
     yield from text_table([head, *parts], left=(0,))
-    yield (
-        f"each part alone, {alone:.1f} ns together; the loop takes {profile.tick:.1f} ns a tick, since a processor "
-        "overlaps them"
-    )
+    why = ", since a processor overlaps them" if alone > profile.tick else ", its start and end included"
+    yield f"each part alone, {alone:.1f} ns together; the loop takes {profile.tick:.1f} ns a tick{why}"
     yield f"timed over {profile.ticks:,} ticks; the clock's own {profile.clock:.1f} ns are taken off each part"

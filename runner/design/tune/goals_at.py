@@ -101,14 +101,14 @@ class GoalsAt:
     def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> At:
         readings, factors_of = {}, {}
         for case, (points, factors, age) in self.tuning.aged_cases().items():
-            given = {**values, **points}
-            now = {**given, **self.tuning.adjustable.dependence.followed(given)}
-            given |= {n: now.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
+            numbers = {**values, **points}
+            now = {**numbers, **self.tuning.adjustable.dependence.followed(numbers)}
+            numbers |= {n: now.get(n, self.tuning.value(n)) * factor for n, factor in factors.items()}
             moves = dict(factors)
             if age is not None:
-                given, drifts = self.tuning.aged(given, age)
+                numbers, drifts = self.tuning.aged(numbers, age)
                 moves |= {name: factors.get(name, 1.0) * slope for name, slope in drifts.items()}
-            readings[case], factors_of[case] = self.evaluator.readings(given, slopes), moves
+            readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves
         slacks, objectives, growths = list[Row](), list[Row](), list[Row]()
         for case, found in readings.items():
             chain = np.array([self._chain(name, values[name], factors_of[case]) for name in self.names])

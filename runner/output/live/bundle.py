@@ -10,7 +10,7 @@ _FOLDER = Path(__file__).parent
 # each imports those before it
 _MODULES = (
     *("engine", "figures", "values", "beside", "worker", "charts", "controls", "diagrams", "histograms"),
-    *("measures", "leading", "view", "served", "page"),
+    *("measures", "leading", "long", "view", "served", "page"),
 )
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)

@@ -230,7 +230,14 @@ class DiagramMap {
   write() {
     const { values, units, wires, seconds } = this.all;
     for (const old of this.drawing.querySelectorAll(".peek")) old.remove();
+    this.drawing.classList.toggle("peeking", Number.isFinite(seconds));
     if (!Number.isFinite(seconds)) return;
+    /** Where a flag stands at the start of a wire, and how far it reaches. @type {Map<string, number>} */
+    const flags = new Map();
+    for (const flag of this.drawing.querySelectorAll("[data-block] > .probe")) {
+      const [, start, reach] = /^M(-?[\d.]+ -?[\d.]+)h(-?[\d.]+)/.exec(flag.getAttribute("d") ?? "") ?? [];
+      if (start) flags.set(start, Math.abs(Number(reach)) + 8);
+    }
     this.line.textContent = this.time();
     /** @type {Set<string>} */
     const known = new Set();
@@ -243,8 +250,9 @@ class DiagramMap {
       made.setAttribute("class", "peek");
       made.setAttribute("data-of", name);
       made.setAttribute("text-anchor", start.way < 0 ? "end" : "start");
-      made.setAttribute("x", String(start.x + 4 * start.way));
-      made.setAttribute("y", String(start.y + 12));
+      const past = flags.get(`${start.x} ${start.y}`) ?? 0;
+      made.setAttribute("x", String(start.x + (past + 4) * start.way));
+      made.setAttribute("y", String(start.y - 4));
       made.textContent = shown(values[name], units[about.unit], 5);
       (wire.parentElement ?? wire).append(made);
     }

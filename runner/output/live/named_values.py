@@ -58,15 +58,16 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
     order = [
         target for target in TopologicalSorter({t: s.needs for t, s in steps.items()}).static_order() if target in steps
     ]
-    found = NamedValues(steps=[steps[target] for target in order])
+    named = NamedValues(steps=[steps[target] for target in order])
     for path, name, value in _values(graph, ""):
         key = f"{path}{name}"
-        found.numbers[key] = value.number
+        named.numbers[key] = value.number
         if key in steps:
             continue
         followers = _followers(key, steps)
         movable = bool(followers) and all(
-            steps[target].exact and (target in found_values(graph) or split(target) in moving) for target in followers
+            steps[target].exact and (target in paths_of_values(graph) or split(target) in moving)
+            for target in followers
         )
         own = coherent_unit(value.dimension)
         about = "Named value" + (f"; {', '.join(sorted(followers))} follow" if followers else "")
@@ -88,13 +89,13 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
                 None,
                 named=True,
             )
-            found.sliders.append(slider)
+            named.sliders.append(slider)
         else:
-            found.fixed.append(Fixed(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
-    return found
+            named.fixed.append(Fixed(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
+    return named
 
 
-def found_values(graph: Graph) -> frozenset[str]:
+def paths_of_values(graph: Graph) -> frozenset[str]:
     """Return the values of a graph and of its subgraphs, by their paths."""
     return frozenset(f"{path}{name}" for path, name, _ in _values(graph, ""))
 
@@ -108,12 +109,12 @@ def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
 
 def _followers(key: str, steps: Mapping[str, Step]) -> set[str]:
     """Return all targets that change with a value."""
-    found, waiting = set[str](), [key]
+    followers, waiting = set[str](), [key]
     for changed in waiting:
-        new = [target for target, step in steps.items() if changed in step.needs and target not in found]
-        found |= set(new)
+        new = [target for target, step in steps.items() if changed in step.needs and target not in followers]
+        followers |= set(new)
         waiting += new
-    return found
+    return followers
 
 
 def _steps(root: Graph, graph: Graph, path: str) -> Iterator[Step]:

@@ -3,6 +3,7 @@
 import { element } from "./controls.mjs";
 import { drawn } from "./diagrams.mjs";
 import { showHistograms } from "./histograms.mjs";
+import { hearLong } from "./long.mjs";
 import { View } from "./view.mjs";
 
 const AGAIN = 1000; // milliseconds from one try to the next
@@ -31,12 +32,12 @@ export class Served {
     this.changes = {}; // of what the loop does not take anew
     /** @type {any} */
     this.study = null; // as it stands
-    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths) };
+    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths), long: (/** @type {any} */ wish) => void this.send("/long", wish).catch(() => {}) };
     this.view = new View(place, makeChannel, (state) => this.changed(state), process);
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
     this.panel = element("div", { className: "panel", hidden: true });
-    this.diagram = element("div", { className: "wide map" });
+    this.diagram = element("div", { className: "diagram" });
     this.view.main.prepend(this.bar);
     this.view.main.append(this.panel);
     this.drawing = element("section");
@@ -84,6 +85,7 @@ export class Served {
   hear(message) {
     if (message.kind === "graph") this.show(message);
     else if (message.kind === "problems") this.complain(message.problems);
+    else if (message.kind === "long") hearLong(this.view, message);
     else if (message.kind === "diagram") {
       this.diagram.replaceChildren(drawn(message.svg));
       this.view.lookAtDiagrams();

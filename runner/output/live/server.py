@@ -110,6 +110,9 @@ class _Handler(BaseHTTPRequestHandler):
         if self.path == "/change":
             accepted = self._live.session.change(data)
             return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
+        if self.path == "/long":
+            accepted = self._live.session.long(data)
+            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
         if self.path == "/diagram":
             answer = self._live.session.drawing(data)
         else:

@@ -6,17 +6,19 @@ import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeGuard
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.output.live.long_run import long_run
 from proofmass.runner.output.live.model import live_model
 from proofmass.runner.run.faults import RunError
 
 _SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}")
 _MOST_CHANGES = 10_000
+_MOST_TICKS = 10**12  # of a long run
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
@@ -47,6 +49,9 @@ class Session:
         self._changes: dict[str, object] = {}  # of parameters that the loop does not take anew
         self._study_stop = threading.Event()
         self._study_shown: dict[str, Any] | None = None
+        self._long_wish: tuple[Any, ...] | None = None
+        self._long_shown: dict[str, Any] | None = None
+        self._long_stop = threading.Event()
         self._load, self._more = load, more_files
         self._graph: Graph | None = None
         self._shown: dict[str, Any] | None = None  # the last good model
@@ -108,9 +113,43 @@ class Session:
         wanted = known if paths == ["*"] else [path for path in paths if path in known]
         return {"svg": svg(self._graph, wanted)}
 
+    def long(self, data: object) -> bool:
+        """Begin a run that is too long for a page, unless it is under way; false for what is no wish for one."""
+        state = read_state(data)
+        ticks, pixels = (data.get(key) if isinstance(data, dict) else None for key in ("ticks", "pixels"))
+        if state is None or self._graph is None or not _is_count(ticks) or not _is_count(pixels):
+            return False
+        with self._lock:
+            wish = self._shown, state, ticks
+            if self._long_wish == wish:
+                if self._long_shown:
+                    self._tell(self._long_shown)
+                return True
+            self._long_wish, self._long_shown = wish, None
+            self._long_stop.set()
+            stop = self._long_stop = threading.Event()
+        graph = self._graph
+
+        def tell(message: dict[str, Any]) -> None:
+            with self._lock:
+                if not stop.is_set():
+                    self._long_shown = {"kind": "long", "state": state, **message}
+                    self._tell(self._long_shown)
+
+        def run() -> None:
+            try:
+                changed = with_parameters(graph, state["values"]) if state["values"] else graph
+                long_run(changed, ticks, int(state["seed"]), pixels, tell, stop)
+            except ModelError as error:
+                tell({"problems": [problem.as_data() for problem in error.problems]})
+
+        threading.Thread(target=run, daemon=True).start()
+        return True
+
     def end(self) -> None:
-        """End the study."""
+        """End what runs in the background."""
         self._study_stop.set()
+        self._long_stop.set()
 
     def _begin_study(self) -> None:
         if self._study is None:
@@ -208,6 +247,10 @@ def _value(fixed: Mapping[str, Any], text: str) -> object:
     if fixed["whole"]:
         return int(text) if re.fullmatch(r"[+-]?\d{1,18}", text) else text
     return text == "true" if fixed["choices"] == ("false", "true") and text in fixed["choices"] else text
+
+
+def _is_count(value: object) -> TypeGuard[int]:
+    return isinstance(value, int) and not isinstance(value, bool) and 0 < value <= _MOST_TICKS
 
 
 def _is_number(value: object) -> bool:

@@ -6,6 +6,7 @@ import { Diagrams, carriedDrawings } from "./diagrams.mjs";
 import { shown, ticksOf } from "./figures.mjs";
 import { showHistograms } from "./histograms.mjs";
 import { Leading } from "./leading.mjs";
+import { TOO_LONG, askForLong } from "./long.mjs";
 import { measureTable } from "./measures.mjs";
 import { parametersOf } from "./values.mjs";
 
@@ -15,8 +16,8 @@ import { parametersOf } from "./values.mjs";
  *   units: Record<string, import("./figures.mjs").Scales>, options: string[], named: import("./values.mjs").Named,
  *   drawings?: string}} Model
  * @typedef {{values: Record<string, number>, seed: string, duration: string}} State  of the controls
- * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>}} Process  that
- *   takes what the loop does not take anew, and draws
+ * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>,
+ *   long: (wish: any) => void}} Process  that takes what the loop does not take anew, draws, and does long runs
  */
 
 const SEEDS = 300; // of a histogram
@@ -112,11 +113,9 @@ export class View {
     this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
     this.show();
     this.lookAtDiagrams();
-    const wires = new Set(model.loop.wires.map((wire) => wire.name));
-    for (const name of [...this.plotted]) {
-      this.plotted.delete(name);
-      if (wires.has(name)) this.plot(name);
-    }
+    const plotted = [...this.plotted];
+    this.plotted.clear();
+    for (const name of plotted) this.plot(name);
     if (this.leading.on) this.leading.toggle();
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
@@ -293,6 +292,7 @@ export class View {
     const parameters = this.parameters(), wrong = this.controls?.wrong(parameters);
     if (wrong) return this.say(wrong, true);
     if (this.leading.on) return this.leading.poke(parameters);
+    if (this.process && this.ticks() > TOO_LONG) return askForLong(this, this.process.long);
     if (this.waiting && !this.long) {
       this.again = true;
       return;

@@ -82,7 +82,7 @@ def concise(value: float, interval: Sequence[float]) -> str:
     """
     half = max(value - interval[0], interval[1] - value)
     if not 0.0 < half < math.inf:
-        return f"{value:.9g}"
+        return f"{value:.6g}"
     power = math.floor(math.log10(max(abs(value), half)))
     if -4 <= power < 9:
         power = 0

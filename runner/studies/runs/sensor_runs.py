@@ -22,6 +22,7 @@ from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.program.tick import write_tick
+from proofmass.runner.program.tick_loop import bytes_of_a_run
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
 from proofmass.runner.run.engines import choose
@@ -55,7 +56,8 @@ class SensorRuns:
         refuse_late(self.plan, self.ticks)
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine: EngineName = choose(self.plan, total, engine)
-        wanted = lanes_for(study.runs * study.points) if lanes is None else lanes
+        runs = study.runs * study.points
+        wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else lanes
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 

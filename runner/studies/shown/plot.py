@@ -1,6 +1,7 @@
 """Picture of a study: each measure as a histogram, or as a fan of percentiles over its epochs; point by point."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Iterator, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +11,7 @@ import numpy as np
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
+from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
@@ -25,6 +27,7 @@ LIMIT = "limit"
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
 COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 MARKED = 24  # epochs up to which each has a dot
+LIMIT_OF_CHANGE = "limit of the change, about the median"
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
 
 
@@ -88,15 +91,17 @@ def _fans(panel: Any, result: StudyResult, measure: PlannedMeasure) -> None:
         else:
             _fan(panel, result.study.epochs, values, color, color, name, "")
     panel.set_ylabel(label_of(measure))
-    _limits(panel.axhline, result, measure.name)
+    _limits(panel.axhline, result, measure.name, aged=True)
 
 
 def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str, median: str, edges: str) -> None:
     size, unit = (YEAR, "years") if ages[-1] >= YEAR else (HOUR, "hours")
-    at = np.array(ages) / size
+    at, through = np.array(ages) / size, 1.0
     for low, high, strength in FAN:
         rows = np.percentile(values, (low, high), axis=0)
-        panel.fill_between(at, *rows, color=color, alpha=strength, linewidth=0.0, label=edges.format(low, high))
+        panel.fill_between(at, *rows, color=color, alpha=strength, linewidth=0.0)
+        through *= 1.0 - strength  # bands lie above each other: the legend shows the last one as it looks
+        panel.fill_between([], [], color=color, alpha=1.0 - through, linewidth=0.0, label=edges.format(low, high))
     marker = "o" if len(at) <= MARKED else ""
     panel.plot(at, np.median(values, axis=0), color=ink, marker=marker, markersize=3, label=median)
     panel.set_xlabel(f"age [{unit}]")
@@ -130,9 +135,17 @@ def label_of(measure: PlannedMeasure) -> str:
     return measure.name + (f" [{unit}]" if unit != "1" else "")
 
 
-def _limits(draw: Any, result: StudyResult, name: str) -> None:
+def edges_of(limit: Limit, values: Array, aged: bool) -> Iterator[tuple[float, str]]:
+    """Yield the limits of a measure and their names; over age that of a change, on both sides of the first median."""
+    yield from ((limit.at_least, LIMIT), (limit.at_most, LIMIT))
+    if aged and math.isfinite(limit.change):
+        first = float(np.nanmedian(values[:, 0]))
+        yield from ((first + sign * limit.change * abs(first), LIMIT_OF_CHANGE) for sign in (-1.0, 1.0))
+
+
+def _limits(draw: Any, result: StudyResult, name: str, aged: bool = False) -> None:
     """Draw the limits that lie near the values; others would only squeeze the picture."""
     limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
-    for edge in (limit.at_least, limit.at_most) if limit and len(values) else ():
+    for edge, label in edges_of(limit, result[name], aged) if limit and len(values) else ():
         if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):
-            draw(edge, color=ORANGE, linestyle="--", label=LIMIT)
+            draw(edge, color=ORANGE, linestyle="--" if label == LIMIT else ":", label=label)

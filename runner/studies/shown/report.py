@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
-from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.shown_units import pretty, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
@@ -24,9 +24,10 @@ from proofmass.runner.studies.shown.report_charts import distribution_chart, inf
 from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
 from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
-from proofmass.runner.studies.shown.worst import WorstRun, failed_runs, worst_runs
+from proofmass.runner.studies.shown.worst import BEYOND, WorstRun, failed_runs, worst_runs
 
 FILE = "report.html"
+_CHANGE = "change ≤"
 _WORST = 5
 _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
@@ -74,8 +75,12 @@ def _yield(result: StudyResult) -> str:
     intervals, rows = result.yield_intervals(), []
     for name, part in result.yields().items():
         limit = result.study.limits.get(name)
-        edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), ("change ≤", limit.change)]
-        said = ", ".join(f"{sign} {edge:g}" for sign, edge in edges if math.isfinite(edge))
+        edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), (_CHANGE, limit.change)]
+        said = ", ".join(
+            f"{sign} {relative_text(edge) if sign == _CHANGE else f'{edge:g}'}"
+            for sign, edge in edges
+            if math.isfinite(edge)
+        )
         said += f", from {age_text(limit.start)}" if limit is not None and limit.start else ""
         low, high = intervals[name]
         rows.append(
@@ -94,7 +99,7 @@ def _tables(result: StudyResult) -> str:
         cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
         age = escape(age_text(row["age_s"]))
         rows.append(
-            f"<th>{broken(row['measure'])}</th><td>{escape(pretty(row['unit']))}</td>"
+            f"<th>{broken(row['measure'])}</th><td>{escape('' if row['unit'] == '1' else pretty(row['unit']))}</td>"
             f'<td class="number">{age}</td><td class="number">{row["runs"]:,}</td>{cells}'
         )
     return table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
@@ -227,8 +232,10 @@ def _index_tables(result: StudyResult) -> str:
 
 def _worst(result: StudyResult) -> str:
     rows = list(_rows(result, "failed", failed_runs(result, _FAILED)))
-    for measure in result.measures:
-        rows += _rows(result, measure.name, worst_runs(result, measure.name, _WORST))
+    worst = {measure.name: worst_runs(result, measure.name, _WORST) for measure in result.measures}
+    failing = [name for name, runs in worst.items() if any(BEYOND in run.why for run in runs)]
+    for name in (*failing, *(name for name in worst if name not in failing)):  # what misses a limit comes first
+        rows += _rows(result, name, worst[name])
     heads = ("measure", "run", "age", "value", "", "to replay it")
     return table(heads, rows, numbers=(1, 2, 3)) if rows else "<p>No runs.</p>"
 
@@ -236,7 +243,7 @@ def _worst(result: StudyResult) -> str:
 def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[str]:
     for worst in runs:
         command = _command(result, "--run", str(worst.run), *(("--epoch", str(worst.epoch)) if worst.epoch else ()))
-        value = "" if np.isnan(worst.value) else f"{worst.value:.9g}"
+        value = "" if np.isnan(worst.value) else f"{worst.value:.6g}"
         age = escape(age_text(result.study.epochs[worst.epoch]))
         yield (
             f'<th>{broken(name)}</th><td class="number">{worst.run}</td>'

@@ -13,7 +13,7 @@ from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.lifetimes import Lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import Influences
-from proofmass.runner.studies.shown.plot import FAN, LIMIT, label_of
+from proofmass.runner.studies.shown.plot import FAN, edges_of, label_of
 from proofmass.runner.studies.shown.points import parts
 from proofmass.runner.studies.shown.sensitivities import Influence, Regression
 
@@ -54,7 +54,7 @@ def shares_chart(ages: Sequence[float], regressions: Sequence[Regression], name:
     for regression in regressions:
         for influence in regression.influences:
             total[influence.parameter] = total.get(influence.parameter, 0.0) + influence.share
-    panel = Panel(f"age [{unit}]", f"share of the variance of {name} [%]")
+    panel = Panel(f"age [{unit}]", "share of variance [%]")
     for factor, colour in zip(sorted(total, key=lambda factor: -total[factor])[:_LINES], COLOURS, strict=False):
         shares = [100.0 * sum(i.share for i in r.influences if i.parameter == factor) for r in regressions]
         panel.line(np.array(ages) / size, shares, colour, factor)
@@ -155,9 +155,9 @@ def _histograms(result: StudyResult, measure: PlannedMeasure) -> Panel:
 def _limits(panel: Panel, result: StudyResult, name: str, upright: bool) -> None:
     """Draw the limits that lie near the values; others would only squeeze the picture."""
     limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
-    for edge in (limit.at_least, limit.at_most) if limit and len(values) else ():
+    for edge, label in edges_of(limit, result[name], aged=not upright) if limit and len(values) else ():
         if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):
-            panel.rule(edge, upright, label=LIMIT)
+            panel.rule(edge, upright, label=label)
 
 
 def _whole(result: StudyResult, name: str) -> Array:

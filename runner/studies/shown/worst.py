@@ -10,6 +10,8 @@ from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
 
+BEYOND = "beyond its limit"
+
 
 @dataclass(frozen=True)
 class WorstRun:
@@ -41,7 +43,7 @@ def worst_runs(result: StudyResult, measure: str, most: int) -> list[WorstRun]:
 
 
 def _named(result: StudyResult, measure: str, row: int, epoch: int, distance: float, limit: Limit | None) -> WorstRun:
-    where = "from the median" if limit is None else "beyond its limit" if distance > 0.0 else "within its limit"
+    where = "from the median" if limit is None else BEYOND if distance > 0.0 else "within its limit"
     return WorstRun(int(result.numbers[row]), epoch, float(result[measure][row, epoch]), f"{abs(distance):.4g} {where}")
 
 

@@ -17,6 +17,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.planning.plan import plan, varied
@@ -40,7 +41,7 @@ AnyStudy = TypeVar("AnyStudy", bound=Study)
 
 
 def run_study(
-    study: Study,
+    study: Study | str | Path,
     *,
     runs: int | None = None,
     seed: int | None = None,
@@ -66,14 +67,15 @@ def run_study(
     Raises `ModelError` if the study is wrong, or the ledger in the folder belongs to another graph or study;
     `RunError` if the cluster fails.
 
-    `study` is a value of `Study`. `engine` is "auto", "python" or "compiled". `progress` is called with the runs that
-    are done, all runs, and a text on the measures.
+    `study` is a `Study`, a file, or "library:NAME". `engine` is "auto", "python" or "compiled". `progress` is called
+    with the runs that are done, all runs, and a text on the measures.
 
     >>> from proofmass import read_study, run_study
     >>> result = run_study(read_study("library:scale_factor_drift"), runs=4)
     >>> result["scale_factor"].shape  # four sensors at six ages
     (4, 6)
     """
+    study = study if isinstance(study, Study) else read_study(study)
     sensors = SensorRuns(with_numbers(study, runs, seed), engine, lanes)
     return run_sensors(sensors, threads, dask, folder, progress)
 
@@ -122,7 +124,7 @@ def run_sensors(
     )
 
 
-def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
+def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineName = "auto") -> Result:
     """Repeat one run of a study at one epoch, bit for bit, with the traces of all probes of the graph.
 
     `run` and `epoch` count from 0, in the order of the `study`. `engine` is that of `simulate`. Raises `ModelError` for
@@ -134,6 +136,7 @@ def replay(study: Study, run: int, epoch: int = 0, engine: EngineName = "auto") 
     ['noise', 'scale_factor']
     """
     began = time.perf_counter()
+    study = study if isinstance(study, Study) else read_study(study)
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:
             problem = Problem(

@@ -29,6 +29,8 @@ def test_a_kind_knows_its_other_names() -> None:
         ("Scope", 'signals are recorded by probes: probes = ["block.output"]'),
         ("Zero_Order-Hold", "here that is SampleAndHold"),
         ("Gian", "did you mean Gain?"),
+        ("PLL", 'write graph = "library:phase_locked_loop.toml"'),
+        ("CostasLoop", 'write graph = "library:costas_loop.toml"'),
         ("PeakDetector", "Blocks of your own need --blocks FILE."),
     ],
 )

@@ -135,13 +135,13 @@ def test_products_and_quotients_read_from_the_left() -> None:
     ("text", "target", "message", "hint"),
     [
         ("5 V", "A", "V is m^2*kg/s^3/A, not A", "give it in A"),
-        ("5 hours", "s", "unknown unit 'hours'", "did you mean h?"),
+        ("5 hours", "s", "unknown unit 'hours'", 'write "5 h"'),
         ("5 khz", "Hz", "unknown unit 'khz'", "did you mean kHz?"),
         ("5 m¼", "m^2", "cannot read the unit 'm¼' at '¼'", '"kg*m^2/s"'),
-        ("25 °C", "K", "unknown unit 'degC'", '25 degC is "298.15 K"'),
-        ("10 ug/rtHz", "m/s^2/sqrt(Hz)", "unknown unit 'rtHz'", "write sqrt(Hz)"),
+        ("25 °C", "K", "unknown unit 'degC'", 'write "298.15 K"'),
+        ("10 ug/rtHz", "m/s^2/sqrt(Hz)", "unknown unit 'rtHz'", 'write "10 ug0/sqrt(Hz)"'),
         ("100 mg", "m/s^2", "mg is kg, not m/s^2", 'standard gravity is g0: "100 mg0"'),
-        ("5 m/s2", "m/s^2", "unknown unit 's2'", "write a power as s^2"),
+        ("5 m/s2", "m/s^2", "unknown unit 's2'", 'write "5 m/s^2"'),
         ("20 ppm", "1/s", "ppm is 1, not 1/s", 'per time: "20 ppm/s"'),
         ("5 kmin", "s", "unknown unit 'kmin'", "did you mean min?"),
         ("V", "V", "not a number followed by a unit", 'such as "1.5 V"'),
@@ -226,3 +226,29 @@ def test_hostile_expressions_return_quickly(text: str) -> None:
 )
 def test_units_may_be_written_as_they_are_printed(printed: str, plain: str) -> None:
     assert unit(printed) == unit(plain)
+
+
+@pytest.mark.parametrize(
+    ("text", "target", "hint"),
+    [
+        ("25 degC", "K", 'temperatures are in K: write "298.15 K"'),
+        ("25 °C", "K", 'temperatures are in K: write "298.15 K"'),
+        ("25 C", "K", 'temperatures are in K: write "298.15 K"'),
+        ("77 degF", "K", 'temperatures are in K: write "298.15 K"'),
+        ("10 ug/rtHz", "m/s^2/sqrt(Hz)", 'write "10 ug0/sqrt(Hz)"'),
+        ("3 dph/rtHz", "rad/s/sqrt(Hz)", 'write "3 deg/h/sqrt(Hz)"'),
+        ("1 dps", "rad/s", 'write "1 deg/s"'),
+        ("9.8 m/s2", "m/s^2", 'write "9.8 m/s^2"'),
+        ("3 seconds", "s", 'write "3 s"'),
+        ("50 mss", "s", "did you mean ms?"),
+        ("3 mVrms", "V", "did you mean mV?"),
+        ("1 xyz", "V", "give it in V"),
+        ("25 degC", "V", 'temperatures are in K: 25 degC is "298.15 K"'),  # nothing that fits
+    ],
+)
+def test_a_hint_has_the_dimension_that_is_wanted(text: str, target: str, hint: str) -> None:
+    with pytest.raises(UnitError) as refused:
+        convert(text, target)
+    assert refused.value.hint == hint
+    if hint.startswith("write"):
+        convert(hint.split('"')[1], target)

@@ -57,7 +57,7 @@ def test_nothing_is_converted_in_silence() -> None:
 
 def test_an_input_without_a_wire_says_its_format_and_only_what_fits() -> None:
     text = problems()
-    assert "expected: a wire that carries a value in (24, 18) fixed-point: What is converted." in text
+    assert "expected: a wire that carries a value in (24, 18) fixed-point: Value to convert." in text
     assert '"block.output -> cast.input"' in text
 
 

@@ -57,7 +57,7 @@ top.toml:19: blocks.axis_3: the input force is not connected
         {"axis": changed(AXIS, '    "readout.voltage -> channel.voltage",\n', "")},
         """\
 axis.toml:19: blocks.axis_1.channel: the input voltage is not connected
-  expected: a wire that carries a number in V: What is amplified.
+  expected: a wire that carries a number in V: Signal to amplify.
   hint:     add "readout.voltage -> channel.voltage" to wires, or export it: exports = { voltage = "channel.voltage" }
 """.rstrip(),
     ),

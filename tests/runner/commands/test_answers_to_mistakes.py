@@ -27,7 +27,7 @@ MISTAKES = {
     "power without a caret": (DAMPING, '"9.81 m/s2"', "write a power as s^2"),
     "decimal comma": (DAMPING, '"9,81 kg/s"', 'write a point: "9.81 kg/s"'),
     "milligrams": (AMPLITUDE, '"100 mg"', 'standard gravity is g0: "100 mg0"'),
-    "seconds written out": ('"50 ms"', '"50 sec"', "did you mean s?"),
+    "seconds written out": ('"50 ms"', '"50 sec"', 'write "50 s"'),
     "capital letters": ("readout.output ->", "ReadOut.output ->", 'names are lower case: write "read_out.output ->'),
     "a block at the top": ("[blocks.sensor]", "[sensor]", "a block stands under blocks: write [blocks.sensor]"),
     "Scope": (SENSOR, 'kind = "Scope"', 'signals are recorded by probes: probes = ["block.output"]'),

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from proofmass.blocks import ModalReducedOrderModel, ModalResonator, SuccessiveApproximation
+from proofmass.blocks import HeldStateSpace, ModalReducedOrderModel, ModalResonator, SuccessiveApproximation
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.example import example_of
 from proofmass.runner.derivatives.dual import slopes_of
@@ -19,6 +19,9 @@ from proofmass.runner.planning.plan import plan
         (ModalResonator, "frequencies", 1),
         (ModalResonator, "qualities", 0),
         (ModalResonator, "masses", 1),
+        (HeldStateSpace, "transition", 0),
+        (HeldStateSpace, "transition", 1),
+        (HeldStateSpace, "entry", 1),
         (ModalReducedOrderModel, "mass", 0),
         (ModalReducedOrderModel, "damping", 1),
         (ModalReducedOrderModel, "stiffness", 3),

@@ -116,7 +116,8 @@ def test_the_run_can_be_repeated_from_the_page(tmp_path: Path, monkeypatch: pyte
 
     monkeypatch.chdir(tmp_path)
     result = simulate(GRAPH, samples=50, seed=11, engine="python")
-    command, toml = [unescape(text) for text in re.findall("<pre>(.*?)</pre>", page_of(result, tmp_path), re.DOTALL)]
+    texts_of_page = re.findall("<pre[^>]*>(.*?)</pre>", page_of(result, tmp_path), re.DOTALL)
+    command, toml = map(unescape, texts_of_page)
     program, *arguments = shlex.split(command)
     assert (program, arguments[:2]) == ("proofmass", ["run", "graph.toml"])
     Path("graph.toml").write_text(toml)

@@ -73,7 +73,7 @@ def test_margins_noise_and_a_study_in_a_notebook() -> None:
     assert frame["share"].sum() == pytest.approx(1.0)
     assert [row[0] for row in Cells(budget._repr_html_()).rows[1:]] == frame["source"].tolist()
     assert budget.plot().axes
-    study = proofmass.run_study(proofmass.read_study("library:scale_factor_drift"), runs=3)
+    study = proofmass.run_study("library:scale_factor_drift", runs=3)
     table = Cells(study._repr_html_()).rows
     assert table[1][2] == "0 s"
     assert {row[0] for row in table[1:]} == {"noise", "scale_factor"}

@@ -153,8 +153,7 @@ def test_the_second_time_it_is_loaded(cache: Path, monkeypatch: pytest.MonkeyPat
     machine_code._loaded.clear()
     monkeypatch.setattr(machine_code, "object_code", None)
     assert machine_code.load(tripled())(2.0) == 6.0
-    assert sorted(path.suffix for path in cache.iterdir()) == [".o", ".txt"]
-    assert "return (x * 3.0)" in next(cache.glob("*.txt")).read_text()
+    assert [path.suffix for path in cache.iterdir()] == [".o"]
 
 
 def test_other_programs_settings_and_processors_have_other_keys(monkeypatch: pytest.MonkeyPatch) -> None:

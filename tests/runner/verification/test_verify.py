@@ -161,6 +161,10 @@ MISTAKES = {
         "is for what is linearised, which has an operating point",
         "",
     ),
+    'above = { quantity = "last", at_least = 1, tolerances = { "integratr.gain" = "5 %" } }': (
+        "there is no block integratr",
+        "did you mean integrator?",
+    ),
     'above = { quantity = "main.stable", at_least = "firm" }': ("there is no such verdict", "the verdicts: unstable"),
     'above = { quantity = "main.stable", at_least = 1, at = "soon" }': ("not a number followed by a unit", "1.5 s"),
 }

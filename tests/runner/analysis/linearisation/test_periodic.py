@@ -35,6 +35,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph as PlainGraph
 from proofmass.graphs.model.graph import Probe, Wire
 from proofmass.runner.analysis.linearisation.forward import Forward
 from proofmass.runner.analysis.linearisation.linearise import open_loop
@@ -151,7 +152,7 @@ def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> 
 
 def with_factor(
     graph: Graph, wire: str, point: PeriodicPoint, factor: float, kick: float = 0.0, delay: float = 0.0
-) -> Graph:
+) -> PlainGraph:
     """The graph whose wire carries its values on the orbit, and a factor times what they are off, some ticks later."""
     name, _, port = wire.partition(".")
     planned, first = plan(graph), point.memory.tick
@@ -162,8 +163,8 @@ def with_factor(
     flat = flatten(graph)
     block = flat.blocks[name]
     unit = short_unit(unit_of(block, type(block).outputs[port]))
-    own = {
-        "orbit": RepeatingSequence(values=values, unit=unit),
+    own: dict[str, Block] = {
+        "orbit": RepeatingSequence(values=tuple(values), unit=unit),
         "off": Difference(unit=unit),
         "factor": Gain(gain=factor, input_unit=unit, output_unit=unit),
         "again": Sum(unit=unit),
@@ -181,9 +182,9 @@ def with_factor(
         own["late_off"] = FractionalDelay(delay=delay - len(chain) + 2.0, longest=4, unit=unit)
     wires += [Wire(f"{first}.output", f"{second}.input") for first, second in pairwise(chain)]
     if kick:
-        tick = stride * planned.period  # the pulse takes one
+        step = stride * planned.period  # the pulse takes one
         begin = first * planned.period
-        own["kick"] = Pulse(amplitude=kick, delay=begin, repetition=1e6 * tick, duty=0.9e-6, unit=unit)
+        own["kick"] = Pulse(amplitude=kick, delay=begin, repetition=1e6 * step, duty=0.9e-6, unit=unit)
         wires.append(Wire("kick.output", "again.third"))
     rates = {**flat.rates, **dict.fromkeys(own, planned.schedule.base_rate / stride)}
     blocks = {**flat.blocks, **own}

@@ -5,7 +5,7 @@ import math
 import pytest
 
 from proofmass import noise
-from proofmass.blocks import Gain, Product, Sum, WhiteNoise
+from proofmass.blocks import Gain, Product, Sine, Sum, WhiteNoise
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 
@@ -25,3 +25,27 @@ def test_a_late_operating_point_has_no_noise() -> None:
     for at in ("0.1 s", "3 s", "settled"):
         budget = noise(graph, "y.output", at=at, frequencies=[10.0])
         assert math.sqrt(budget.density[0]) == pytest.approx(1e-3, rel=1e-9), at
+
+
+@pytest.mark.defect("S32", before="about one tick of a slow carrier", after="about its period")
+@pytest.mark.parametrize("ticks", [125, 1250])
+def test_a_carrier_of_many_ticks(ticks: int) -> None:
+    """Noise that a slow carrier multiplies has half its mean square."""
+    rate = 10_000.0
+    blocks: dict[str, Block] = {
+        "x": WhiteNoise(density=1e-3),
+        "carrier": Sine(frequency=rate / ticks),
+        "y": Product(),
+    }
+    wires = ["x.output -> y.first", "carrier.output -> y.second"]
+    graph = Graph(name="slow", rate=rate, blocks=blocks, wires=wires, probes=["y.output"])
+    budget = noise(graph, "y.output", at="periodic")
+    assert budget.rms == pytest.approx(1e-3 * math.sqrt(0.25 * rate), rel=1e-9)
+    assert budget.period == pytest.approx(ticks / rate)
+
+
+def test_what_is_slower_still_is_told() -> None:
+    blocks: dict[str, Block] = {"x": WhiteNoise(density=1e-3), "slow": Sine(frequency=0.01), "y": Product()}
+    wires = ["x.output -> y.first", "slow.output -> y.second"]
+    graph = Graph(name="slow", rate=10_000.0, blocks=blocks, wires=wires, probes=["y.output"])
+    assert "while slow.output moves on" in noise(graph, "y.output", at="periodic").notes[0]

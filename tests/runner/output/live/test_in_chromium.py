@@ -239,6 +239,8 @@ def test_others_are_refused(live: tuple[Path, Process]) -> None:
     assert asked(process.url, "POST", "/state", Host=host, **origin) == 403
     assert asked(process.url, "POST", "/change", Host=host, **origin) == 403
     assert asked(process.url, "POST", "/diagram", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/long", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/long", Host=host, **key, **origin) == 400
     assert asked(process.url, "POST", "/change", Host=host, **key, **origin) == 400
     assert asked(process.url, "POST", "/state", Host="localhost.example.org", **key, **origin) == 403
     assert asked(process.url, "POST", "/__import__", Host=host, **key, **origin) == 400

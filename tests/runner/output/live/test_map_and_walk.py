@@ -237,3 +237,21 @@ def test_the_process_takes_integers_draws_and_runs_a_study(browser: Any, live: t
     assert "total.output: 400 values at 1000 Hz" in page.text_content(".panel pre")
     assert lines == []
     page.context.close()
+
+
+def test_the_process_does_what_is_too_long_for_a_page(browser: Any, live: tuple[Path, Process]) -> None:
+    """21 million ticks of a counter: lowest and highest values of each pixel, the last near the end."""
+    file, process = live
+    file.write_text(GRAPH.replace('"= loudness * 1 V/sqrt(Hz)"', "0.0"))
+    page, lines = opened(browser, process.url)
+    digest(page)
+    page.fill("#run-duration", "21000")
+    page.press("#run-duration", "Enter")
+    page.wait_for_selector(".status:has-text('21,000,001 of 21,000,001 ticks by the process in')", timeout=60_000)
+    step = 4.0 * math.sqrt(2.0)
+    ticks = 21_000_001
+    level = step * math.sqrt((ticks**2 - 1) / 12.0)  # standard deviation of 0, step, and so on
+    text = str(page.inner_text(".measures td"))
+    assert float(text.split()[0]) * {"MV": 1e6, "kV": 1e3}[text.split()[1]] == pytest.approx(level, rel=1e-5)
+    assert lines == []
+    page.context.close()

@@ -6,9 +6,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.graphs.files.library import library_file
+from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.host.interrupts import StoppedError
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.tick import write_tick
+from proofmass.runner.program.tick_loop import bytes_of_a_run, vectors_of
 from proofmass.runner.run import side_by_side
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.whole.study import run_study
@@ -89,7 +94,23 @@ def test_lanes_are_filled_several_times(
     runs: int, lanes: int, bits: int, most: int, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(side_by_side, "vector_bits", lambda: bits)
-    assert side_by_side.lanes_for(runs) == min(lanes, most)
+    assert side_by_side.lanes_for(runs, 1000) == min(lanes, most)
+
+
+@pytest.mark.parametrize(
+    ("name", "lanes"),
+    [("closed_loop_accelerometer", 32), ("self_calibration_population", 32), ("six_axis_imu", 16), ("imu_3dof", 16)],
+)
+def test_large_graphs_take_fewer_lanes(name: str, lanes: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As many as were fastest; sizes are those that the compiled lanes have, but for places of intermediate results."""
+    monkeypatch.setattr(side_by_side, "vector_bits", lambda: 512)
+    planned = plan(read_graph(library_file(f"{name}.toml")).changed(probes=()))
+    size, made = bytes_of_a_run(planned), write_tick(planned, lanes=True)
+    vectors = sum(length for _, length in dict(vectors_of(planned)).values())
+    numbers = sum(made.constants.counts.values()) + sum(made.memory.counts.values()) + vectors
+    assert 0.7 * 8 * numbers < size < 1.3 * 8 * numbers
+    assert side_by_side.lanes_for(10_000, size) == lanes
+    assert side_by_side.lanes_for(10_000, 1 << 20) == side_by_side.LEAST
 
 
 def test_the_width_of_vectors_is_that_of_the_processor() -> None:

@@ -10,7 +10,7 @@ from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.command_line import main
 from proofmass.runner.commands.study_data import study_data as as_json
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.plot import plot_study
+from proofmass.runner.studies.shown.plot import LIMIT_OF_CHANGE, plot_study
 from proofmass.runner.studies.shown.points import MOST_POINTS, by_point, parts, point_text, swept_parts
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
@@ -75,7 +75,7 @@ def test_one_point_is_drawn_with_its_percentiles() -> None:
     head, _, rest = STUDY.partition("[study.sweep]")
     result = run_study(read_study_text(head + rest[rest.index("[study.epochs]") :]), engine="python")
     drawn = [text.get_text() for text in plot_study(result).legends[0].get_texts()]
-    assert drawn == ["1 to 99 %", "10 to 90 %", "25 to 75 %", "median"]
+    assert drawn == ["1 to 99 %", "10 to 90 %", "25 to 75 %", "median", LIMIT_OF_CHANGE]
 
 
 def test_points_are_drawn_beside_each_other() -> None:

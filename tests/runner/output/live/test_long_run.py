@@ -1,0 +1,38 @@
+"""Runs that the process does for a page: rows as envelopes, and measures as a plain run has them."""
+
+import threading
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass.graphs.files.library import library_file
+from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.runner.output.live import long_run as module
+from proofmass.runner.run.simulate import simulate
+
+
+@pytest.mark.parametrize("chunk", [333, 1 << 16])
+def test_envelopes_and_measures_are_those_of_a_run(chunk: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(module, "_CHUNK", chunk)
+    graph = read_graph(library_file("template.toml"))
+    ticks, pixels = 4200, 60
+    told = list[dict[str, Any]]()
+    module.long_run(graph, ticks, 11, pixels, told.append, threading.Event())
+    result = simulate(graph, samples=ticks, seed=11)
+    assert told[-1]["done"] == ticks
+    assert told[-1]["measures"] == {name: measure.value for name, measure in result.measures.items()}
+    for picture in told[-1]["pictures"]:
+        trace = result[picture["signal"]]
+        parts = np.asarray(trace.values, dtype=float).reshape(pixels, -1)
+        np.testing.assert_array_equal(picture["y"][::2], parts.min(axis=1))
+        np.testing.assert_array_equal(picture["y"][1::2], parts.max(axis=1))
+        times = trace.times.reshape(pixels, -1)
+        np.testing.assert_allclose(picture["x"][::2], times[:, 0], rtol=1e-12, atol=1e-12)
+
+
+def test_a_run_that_is_stopped_says_no_more() -> None:
+    told, stop = list[dict[str, Any]](), threading.Event()
+    stop.set()
+    module.long_run(read_graph(library_file("template.toml")), 10**9, 1, 100, told.append, stop)
+    assert told == []
