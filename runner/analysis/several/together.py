@@ -175,13 +175,15 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     w = np.unique(w[w <= math.pi / system.map.period * (1.0 + 1e-12)])
     matrices = _disks(system, w)
     quick = np.array([_balanced(matrix, sizes) for matrix in matrices])
-    peaks = [i for i in range(len(w)) if quick[i] >= quick[max(i - 1, 0)] and quick[i] >= quick[min(i + 1, len(w) - 1)]]
-    best, place = 0.0, w[0]
-    for i in sorted(peaks, key=lambda i: -quick[i])[: _PEAKS + len(sizes)]:
-        if quick[i] <= best * (1.0 - 1e-3):
+    best, place, exact = 0.0, w[0], dict[int, float]()
+    for i in np.argsort(-quick).tolist():  # the quick bound is above mu, and may peak elsewhere
+        if quick[i] <= best:
             break
+        exact[i] = upper_bound(matrices[i], sizes, None, _CLOSE).bound
+        best = max(best, exact[i])
+    for i in sorted(exact, key=lambda i: -exact[i])[:_PEAKS]:
         at, value = _refined(system, sizes, w[max(i - 1, 0)], w[i], w[min(i + 1, len(w) - 1)])
-        if value > best:
+        if value >= best:
             best, place = value, at
     critical = _disks(system, np.array([place]))[0]
     upper = upper_bound(critical, sizes).bound
