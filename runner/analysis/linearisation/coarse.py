@@ -13,12 +13,11 @@ from proofmass.runner.plan.planned import Plan
 def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
     """Return a note for each block that chooses levels in the loops through an output."""
     wiring = plan_graph(plan)
-    back = turned(wiring)
-    looped = reached(wiring, {node[0]}) & reached(back, {node[0]})
+    ahead, behind = reached(wiring, {node[0]}), reached(turned(wiring), {node[0]})
     return tuple(
         f"{name} chooses one of some levels, and counts as a gain of one: slow signals see that;"
         " whether the choice itself is stable is told by a run alone"
-        for name in sorted(looped)
+        for name in sorted(ahead & behind)
         if any(reaches(function, LEVELS) for function in _functions(type(plan.blocks[name])))
     )
 
