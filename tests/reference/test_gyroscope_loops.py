@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from proofmass import noise
+from proofmass import margins, noise
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.run.simulate import simulate
@@ -118,3 +118,12 @@ def test_open_loop_against_the_amplitude_of_the_sense_mode(warmer: float) -> Non
     assert measured["rate"] == pytest.approx(-scale * y.imag, rel=2e-3)
     assert measured["quadrature"] == pytest.approx(y.real, rel=2e-3)
     assert measured["frequency"] == pytest.approx(-8000.0 * 30e-6 * warmer, abs=2e-3)
+
+
+@pytest.mark.defect("S92", before="unstable by the roundings of 16 ticks: it grew by e in 3e9 s", after="stable")
+def test_the_phase_of_the_drive_is_neutral_once_the_loops_have_settled() -> None:
+    """The rate loop is that of an integrator behind a delay: the same crossover at rest as soon after the start."""
+    settled, soon = margins(CLOSED, "rate", at="settled"), margins(CLOSED, "rate", at="0.15 s")
+    assert settled.verdict == soon.verdict == "stable"
+    assert settled.phase_margin == pytest.approx(soon.phase_margin, rel=0.01)
+    assert any(mode.pole.value == pytest.approx(1.0, abs=1e-12) for mode in settled.hidden)

@@ -119,6 +119,7 @@ def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: boo
     whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
     between = whole.between()
     between = replace(between, later=(), notes=(*between.notes, *coarse_blocks(planned, node)))
+    ticks = round(between.period / planned.period)
     if not any(part.any() for part in (between.parts()[1], between.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
@@ -130,12 +131,12 @@ def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: boo
         )
         raise ModelError([planned.graph.placed(problem)])
     if not whole.later or any(later.states != whole.states for later in whole.later):
-        return OpenLoop(between)
+        return OpenLoop(between, ticks=ticks)
     kept = [whole.states.index(state) for state in between.states]
     closed, *after = (
         np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
     )
-    return OpenLoop(between, variation=variation(closed, after))
+    return OpenLoop(between, variation=variation(closed, after), ticks=ticks)
 
 
 def loops_of(planned: Plan) -> dict[str, Loop]:

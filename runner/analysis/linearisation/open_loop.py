@@ -31,6 +31,7 @@ class OpenLoop:
     map: PeriodMap
     continuous: bool = False
     variation: Array | None = None
+    ticks: int = 1  # of a period
 
     @property
     def matrices(self) -> tuple[Array, Array, Array, Array]:

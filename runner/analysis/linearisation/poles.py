@@ -22,7 +22,7 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
 
 Verdict = Literal["stable", "marginal", "unstable"]
-_ROUNDINGS = 8  # error of each number of a loop
+_ROUNDINGS = 8  # error of each number of a loop, a tick
 _EXACT_BITS = 12  # a number of so few bits is exact: 0, 1, 1/2, not the result of arithmetic
 _SETTLING = 10.0  # time constants of the slowest other mode, within which an operating point may still move
 _EPSILON = float(np.finfo(float).eps)
@@ -59,21 +59,26 @@ def together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
     return "unstable" if "unstable" in verdicts else "marginal" if "marginal" in verdicts else "stable", slowest
 
 
-def judged(closed: Array, sampled: bool, variation: Array | None = None) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Return verdict and poles of a closed transition matrix, hidden modes included."""
+def judged(
+    closed: Array, sampled: bool, variation: Array | None = None, ticks: int = 1
+) -> tuple[Verdict, tuple[Pole, ...]]:
+    """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included."""
     if len(closed) > LARGEST_ORDER:
         return together(_computed(closed, sampled))
-    return together(judge(roots(characteristic(closed)), closed, sampled, variation))
+    return together(judge(roots(characteristic(closed)), closed, sampled, variation, ticks))
 
 
-def judge(balls: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None) -> list[Pole]:
+def judge(
+    balls: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None, ticks: int = 1
+) -> list[Pole]:
     """Return the poles of a closed transition matrix from its roots as balls.
 
-    `variation` is by how much its entries change from one period to the next; None where they do not.
+    `variation` is by how much its entries change from one period to the next; None where they do not. `ticks` is how
+    many ticks a period has: each adds its roundings to the entries.
     """
     distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
-    rounding = _ROUNDINGS * _EPSILON * np.abs(alike) * _inexact(alike)
+    rounding = _ROUNDINGS * ticks * _EPSILON * np.abs(alike) * _inexact(alike)
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
         slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)

@@ -27,7 +27,7 @@ _schur: Any = scipy.linalg.schur
 def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
     """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes."""
     closed = np.real(system.closed())
-    verdict, poles = judged(closed, True, system.variation)
+    verdict, poles = judged(closed, True, system.variation, system.ticks)
     marginal = [pole for pole in poles if pole.verdict == "marginal"]
     if not marginal:
         return system, verdict, poles, ()

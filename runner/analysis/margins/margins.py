@@ -128,7 +128,15 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         figures = lifted.figures_of(system, open_at, verdict == "stable")
     else:
         a, b, c, d = single
-        visible = seen(transfer(a, b, c, d), system.matrices[:3], closed, system.map.states, sampled, system.variation)
+        visible = seen(
+            transfer(a, b, c, d),
+            system.matrices[:3],
+            closed,
+            system.map.states,
+            sampled,
+            system.variation,
+            system.ticks,
+        )
         verdict, poles, hidden = visible.verdict, visible.poles, visible.hidden
         figures = scalar.figures_of(visible.transfer, sampled, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":

@@ -64,15 +64,18 @@ def seen(
     states: Sequence[Entry],
     sampled: bool,
     variation: Array | None = None,
+    ticks: int = 1,
 ) -> Seen:
     """Take hidden modes out of the quotient of a loop, opened with A, B and C, and judge its closed-loop poles.
 
     `variation` is by how much the entries of the closed matrix change from one period to the next at the operating
-    point; None where they do not.
+    point; None where they do not. `ticks` is how many ticks a period has.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
-    hidden = judge([root for root in roots(common) if not (sampled and root.is_zero())], closed, sampled, variation)
-    visible = judge(roots(numerator + denominator), closed, sampled, variation)
+    hidden = judge(
+        [root for root in roots(common) if not (sampled and root.is_zero())], closed, sampled, variation, ticks
+    )
+    visible = judge(roots(numerator + denominator), closed, sampled, variation, ticks)
     numerator, denominator, neutral = _without_shared(numerator, denominator, visible)
     verdict, poles = together(pole for pole in visible if not any(pole is other for other in neutral))
     modes = tuple(_modes([*hidden, *neutral], opened, states, sampled))

@@ -120,7 +120,8 @@ def together(planned: Plan, loops: dict[str, Endpoint], tick: Point = 0) -> Toge
     nodes = list(loops.values())
     _refuse(planned, loops)
     whole = map_at(planned, nodes, nodes, cut=True, tick=tick)
-    system = OpenLoop(whole.between())
+    between = whole.between()
+    system = OpenLoop(between, ticks=round(between.period / planned.period))
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
     return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)
 
@@ -133,7 +134,7 @@ def of_system(
     notes: tuple[str, ...] = (),
 ) -> Together:
     """Return the margin of an open loop of several wires, with so many values of each in a period."""
-    verdict, _ = judged(np.real(system.closed()), True)
+    verdict, _ = judged(np.real(system.closed()), True, ticks=system.ticks)
     base = Together(
         loops=tuple(loops),
         open_at=tuple(open_at or loops),
