@@ -135,6 +135,7 @@ def cut(graph: Graph, dice: random.Random, number: int) -> Graph:
         probes=probes,
         loops=loops,
         measures=measures,
+        requirements={},  # their quantities name signals in tables of many forms
         exports=shown,
         formulas=formulas,
         rates={name: rate for name, rate in graph.rates.items() if name not in inside},
