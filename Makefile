@@ -2,10 +2,11 @@
 #   make demo    create .venv, install, run the PN self-test of a MEMS accelerometer, write its report
 #   make test    create .venv, install, run the tests
 # make test-all runs the exhaustive tests too; make test-fast those that compile nothing: the loop of a developer.
-# PYTHON names another interpreter, VENV another folder for the environment.
+# PYTHON names another interpreter, VENV another folder for the environment, WORKERS how many processes run tests.
 
 PYTHON ?= python3
 VENV ?= .venv
+WORKERS ?= $(shell echo $$(($$(nproc) + 1)))# one more than processors: some tests wait for a browser or a disk
 BIN = $(VENV)/bin
 
 .PHONY: demo test test-all test-fast defects lint docs pictures benchmark clean
@@ -14,17 +15,17 @@ demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
 
 test: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal
+	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal
 
 test-all: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal --exhaustive
+	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal --exhaustive
 
 FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
 	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
 	--ignore tests/graphs/model/test_nesting.py
 
 test-fast: $(VENV)/installed-test
-	$(BIN)/python -m pytest --numprocesses auto --dist worksteal $(FAST)
+	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal $(FAST)
 
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test

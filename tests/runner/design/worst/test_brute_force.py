@@ -130,7 +130,7 @@ SYSTEMS = {
         1e-6,
     ),
 }
-SLOW = ("coupled", "quartz")  # a worst case takes seconds
+SLOW = ("integrating", "coupled", "quartz")  # a worst case takes seconds
 
 
 @pytest.mark.parametrize("count", amounts(2000, 100_000))

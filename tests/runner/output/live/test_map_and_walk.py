@@ -164,6 +164,7 @@ def test_a_walk_goes_tick_by_tick_and_takes_other_parameters_on_the_way(browser:
     page.click("text='Play'")
     page.wait_for_selector("button:text-is('Pause')")
     page.click("text='Pause'")
+    page.wait_for_timeout(200)  # ticks that were asked for before
     stood = page.text_content(".walk-line")
     page.wait_for_timeout(200)
     assert page.text_content(".walk-line") == stood
