@@ -37,6 +37,7 @@ def started(address: str) -> "subprocess.Popen[bytes]":
     return subprocess.Popen(words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
 
 
+@pytest.mark.exhaustive  # a storm of kills
 def test_killed_workers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
     monkeypatch.setattr(study_module, "BATCH_SECONDS", 0.0)  # progress after every chunk

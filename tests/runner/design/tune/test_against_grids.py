@@ -3,10 +3,10 @@
 import pytest
 
 from benchmarks.tuned_loops import CASES, compared
-from tests.by_hand.amounts import amounts
 
 
-@pytest.mark.parametrize("points", amounts(64, 10_000))
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("points", [64, 10_000])
 def test_the_quartz_loop_is_no_worse_than_a_grid(points: int) -> None:
     case = CASES["quartz"]()
     tuned, noise, of_grid, count = compared(case, points, *((4, 1) if points < 1000 else (32, 2)))

@@ -44,7 +44,7 @@ def test_a_product_of_32_by_32_bits_is_four_multipliers() -> None:
     assert synthesized(module_text(module_of(block)), "block", "xc2vp").multipliers == 4
 
 
-@pytest.mark.exhaustive  # seconds of Yosys; the damping controller below stays
+@pytest.mark.exhaustive  # seconds of Yosys; the shift register above stays
 def test_the_reference_model_of_32_bits_takes_21_multipliers_as_published() -> None:
     """Sarraf et al. 2012, table 3: DUT-R. That all its words have 32 bits is a conjecture that its multipliers fit."""
     machine = compose(plan(read_graph(REFERENCE_MODEL), wide=True))
@@ -56,7 +56,7 @@ def test_the_reference_model_of_32_bits_takes_21_multipliers_as_published() -> N
 @pytest.mark.parametrize(
     ("blocks", "flip_flops", "luts", "multipliers"),
     [
-        (("damping",), 16, 537, 0),
+        pytest.param(("damping",), 16, 537, 0, marks=pytest.mark.exhaustive),
         pytest.param((), 396, 2953, 23, marks=pytest.mark.exhaustive),
     ],  # of the paper 98, 293, 0; 3646, 8275, 35
 )
