@@ -3,12 +3,16 @@
 from dataclasses import dataclass, replace
 from pathlib import Path
 
+import click
+
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.graphs.tuning.reader import read_tuning
+from proofmass.graphs.files.toml_reader import graph_of_file, read_table
+from proofmass.graphs.tuning.reader import tuning_of_table
 from proofmass.graphs.tuning.tuning import Tuning
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
+from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.tune.plot import plot_tuned
@@ -28,6 +32,7 @@ class TuneRequest:
     starts: int | None
     samples: int | None
     seed: int | None
+    changes: tuple[str, ...]
     quiet: bool
     own: Path | None
     as_json: bool
@@ -35,7 +40,7 @@ class TuneRequest:
 
 def show_tuning(request: TuneRequest) -> int:
     """Tune a graph and return the exit code: 1 if a hard goal is missed."""
-    tuning = _numbers(read_tuning(request.graph, own_blocks(request.own)), request)
+    tuning = _numbers(_tuning(request), request)
     with progress(request.quiet or request.as_json, "point") as bar:
         tuned = tune(tuning, progress=bar)
     if request.as_json:
@@ -48,6 +53,14 @@ def show_tuning(request: TuneRequest) -> int:
         _write(tuned, request)
         print_file(request.target, request.as_json)
     return INTERRUPTED if tuned.interrupted else DONE if tuned.met else WRONG_MODEL
+
+
+def _tuning(request: TuneRequest) -> Tuning:
+    if request.changes and request.target is not None:
+        raise click.UsageError("--set: not together with --write; change the graph itself")
+    data, place = read_table(request.graph)
+    graph = graph_of_file(data, place, own_blocks(request.own), request.graph)
+    return tuning_of_table(data, place, changed(graph, request.changes))
 
 
 def _numbers(tuning: Tuning, request: TuneRequest) -> Tuning:

@@ -34,6 +34,7 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 @click.option("--starts", type=Whole(1, 100), help="Start from this many samples (default: as the graph says).")
 @click.option("--samples", type=Whole(1, 100_000), help="Try this many points first (default: as it says).")
 @click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed these points (default: as it says).")
+@set_option
 @quiet_option
 @blocks_option
 @json_option
@@ -47,6 +48,7 @@ def tune(**options: Any) -> int:
     \b
     proofmass tune sensor.toml
     proofmass tune sensor.toml --plot tuned.png --write sensor.toml
+    proofmass tune sensor.toml --set adc.bits=12
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.tune_command import TuneRequest, show_tuning

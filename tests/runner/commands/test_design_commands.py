@@ -52,6 +52,17 @@ def test_tune_writes_the_graph_with_its_comments(loop: Path, tmp_path: Path, cap
     assert main(["check", str(target)]) == 0
 
 
+def test_tune_starts_from_what_is_set(loop: Path, capsys: Captured) -> None:
+    """Twice the gain of the plant leaves half of the controller's: their product alone is seen."""
+    gains = []
+    for changes in ([], ["--set", "plant.gain=2"]):
+        assert main(["tune", str(loop), *changes, "--json", "--samples", "4", "--starts", "1"]) == 0
+        gains.append(json.loads(capsys.readouterr().out)["parameters"]["controller.gain"]["after"])
+    assert gains[0] == pytest.approx(2.0 * gains[1], rel=1e-4)
+    assert main(["tune", str(loop), "--set", "plant.gain=2", "--write", str(loop)]) == 2
+    assert "not together with --write" in capsys.readouterr().err
+
+
 def test_tune_as_json_and_what_cannot_be_met(loop: Path, capsys: Captured) -> None:
     loop.write_text(
         loop.read_text(encoding="utf-8").replace("maximise = true", 'at_least = "190 Hz"'), encoding="utf-8"
