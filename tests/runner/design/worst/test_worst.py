@@ -103,6 +103,7 @@ def few() -> dict[str, str]:
     return dict.fromkeys(("x_gain.gain", "y_gain.gain", "x_cross.gain", "y_cross.gain"), "20 %")
 
 
+@pytest.mark.exhaustive  # test_brute_force.py has another such system in every run of the tests
 def test_brute_force_over_corners_and_middles_finds_nothing_worse() -> None:
     found = worst(COUPLED_GRAPH, BOTH, tolerances=few(), samples=20)
     grid = list(itertools.product((-1.0, 0.0, 1.0), repeat=4))
