@@ -29,11 +29,13 @@ class Axis(NamedTuple):
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
-def axis(values: Sequence[float], ticks: int = 5, rim: float = 0.04) -> Axis:
-    """Return an axis that shows finite values, with a rim of its length at both ends.
+def axis(values: Sequence[float], ticks: int = 5, rim: float = 0.04, counts: bool = False) -> Axis:
+    """Return an axis that shows finite values, with a rim of its length at both ends; ticks of counts are whole.
 
     >>> axis([0.0, 10.0], rim=0.0).texts, axis([9.80661, 9.80669], rim=0.0).texts[0]
     (('0', '2', '4', '6', '8', '10'), '9.80662')
+    >>> axis([0.0, 3.0], rim=0.0, counts=True).texts
+    ('0', '1', '2', '3')
     """
     finite = [value for value in values if math.isfinite(value)]
     low, high = (min(finite), max(finite)) if finite else (0.0, 1.0)
@@ -44,7 +46,8 @@ def axis(values: Sequence[float], ticks: int = 5, rim: float = 0.04) -> Axis:
     low, high = low - edge, high + edge
     rough = (high - low) / ticks
     power = math.floor(math.log10(rough))
-    step = min((s * 10.0**power for s in _STEPS), key=lambda step: abs(math.log(step / rough)))
+    steps = [step for step in (s * 10.0**power for s in _STEPS) if not counts or step.is_integer()] or [1.0]
+    step = min(steps, key=lambda step: abs(math.log(step / rough)))
     first, last = math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9)
     at = tuple(number * step for number in range(first, last + 1))
     size = math.floor(math.log10(max(abs(low), abs(high))))

@@ -48,8 +48,9 @@ class Frame(NamedTuple):
 class Panel:
     """One pair of axes; what is drawn first lies below."""
 
-    def __init__(self, x_label: str, y_label: str = "", share: float = 1.0) -> None:
+    def __init__(self, x_label: str, y_label: str = "", share: float = 1.0, counts: bool = False) -> None:
         self.x_label, self.y_label, self.share = x_label, y_label, share
+        self.counts = counts  # upwards
         self.legend = dict[str, str]()  # label to the SVG of its sign
         self.names: list[str] = []  # of rows
         self._x, self._y = list[float](), list[float]()
@@ -142,7 +143,7 @@ class Panel:
 
     def svg(self, left: float, width: float, height: float) -> str:
         """Return the panel as SVG, at a place of the chart."""
-        up = axis(self._y, rim=0.0 if self.names else 0.04)
+        up = axis(self._y, rim=0.0 if self.names else 0.04, counts=self.counts)
         names = [text if len(text) < _LONG else f"{text[: _LONG - 2]}…" for text in self.names[::-1]]
         margin = max((len(text) for text in names or up.texts), default=0) * _LETTER + (26.0 if self.y_label else 8.0)
         frame = Frame(axis(self._x), up, left + margin, left + width - _RIGHT, height - _BELOW, _TOP)

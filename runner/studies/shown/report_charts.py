@@ -136,7 +136,7 @@ def _histograms(result: StudyResult, measure: PlannedMeasure) -> Panel:
     told_apart, epochs = parts(result), result.study.epochs
     youngest, oldest = age_text(epochs[0]), age_text(epochs[-1])
     several, aged = len(told_apart) > 1, len(epochs) > 1
-    panel = Panel(label_of(measure) + (f" at {oldest}" if several and aged else ""), "runs")
+    panel = Panel(label_of(measure) + (f" at {oldest}" if several and aged else ""), "runs", counts=True)
     for colour, (name, part) in zip(cycle(COLOURS), told_apart.items(), strict=False):
         values = _whole(part, measure.name)
         if not len(values):
