@@ -194,7 +194,8 @@ def chart(panels: Sequence[Panel], title: str) -> str:
         left += width + _GAP
     legend, below = _legend({label: sign for panel in panels for label, sign in panel.legend.items()}, height + 6.0)
     return (
-        f'<svg class="picture" role="img" viewBox="0 0 {_WIDTH:g} {below:g}" font-size="{_FONT:g}" fill="var(--ink)">'
+        f'<svg class="picture" role="img" width="{_WIDTH:g}" viewBox="0 0 {_WIDTH:g} {below:g}" '
+        f'font-size="{_FONT:g}" fill="var(--ink)">'
         f"<title>{escape(title)}</title>{''.join(drawn)}{legend}</svg>"
     )
 

@@ -36,7 +36,13 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
 
 
 @pytest.mark.parametrize("kills", amounts(2, KILLS))
-@pytest.mark.parametrize("more", [[], ["--dask", "local:2"]], ids=["alone", "with two workers"])
+@pytest.mark.parametrize(
+    "more",
+    [
+        pytest.param([], id="alone"),
+        pytest.param(["--dask", "local:2"], id="with two workers", marks=pytest.mark.exhaustive),
+    ],
+)
 def test_killed_at_random_instants(more: list[str], kills: int, tmp_path: Path) -> None:
     path, folder, dice = tmp_path / "study.toml", tmp_path / "out", random.Random(7)
     path.write_text(STUDY)

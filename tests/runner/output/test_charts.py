@@ -58,3 +58,13 @@ def test_rows_of_effects_stand_in_order() -> None:
     bars = [(float(e.get("y", "")), float(e.get("width", ""))) for e in drawing.iter("rect")]
     assert bars[0][0] < bars[1][0]
     assert bars[0][1] == pytest.approx(2.0 * bars[1][1], abs=0.2)
+
+
+@pytest.mark.defect("S93", before="5 px on a screen of 400 px: the page shrank charts", after="11 px: they scroll")
+def test_letters_keep_their_size_on_a_narrow_screen() -> None:
+    panel = Panel("time [s]", "runs", counts=True)
+    panel.line([0.0, 1.0], [0.0, 3.0], label="a line")
+    drawing = ElementTree.fromstring(chart([panel], "one"))
+    assert float(drawing.get("width", "0")) == float(drawing.get("viewBox", "").split()[2])
+    sizes = [float(size) for e in drawing.iter() if (size := e.get("font-size"))]
+    assert min(sizes) >= 10.0
