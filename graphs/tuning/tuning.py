@@ -184,7 +184,8 @@ class Tuning:
         now, slopes = dict(values), dict[str, float]()
         for name in self.study.moved:
             if name in self.study.drift:
-                base = now.get(name, self.adjustable.dependence.followed(now).get(name, self.value(name)))
+                followed = self.adjustable.dependence.followed(now)
+                base = now[name] if name in now else followed[name] if name in followed else self.value(name)
                 step = _STEP * (abs(base) or 1.0)
                 low, now[name], high = (self._drifted(name, base + side * step, age) for side in (-1.0, 0.0, 1.0))
                 slopes[name] = (high - low) / (2.0 * step)

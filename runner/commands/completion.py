@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 import click
-from click.shell_completion import BashComplete, CompletionItem, add_completion_class
+from click.shell_completion import BashComplete, CompletionItem, add_completion_class, split_arg_string
 
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 
@@ -101,7 +101,7 @@ class BashCompletion(BashComplete):
     def get_completion_args(self) -> tuple[list[str], str]:
         """Return the words of the line as typed, and the last of them, which may be empty."""
         line = os.environ["COMP_WORDS"]
-        words = click.shell_completion.split_arg_string(line)
+        words = split_arg_string(line)
         self._incomplete = words.pop() if words and not line[-1:].isspace() else ""
         return words[1:], self._incomplete
 

@@ -39,9 +39,8 @@ def serve_live(request: LiveRequest) -> int:
     def load() -> Graph:
         return graph_of(request.graph, request.own, request.changes, request.probes)
 
-    more = (request.own,) if request.own else ()
     source = request.study or (request.graph if has_study(request.graph) else None)
-    more = (*more, *[source] * (source is not None))
+    more = tuple(file for file in (request.own, source) if file is not None)
     study = live_study(source, request.own) if source is not None else None
     session = Session(request.graph, load, TABS, more, study)
     _report(session)

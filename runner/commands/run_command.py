@@ -97,6 +97,7 @@ def run_graph(request: RunRequest) -> int:
     result, profiled = _profiled(graph, request, reading) if request.profile else (_simulated(graph, request), None)
     for note in (*notes_of_a_run(flatten(graph)), *saturation_notes(result)):
         print_problem(note)
+    names: list[str] = []
     if not result.interrupted and request.out is not None:
         began = time.perf_counter()
         with working(request.quiet or request.as_json, "writing traces, plot and report"):

@@ -167,7 +167,7 @@ class Trace(Plotted):
         low, high = float(self.statistics.lowest.min()), float(self.statistics.highest.max())
         return f"<Trace of {self.label}: {len(self):,} rows every {float(self.period):g} s, {low:.6g} to {high:.6g}>"
 
-    def to_pandas(self) -> "pandas.Series[Any] | pandas.DataFrame":
+    def to_pandas(self) -> "pandas.Series | pandas.DataFrame":
         """Return the values over time in seconds: a Series, or of a vector a DataFrame with a column for each entry."""
         need("pandas")
         # start-up time: pandas takes 0.5 s

@@ -76,7 +76,7 @@ class Margins(Figures, Plotted):
         shown = "".join(f", {name} {value}" for name, value in numbers.items() if value)
         return f"<Margins of {self.loop}: {self.verdict}{shown}>"
 
-    def to_pandas(self) -> "pandas.Series[Any]":
+    def to_pandas(self) -> "pandas.Series":
         """Return the figures by name, in the units of their names; NaN for a margin without limit."""
         need("pandas")
         # start-up time: pandas takes 0.5 s
