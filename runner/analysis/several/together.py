@@ -181,10 +181,11 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         if quick[i] <= best:
             break
         exact[i] = upper_bound(matrices[i], sizes, None, _CLOSE).bound
-        best = max(best, exact[i])
+        if exact[i] > best:
+            best, place = exact[i], w[i]
     for i in sorted(exact, key=lambda i: -exact[i])[:_PEAKS]:
         at, value = _refined(system, sizes, w[max(i - 1, 0)], w[i], w[min(i + 1, len(w) - 1)])
-        if value >= best:
+        if value > best:
             best, place = value, at
     critical = _disks(system, np.array([place]))[0]
     upper = upper_bound(critical, sizes).bound

@@ -97,9 +97,13 @@ def closed_poles(factors: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize(
-    "seed", [81, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(100) if seed != 81)]
+    "seed", [59, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(100) if seed != 59)]
 )
-@pytest.mark.defect("S91", before="a margin 0.16 % too large: its peak is not that of a quick bound", after="less")
+@pytest.mark.defect(
+    "S91",
+    before="a margin 0.16 % too large, its peak not that of a quick bound; 4 times, its peak at half the rate",
+    after="less",
+)
 def test_random_systems_of_two_and_three_loops(seed: int) -> None:
     rng = np.random.default_rng(seed)
     wires = 2 + seed % 2
