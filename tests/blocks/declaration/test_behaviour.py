@@ -25,7 +25,7 @@ def test_a_variable_in_an_inner_function_is_read_and_one_that_is_stored_is_not()
         return sum(first for _ in range(2))
 
     def stored(first: float, second: float) -> float:
-        second = 2.0 * first
+        second, first = first, 2.0
         return first
 
     assert reads(inner, "first")
