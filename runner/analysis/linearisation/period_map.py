@@ -271,7 +271,7 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
     for name in names:
         state = begin.states[name]
         if state is not None:
-            kinds = state.__annotations__
+            kinds = type(state).__annotations__
             made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
             begin.states[name] = type(state)(*made)
         for buffer, declared in type(plan.blocks[name]).buffers.items():
