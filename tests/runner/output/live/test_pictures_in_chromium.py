@@ -1,6 +1,5 @@
 """Pictures of analyses and diagrams in Chromium, narrow and wide, light and dark: letters that can be read."""
 
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -17,9 +16,9 @@ from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.spectrum.plot import plot_spectrum
 from proofmass.runner.output.page import inline, picture, save_page
-from tests.by_hand.chromium import CHROMIUM, FLAGS, SMALLEST_TEXT, opened
+from tests.by_hand.chromium import CHROMIUM, SMALLEST_TEXT, opened
 
-playwright = pytest.importorskip("playwright.sync_api")
+pytest.importorskip("playwright.sync_api")
 pytestmark = pytest.mark.skipif(CHROMIUM is None, reason="no chromium on this machine")
 DRAWN = (
     "fibre_optic_gyroscope",
@@ -54,14 +53,6 @@ def page_of_all(tmp_path_factory: pytest.TempPathFactory) -> Path:
         drawn = inline(svg(read_graph(f"library:{name}")))
         sections.append((name, f'<div class="wide diagram">{drawn}</div>'))
     return save_page(tmp_path_factory.mktemp("page") / "page.html", "pictures", "", sections, "")
-
-
-@pytest.fixture(scope="module")
-def browser() -> Iterator[Any]:
-    with playwright.sync_playwright() as running:
-        one = running.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
-        yield one
-        one.close()
 
 
 @pytest.mark.parametrize("width", [400, 1400])
