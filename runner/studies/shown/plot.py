@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, save_figure
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -50,7 +50,7 @@ def plot_study(result: StudyResult) -> "Figure":
                 (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
-        figure.suptitle(f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}".replace("$", r"\$"))
+        headed(figure, f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}")
         _legend(figure)
     return figure
 
