@@ -26,7 +26,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import PERIODIC, PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -189,7 +189,7 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
 def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
     """The base tick of a time, or of the rest of the loops, or an orbit that closes."""
     if at == SETTLED:
-        return settled_tick(without_noise(planned))
+        return settled_tick(planned.without_noise)
     if at == PERIODIC:
         return periodic_point(planned)
     try:

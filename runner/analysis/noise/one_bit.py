@@ -26,7 +26,7 @@ from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Poin
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, reaches, with_functions
 from proofmass.runner.derivatives.dual_noise import Gain, Noisy
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 from proofmass.runner.run.faults import failed
 
@@ -71,7 +71,7 @@ def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) 
     deciding = _deciding(plan, upstream, outputs)
     if not deciding:
         return noise
-    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(without_noise(plan), point)
+    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(plan.without_noise, point)
     decisions = _Decisions(plan, begin.copy(), upstream, deciding)
     try:
         records = decisions.taken()
