@@ -16,7 +16,7 @@ from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.points import parts, swept_parts
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def plot_study(result: StudyResult) -> "Figure":
     import matplotlib
     from matplotlib.figure import Figure
 
+    result = as_shown(result)
     study, columns = result.study, swept_parts(result)
     columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
     with matplotlib.rc_context(STYLE):
