@@ -18,9 +18,14 @@ from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
 from proofmass.runner.run.result import Recorder, Result
-from proofmass.runner.run.trace_size import CHECKPOINT as FILE
 
+FILE = "checkpoint.json"  # of an interrupted run, in its folder
 _ANEW = "--restart, or resume=False in Python, removes what was kept and starts at tick 0"
+
+
+def is_interrupted(folder: Path) -> bool:
+    """Return whether a folder holds a run that was interrupted."""
+    return (folder / FILE).is_file()
 
 
 class Checkpoint(NamedTuple):

@@ -40,7 +40,7 @@ from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest,
 from proofmass.runner.analysis.linearisation.waiting import Waiting
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 
 SAME = 1e-9  # relative change of a map that is rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
@@ -186,7 +186,7 @@ class _Search:
         self._first = tick - tick % self._ticks
         upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
         self._names = sorted(upstream)
-        run = without_noise(plan)
+        run = plan.without_noise
         self._quiet = run
         self._memories = {0: memory_at(run, self._first)}
         self._run = Forward(run, self._memories[0].copy())

@@ -23,7 +23,7 @@ from proofmass.runner.analysis.linearisation.forward import Forward
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.period_map import HELD, Array, Entry, PeriodMap, period_map
 from proofmass.runner.plan.memory import Memory, start
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 
 PERIODIC = "periodic"  # an operating point: where the graph comes back to after a period
 CLOSED = 1e-10  # of the size of the states, by which an orbit may miss where it was
@@ -87,7 +87,7 @@ class _Shooting:
         self.first = max(1, min(_SETTLING, 4096 * common) // common) * common
         self._sizes: dict[Entry, float] = {}
         self._span = min(_SPANS[0], LONGEST // common)
-        run, names = Forward(without_noise(plan), start(plan)), sorted(plan.blocks)
+        run, names = Forward(plan.without_noise, start(plan)), sorted(plan.blocks)
         for tick in _looks(self.common, self.first):
             self._start = run.to(tick)
             for entry, value in (*states_of(self._start, names), *wires_of(self._start, names)):
@@ -113,7 +113,7 @@ class _Shooting:
         if not first:
             return set(), ""
         step = max(1, LONGEST // self.common // _LOOKS) * self.common
-        run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
+        run, names = Forward(self.plan.without_noise, self._start.copy()), sorted(self.plan.blocks)
         ticks = (self.first + i * step for i in range(1, _LOOKS + 1))
         later = Orbit([dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes)
         turned = first & {*later.turning_keys}
@@ -122,7 +122,7 @@ class _Shooting:
 
     @cached_property
     def _orbit(self) -> Orbit:
-        run, names = Forward(without_noise(self.plan), self._start.copy()), sorted(self.plan.blocks)
+        run, names = Forward(self.plan.without_noise, self._start.copy()), sorted(self.plan.blocks)
         ticks = (self.first + i * self.common for i in range(1, self._span + 2))
         return Orbit(
             [dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes

@@ -118,7 +118,7 @@ def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Number, float]]
     for name in names:
         state = memory.states[name]
         if state is not None:
-            kinds = state.__annotations__
+            kinds = type(state).__annotations__
             yield from (((name, f, -1), getattr(state, f)) for f in state._fields if kinds[f] is float)
     for (name, buffer), held in memory.of_blocks().items():
         if name in names:

@@ -26,7 +26,7 @@ from proofmass.runner.analysis.noise.noise_map import FILTER
 from proofmass.runner.analysis.noise.shaping import Shaping, is_white, shaping
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, Gain, Noisy
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
 
@@ -70,7 +70,7 @@ def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) 
     deciding = _deciding(plan, upstream, outputs)
     if not deciding:
         return noise
-    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(without_noise(plan), point)
+    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(plan.without_noise, point)
     try:
         records = recorded(plan, begin, upstream, deciding, _VALUES * max(map(plan.stride, outputs)))
     except TickError as error:
