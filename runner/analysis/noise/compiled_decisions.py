@@ -6,10 +6,10 @@ rule that chooses returns its argument instead.
 
 import builtins
 import types
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -19,6 +19,8 @@ from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import split
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
+from proofmass.runner.derivatives.dual_noise import given
+from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as planned
 from proofmass.runner.run.engines import choose
@@ -27,7 +29,15 @@ from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
 FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
 _MOST_CALLS = 200_000_000  # of functions of blocks
+_SHOWN = 1 << 19  # decisions whose sources of noise are kept
 _PORT = "value_that_is_quantised"
+
+
+class Decisions(NamedTuple):
+    """Inputs of a quantiser with the levels that it chooses, a row each, and the first values of some sources."""
+
+    rows: Array  # value and level
+    sources: Array  # noise as it is drawn, a column each
 
 
 def level_port(kind: Kind) -> str | None:
@@ -44,7 +54,7 @@ def compiled_runs(
     ports: Mapping[str, str],
     seeds: tuple[int, ...],
     span: int,
-) -> list[dict[str, Array]] | None:
+) -> list[dict[str, Decisions]] | None:
     """Return the decisions of each block from a tick on, (value, level) a row, with each seed.
 
     The runs last for a `span` of base ticks, if that is not too few decisions, or too many. None for a graph that
@@ -57,7 +67,7 @@ def compiled_runs(
     for seed in seeds:
         options = RunOptions(samples=tick + ticks, seed=seed)
         result = simulate_plan(watching, watching.graph.root, options)
-        runs.append({name: _decisions(watching.blocks[name], result, name, ports[name], tick) for name in ports})
+        runs.append({name: _decisions(watching, result, name, ports[name], tick) for name in ports})
     return runs
 
 
@@ -66,17 +76,27 @@ def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], 
     flat = plan.graph
     blocks = {name: plan.blocks[name] for name in upstream}
     blocks |= {name: _telling(blocks[name], port) for name, port in ports.items()}
+    signals = [f"{name}.{port}" for name in ports for port in (_PORT, ports[name])]
     graph = flat.as_graph().bare(
         blocks=blocks,
         wires=tuple(wire for wire in flat.wires if {split(wire.source)[0], split(wire.target)[0]} <= upstream),
         rates={name: rate for name, rate in flat.rates.items() if name in upstream},
         offsets={name: offset for name, offset in flat.offsets.items() if name in upstream},
-        probes=tuple(read_probe(f"{name}.{port}") for name in ports for port in (_PORT, ports[name])),
+        probes=tuple(map(read_probe, (*signals, *_sources(plan, upstream, ports)))),
     )
     watching = planned(graph)
     slowest = max(watching.schedule.divisors[name] for name in ports)
     decisions = min(max(span // slowest, FEWEST), MOST) + SETTLING
     return watching, min(decisions * slowest, _MOST_CALLS // max(1, len(watching.schedule.order)))
+
+
+def _sources(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str]) -> Iterator[str]:
+    """Yield the outputs of blocks that draw random numbers as often as every quantiser decides."""
+    beats = {plan.beat((name, port)) for name, port in ports.items()}
+    for name in sorted(given(plan, (Deviate,)) & upstream):
+        for port, declared in type(plan.blocks[name]).outputs.items():
+            if declared.dtype is float and not declared.shape and beats == {plan.beat((name, port))}:
+                yield f"{name}.{port}"
 
 
 def _telling(block: Block, port: str) -> Block:
@@ -120,16 +140,19 @@ def _without_levels(function: Any) -> Any:
     return copy
 
 
-def _decisions(block: Block, result: Result, name: str, port: str, tick: int) -> Array:
-    """Return (value, level) of each decision from a tick on, in units of levels that the rule chooses."""
+def _decisions(watching: Plan, result: Result, name: str, port: str, tick: int) -> Decisions:
+    """Return the decisions from a tick on, in units of levels that the rule chooses."""
     values, levels = (result[f"{name}.{each}"].values for each in (_PORT, port))
     first = min(tick // result[f"{name}.{port}"].stride + SETTLING, len(values) // 2)
     low, high = float(levels.min()), float(levels.max())
-    signs = reaches(type(block).output_functions[port].function, {two_level})
+    signs = reaches(type(watching.blocks[name]).output_functions[port].function, {two_level})
     step = (high - low) / (2.0 if signs else 1.0) or 1.0
-    decisions = np.column_stack([values[first:], levels[first:]])
-    decisions -= low
-    decisions /= step
+    rows = np.column_stack([values[first:], levels[first:]])
+    rows -= low
+    rows /= step
     if signs:
-        decisions -= 1.0
-    return decisions
+        rows -= 1.0
+    telling = {p.node[0] for p in watching.probes if p.node[1] == _PORT}
+    sources = [p.signal for p in watching.probes if p.node[0] not in telling]
+    shown = [result[signal].values[first : first + _SHOWN] for signal in sources]
+    return Decisions(rows, np.column_stack(shown) if shown else np.zeros((0, 0)))

@@ -1,4 +1,4 @@
-"""What quantisers of one bit are given, and the levels that they choose, in two runs with different noise.
+"""Inputs of quantisers of one bit, and the levels that they choose, in two runs with different noise.
 
 Where a level is an output of its block the runs are in machine code, and long. Others are watched in plain Python.
 """
@@ -12,8 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.analysis.noise.compiled_decisions import compiled_runs, level_port
+from proofmass.runner.analysis.noise.compiled_decisions import Decisions, compiled_runs, level_port
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, with_functions
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -23,7 +22,7 @@ DECISIONS, SETTLING = 16_384, 2_048  # of a quantiser that are counted, and befo
 _MOST_CALLS = 4_000_000  # of functions of blocks
 _FEW = 32  # decisions that show how many quantisers a block has
 
-Records = Mapping[str, list[tuple[Array, Array]]]  # of each block those of its quantisers: (value, level) in both runs
+Records = Mapping[str, list[tuple[Decisions, Decisions]]]  # of each block those of its quantisers in both runs
 
 
 def recorded(plan: Plan, begin: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str], span: int) -> Records:
@@ -57,7 +56,7 @@ class Watched(Interpreter):
         self._outputs = [each for each in self._outputs if each[0][0] in upstream]
         self._updates = [update for update in self._updates if update[0] in upstream]
 
-    def taken(self, count: int, settling: int) -> dict[str, list[Array]]:
+    def taken(self, count: int, settling: int) -> dict[str, list[Decisions]]:
         """Return input and level of each decision, a row each: of each block those of its quantisers of one bit."""
         common = max(self.filled.schedule.divisors[name] for name in self._deciding)
         self.advance(self._memory.tick + common, ())
@@ -72,7 +71,8 @@ class Watched(Interpreter):
             for decisions in several:
                 decisions.clear()
         self.advance(self._memory.tick + ticks - first, ())
-        return {name: [np.array(each) for each in several if each] for name, several in self._several.items()}
+        none = np.zeros((0, 0))
+        return {n: [Decisions(np.array(e), none) for e in several if e] for n, several in self._several.items()}
 
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
         self._owner = name

@@ -3,11 +3,12 @@
 The runs have different noise. Half the power of what they differ by is that of the noise, without signals, and without
 what repeats itself from run to run:
 
-    K = E[y v] / E[y^2],   e = v - K y
+    K = E[z v] / E[z y],   e = v - K y
 
 (Booton, IRE Trans. Circuit Theory 1, 1954, 9; Ardalan and Paulos, IEEE Trans. Circuits and Systems 34, 1987, 593). That
-is exact whatever K is, if e is what it is in the run. So e has the spectrum that it has there, unless it is white. That
-it has nothing in common with the other sources is taken for granted.
+is exact whatever K is, if e is what it is in the run. So e has the spectrum that it has there, unless it is white, and
+K is such that e has nothing in common with the other sources of noise: z is what they make of y. Where they make
+little, z is y itself.
 """
 
 from collections.abc import Set as AbstractSet
@@ -21,6 +22,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, blocks_of_map, plan_graph
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
+from proofmass.runner.analysis.noise.compiled_decisions import Decisions
 from proofmass.runner.analysis.noise.decisions import recorded
 from proofmass.runner.analysis.noise.noise_map import FILTER
 from proofmass.runner.analysis.noise.shaping import Shaping, is_white, shaping
@@ -34,6 +36,8 @@ _WINDOW = 256  # decisions, over which signals stand still: their means are take
 _LAGS = 64  # decisions, after which an error may come again
 _VALUES = 1 << 14  # of the output, in a run that shows the spectrum of an error
 _ALONE = 1 << 14  # decisions that show the error of one run
+_MEMORY = 64  # decisions, within which what comes of a source shows a gain
+_SHOWS = 10.0  # by how much more than chance it must show
 _SAME = 0.2  # of the error of a run, below which two runs do not differ, or only begin to
 _TOLD = 0.05  # of the error that repeats itself, from which on it is told
 
@@ -131,19 +135,41 @@ def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -
     return deciding
 
 
-def _one_bit(first: Array, second: Array) -> OneBit:
+def _one_bit(first: Decisions, second: Decisions) -> OneBit:
     """Return the gain that comes closest to the decisions of two runs, and the error that is left."""
-    count = min(len(first), len(second))
-    alone = _of_one_run(first[:_ALONE])
-    y, v = (np.ascontiguousarray(part) for part in ((first[:count] - second[:count]) / np.sqrt(2.0)).T)
-    power = float(np.mean(y**2))
-    gain = float(np.mean(y * v)) / power if power else 0.0
+    count = min(len(first.rows), len(second.rows))
+    alone = _of_one_run(first.rows[:_ALONE])
+    y, v = (_apart(first.rows[:count, i], second.rows[:count, i]) for i in (0, 1))
+    gain = _gain(y, v, [_apart(*both) for both in zip(first.sources.T, second.sources.T, strict=True)])
     e = v - gain * y
     variance = float(np.mean(e**2))
     if variance <= _SAME * alone.variance:
         return alone
     repeating = max(0.0, 1.0 - variance / alone.variance) if alone.variance else 0.0
     return OneBit(gain, variance, count, None if is_white(e) else shaping(e), repeating)
+
+
+def _apart(first: Array, second: Array) -> Array:
+    return np.ascontiguousarray((first - second) / np.sqrt(2.0))
+
+
+def _gain(y: Array, v: Array, sources: list[Array]) -> float:
+    """Return K for which e has least in common with the sources; where they hardly show in y, with y itself.
+
+    What comes of a source within some decisions is an instrument, as in econometrics: K = E[z v] / E[z y]. What
+    the means of so few numbers have by chance is taken off.
+    """
+    square, product = float(np.mean(y**2)), float(np.mean(y * v))
+    shared, both, chance = 0.0, 0.0, 0.0
+    for source in sources:
+        n, power = len(source), float(np.mean(source**2))
+        for lag in range(_MEMORY if power else 0):
+            entry = source[: n - lag]
+            by_y, by_v = (float(entry @ of[lag:n]) / (n - lag) for of in (y, v))
+            shared, both, chance = shared + by_y**2 / power, both + by_y * by_v / power, chance + 1.0 / n
+    if shared > _SHOWS * chance * square:
+        return (both - chance * product) / (shared - chance * square)
+    return product / square if square else 0.0
 
 
 def _of_one_run(decisions: Array) -> OneBit:

@@ -25,7 +25,7 @@ Pole = tuple[complex, float]  # and the zero that goes with it
 
 _SEGMENTS = 64  # of a run that a spectrum is the mean of, without those that overlap
 _LONGEST = 1 << 16
-_ORDER, _LOW_ORDER = 32, 48  # of the models, at most
+_ORDER, _LOW_ORDER = 64, 48  # of the models, at most
 _LINES = 16  # of a spectrum, for each pole at least
 _STRETCH = 4e-3  # lines of a segment, from which on low frequencies are stretched
 _BANDS = 3  # an octave
