@@ -137,6 +137,20 @@ def plot_trace(trace: Trace) -> "Figure":
     return figure
 
 
+def headed(figure: "Figure", text: str) -> None:
+    """Write the title of a figure at its left end, where a narrow screen shows it too."""
+    figure.suptitle(_literal(text), x=0.008, ha="left", size=12, weight="bold")
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Return the name of an axis with its unit in print.
+
+    >>> axis_label("density", "V/sqrt(Hz)"), axis_label("deviation", "1")
+    ('density [V/√Hz]', 'deviation')
+    """
+    return name if unit == "1" else f"{name} [{pretty(unit)}]"
+
+
 def save_plot(result: Result, path: str | Path) -> Path:
     """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
     return save_figure(plot_traces(result), path)

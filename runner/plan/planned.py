@@ -63,6 +63,7 @@ class PlannedMeasure:
     node: Endpoint
     reduced: bool
     first: int  # base tick of the first value that counts
+    shown_in: str = ""  # unit of tables, such as "deg/h", where the graph says one
 
 
 @dataclass(frozen=True)
