@@ -33,9 +33,9 @@ from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 FILTER = "filter of an error"  # in the place of a field of a state
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
-_MARGIN = 1e-12  # of the spectral radius below one
-_FADING = 0.999  # in a period, of states whose units are looked for
-_NEUTRAL = 1e-9  # above one, by which rounding may move a pole on the unit circle
+_MARGIN = 1e-12  # distance of the spectral radius below one
+_NEUTRAL = 1e-9  # distance above one to which rounding may move a pole on the unit circle
+_FADING = 0.999  # factor in a period, for the units of states that may wander
 
 
 def variance(part: str) -> float:

@@ -32,14 +32,14 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
 
-_WINDOW = 256  # decisions, over which signals stand still: their means are taken off
-_LAGS = 64  # decisions, after which an error may come again
-_VALUES = 1 << 14  # of the output, in a run that shows the spectrum of an error
-_ALONE = 1 << 14  # decisions that show the error of one run
-_MEMORY = 64  # decisions, within which what comes of a source shows a gain
-_SHOWS = 10.0  # by how much more than chance it must show
-_SAME = 0.2  # of the error of a run, below which two runs do not differ, or only begin to
-_TOLD = 0.05  # of the error that repeats itself, from which on it is told
+_WINDOW = 256  # decisions over which signals hardly move: their means are subtracted
+_LAGS = 64  # decisions, the longest lag of the autocorrelation
+_VALUES = 1 << 14  # values of the output in a reference run
+_ALONE = 1 << 14  # decisions from which the whole error of one run is estimated
+_MEMORY = 64  # decisions, the longest lag between a source and its effect on y
+_SHOWS = 10.0  # ratio to the effect expected by chance, above which a source counts
+_SAME = 0.2  # part of the error's mean square; two runs that differ by less count as the same
+_TOLD = 0.05  # part of the error that repeats, from which on the note gives it
 
 
 @dataclass(frozen=True)
@@ -49,11 +49,11 @@ class OneBit(Gain):
     decisions: int  # of a run
     shaping: Shaping | None  # None for a white error
     repeating: float  # part of the mean square of the error that is the same in both runs
-    correlation: float = 0.0  # where all of it is: the largest of e with itself
-    lag: int = 0  # decisions, after which it is
+    correlation: float = 0.0  # the largest of e with itself, if all of e repeats
+    lag: int = 0  # decisions after which the correlation is reached
 
     def note(self, block: str) -> str:
-        """Return what is said of it in a budget."""
+        """Return the note of a budget on this quantiser."""
         told = f"{block}: one bit counts as a gain of {self.gain:.3g}, by two runs of {self.decisions:,} decisions; "
         if self.repeating == 1.0:
             after = "from one to the next" if self.lag == 1 else f"after {self.lag} of them"
@@ -156,8 +156,8 @@ def _apart(first: Array, second: Array) -> Array:
 def _gain(y: Array, v: Array, sources: list[Array]) -> float:
     """Return K for which e has least in common with the sources; where they hardly show in y, with y itself.
 
-    What comes of a source within some decisions is an instrument, as in econometrics: K = E[z v] / E[z y]. What
-    the means of so few numbers have by chance is taken off.
+    The effect of a source on y within some decisions is an instrument, as in econometrics: K = E[z v] / E[z y]. The
+    part that finite means have by chance is subtracted.
     """
     square, product = float(np.mean(y**2)), float(np.mean(y * v))
     shared, both, chance = 0.0, 0.0, 0.0
