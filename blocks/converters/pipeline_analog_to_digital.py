@@ -10,12 +10,13 @@ from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.counter_random import normal_deviate
 from proofmass.blocks.arithmetic.rounding import round_half_even, saturated
-from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.declaration.declare import Buffer, Input, param
+from proofmass.blocks.parameter_sets.specimen import Specimen
 
 _STREAM = 0x50495045  # "PIPE": no block of noise shares these deviates
 
 
-class PipelineAnalogToDigital(Block):
+class PipelineAnalogToDigital(Specimen):
     """Fast analog-to-digital converter with the errors of its stages: typed, from a file, or drawn for a device."""
 
     stages: int = param("1", "Stages of a bit and a half.", default=9, at_least=1, at_most=20)
@@ -24,13 +25,6 @@ class PipelineAnalogToDigital(Block):
     gain_errors: tuple[float, ...] = param("1", "Relative error of each stage, the first first.", default=(0.0,))
     threshold_errors: tuple[float, ...] = param("V", "Added to both thresholds of a stage.", default=(0.0,))
     gain_spread: float = param("1", "Standard deviation of a stage's gain, relative.", default=0.0, at_least=0.0)
-    device: float = param(
-        "1",
-        "Whole number of the specimen, whose gains are drawn; studies spread it.",
-        default=1.0,
-        at_least=0.0,
-        at_most=1e15,
-    )
 
     voltage = Input("V", "Voltage to convert.")
 

@@ -5,38 +5,20 @@ weights w_i = 2^i that is the nearest code; weights that do not match make INL a
 """
 
 import math
-from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bit_weights import bit_weights
 from proofmass.blocks.arithmetic.rounding import nearest_integer, round_half_even, saturated
-from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.weighted_elements import WeightedElements
 
 
-class SuccessiveApproximation(Block):
+class SuccessiveApproximation(WeightedElements):
     """Analog-to-digital converter with the errors of its capacitors: typed, from a file, or drawn for a device."""
 
-    bits: int = param("bit", "Resolution.", default=12, at_least=2, at_most=24)
     reference: float = param("V", "Half the span.", default=2.5, above=0.0)
-    bit_errors: tuple[float, ...] = param("1", "Relative error of each weight, the highest bit first.", default=(0.0,))
-    mismatch: float = param("1", "Standard deviation of a unit element, relative.", default=0.0, at_least=0.0)
-    device: float = param(
-        "1",
-        "Whole number of the specimen, whose elements are drawn; studies spread it.",
-        default=1.0,
-        at_least=0.0,
-        at_most=1e15,
-    )
     noise: float = param("V", "Standard deviation of the comparator's noise.", default=0.0, at_least=0.0)
 
     voltage = Input("V", "Voltage to convert.")
-
-    weights = Buffer("Weights in steps, the highest first.", float, ("bits",))
-
-
-@SuccessiveApproximation.requires
-def requires(p: SuccessiveApproximation) -> Iterator[tuple[str, str]]:
-    if len(p.bit_errors) > p.bits:
-        yield "bit_errors", f"at most {p.bits} numbers, as there are bits"
 
 
 @SuccessiveApproximation.start

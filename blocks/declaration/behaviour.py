@@ -3,6 +3,7 @@
 import dataclasses
 import dis
 import inspect
+import re
 import typing
 from collections.abc import Callable, Collection
 from typing import Any
@@ -40,9 +41,20 @@ def bound(
     if not names or unknown:
         hint = did_you_mean(unknown[0], allowed, "the arguments") if unknown else "the first argument is the constants"
         raise TypeError(f"{owner}.{function.__name__}: cannot bind the argument {unknown or names}; {hint}")
-    reads_constants = any(step.argval == names[0] for step in dis.get_instructions(function))
     meanings = tuple(meaning_of(name, buffers) for name in names[1:])
-    return Behaviour(function, tuple(names[1:]), meanings, _returned(function), reads_constants)
+    return Behaviour(function, tuple(names[1:]), meanings, _returned(function), reads(function, names[0]))
+
+
+def reads(function: Callable[..., Any], name: str) -> bool:
+    """Return whether a function reads one of its variables.
+
+    From Python 3.13 on one instruction loads or stores two variables.
+    """
+    for step in dis.get_instructions(function):
+        names = step.argval if isinstance(step.argval, tuple) else (step.argval,)
+        if (name, "LOAD") in zip(names, re.findall("(LOAD|STORE)_(?:FAST|DEREF|CLOSURE)", step.opname), strict=False):
+            return True
+    return False
 
 
 def _returned(function: Callable[..., Any]) -> Any:

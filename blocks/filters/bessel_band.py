@@ -4,34 +4,17 @@ w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T) at both edges; 2n poles (Oppenheim an
 Processing, section 7.1).
 """
 
-from collections.abc import Iterator
-
-from proofmass.blocks.arithmetic.bands import LARGEST_BAND_ORDER, banded
+from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.prototypes import bessel
 from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input
+from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
-class BesselBand(Block):
+class BesselBand(BandEdges):
     """Digital band-pass or band-stop with a flat delay: bursts of a carrier pass with little ringing."""
 
-    order: int = param(
-        "1", "Order of the prototype: half the number of poles.", default=2, at_least=1, at_most=LARGEST_BAND_ORDER
-    )
-    low_frequency: float = param("Hz", "Frequency at which it is down by 3 dB below the band.", default=80.0, above=0.0)
-    high_frequency: float = param(
-        "Hz", "Frequency at which it is down by 3 dB above the band.", default=120.0, above=0.0
-    )
-    stop: bool = param("", "Whether it stops the band, and passes all else.", default=False)
-    unit: str = param("", "Unit of input and output.", default="1")
-
     input = Input("{unit}", "Signal to filter.")
-
-
-@BesselBand.requires
-def requires(p: BesselBand) -> Iterator[tuple[str, str]]:
-    if p.high_frequency <= p.low_frequency:
-        yield "high_frequency", f"more than low_frequency, {p.low_frequency:g} Hz"
 
 
 @BesselBand.constants

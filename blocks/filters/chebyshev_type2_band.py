@@ -4,20 +4,16 @@ w0^2 = t1 t2, b = t2 - t1, t = tan(pi f T) at both edges; 2n poles (Oppenheim an
 Processing, section 7.1).
 """
 
-from collections.abc import Iterator
-
-from proofmass.blocks.arithmetic.bands import LARGEST_BAND_ORDER, banded
+from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.prototypes import chebyshev_type2
 from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
 
-class ChebyshevType2Band(Block):
+class ChebyshevType2Band(BandEdges):
     """Digital band-pass or band-stop that is flat where it passes, and stops by so many decibels."""
 
-    order: int = param(
-        "1", "Order of the prototype: half the number of poles.", default=2, at_least=1, at_most=LARGEST_BAND_ORDER
-    )
     low_frequency: float = param(
         "Hz", "Frequency at which the attenuation is reached below the band.", default=80.0, above=0.0
     )
@@ -27,16 +23,8 @@ class ChebyshevType2Band(Block):
     attenuation: float = param(
         "1", "Decibels by which what is stopped is down, at least.", default=40.0, above=0.0, at_most=200.0
     )
-    stop: bool = param("", "Whether it stops the band, and passes all else.", default=False)
-    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "Signal to filter.")
-
-
-@ChebyshevType2Band.requires
-def requires(p: ChebyshevType2Band) -> Iterator[tuple[str, str]]:
-    if p.high_frequency <= p.low_frequency:
-        yield "high_frequency", f"more than low_frequency, {p.low_frequency:g} Hz"
 
 
 @ChebyshevType2Band.constants

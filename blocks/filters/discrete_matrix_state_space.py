@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator
 
+from proofmass.blocks.arithmetic.matrices import combined, stepped, wrong_sizes
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
@@ -28,14 +29,7 @@ class DiscreteMatrixStateSpace(Block):
 
 @DiscreteMatrixStateSpace.requires
 def requires(p: DiscreteMatrixStateSpace) -> Iterator[tuple[str, str]]:
-    for name, rows, columns in (
-        ("transition", p.order, p.order),
-        ("entry", p.order, p.input_size),
-        ("readout", p.output_size, p.order),
-        ("direct", p.output_size, p.input_size),
-    ):
-        if len(getattr(p, name)) != rows * columns:
-            yield name, f"{rows * columns} numbers, {rows} by {columns}"
+    yield from wrong_sizes(p.transition, p.entry, p.readout, p.direct, p.order, p.input_size, p.output_size)
 
 
 @DiscreteMatrixStateSpace.start
@@ -55,14 +49,7 @@ def output(
     out: list[float],
 ) -> None:
     """C x + D u."""
-    n, m = len(states), len(input)
-    for i in range(len(out)):
-        total = 0.0
-        for j in range(n):
-            total += out_of[i * n + j] * states[j]
-        for j in range(m):
-            total += through[i * m + j] * input[j]
-        out[i] = total
+    combined(out_of, states, through, input, out)
 
 
 @DiscreteMatrixStateSpace.update
@@ -74,13 +61,4 @@ def update(
     following: list[float],
     input: list[float],
 ) -> None:
-    n, m = len(states), len(input)
-    for i in range(n):
-        total = 0.0
-        for j in range(n):
-            total += matrix[i * n + j] * states[j]
-        for j in range(m):
-            total += into[i * m + j] * input[j]
-        following[i] = total
-    for i in range(n):
-        states[i] = following[i]
+    stepped(matrix, states, into, input, following)

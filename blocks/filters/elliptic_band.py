@@ -6,34 +6,29 @@ Processing, section 7.1).
 
 from collections.abc import Iterator
 
-from proofmass.blocks.arithmetic.bands import LARGEST_BAND_ORDER, banded
+from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.elliptic import elliptic
 from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.declaration.declare import Input, param
+from proofmass.blocks.parameter_sets.band_edges import BandEdges, ordered
 
 
-class EllipticBand(Block):
+class EllipticBand(BandEdges):
     """Digital band-pass or band-stop with the steepest edges: ripples where it passes and where it stops."""
 
-    order: int = param(
-        "1", "Order of the prototype: half the number of poles.", default=2, at_least=1, at_most=LARGEST_BAND_ORDER
-    )
     low_frequency: float = param("Hz", "Frequency at which the ripple ends below the band.", default=80.0, above=0.0)
     high_frequency: float = param("Hz", "Frequency at which the ripple ends above the band.", default=120.0, above=0.0)
     ripple: float = param("1", "Ripple of the passband in decibels.", default=0.5, above=0.0, at_most=20.0)
     attenuation: float = param(
         "1", "Decibels by which what is stopped is down, at least.", default=40.0, above=0.0, at_most=200.0
     )
-    stop: bool = param("", "Whether it stops the band, and passes all else.", default=False)
-    unit: str = param("", "Unit of input and output.", default="1")
 
     input = Input("{unit}", "Signal to filter.")
 
 
 @EllipticBand.requires
 def requires(p: EllipticBand) -> Iterator[tuple[str, str]]:
-    if p.high_frequency <= p.low_frequency:
-        yield "high_frequency", f"more than low_frequency, {p.low_frequency:g} Hz"
+    yield from ordered(p)
     if p.attenuation <= p.ripple:
         yield "attenuation", f"more than the ripple, {p.ripple:g}"
 

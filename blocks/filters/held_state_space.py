@@ -6,6 +6,7 @@ balanced matrix [[A, B], [0, 0]] T (Van Loan, IEEE Trans. Automatic Control 23, 
 
 from collections.abc import Iterator
 
+from proofmass.blocks.arithmetic.matrices import combined, product_with_part, stepped, wrong_sizes
 from proofmass.blocks.arithmetic.modes import balanced_exponential
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
@@ -23,7 +24,8 @@ class HeldStateSpace(Block):
 
     input = Input("1", "What drives it, held over a tick.", shape=("input_size",))
 
-    whole = Buffer("Rows from states and inputs to states.", float, (lambda p: p.order * (p.order + p.input_size),))
+    matrix = Buffer("From states to states, over a tick.", float, ("transition",))
+    into = Buffer("From inputs to states, over a tick.", float, ("entry",))
     out_of = Buffer("C.", float, ("readout",))
     through = Buffer("D.", float, ("direct",))
     states = Buffer("x, zero in tick 0.", float, ("order",))
@@ -32,23 +34,24 @@ class HeldStateSpace(Block):
 
 @HeldStateSpace.requires
 def requires(p: HeldStateSpace) -> Iterator[tuple[str, str]]:
-    for name, rows, columns in (
-        ("transition", p.order, p.order),
-        ("entry", p.order, p.input_size),
-        ("readout", p.output_size, p.order),
-        ("direct", p.output_size, p.input_size),
-    ):
-        if len(getattr(p, name)) != rows * columns:
-            yield name, f"{rows * columns} numbers, {rows} by {columns}"
+    yield from wrong_sizes(p.transition, p.entry, p.readout, p.direct, p.order, p.input_size, p.output_size)
 
 
 @HeldStateSpace.start
-def start(p: HeldStateSpace, whole: list[float], out_of: list[float], through: list[float], period: float) -> None:
+def start(
+    p: HeldStateSpace,
+    matrix: list[float],
+    into: list[float],
+    out_of: list[float],
+    through: list[float],
+    period: float,
+) -> None:
     n, m = p.order, p.input_size
     a = [[v * period for v in p.transition[i * n : (i + 1) * n]] for i in range(n)]
     b = [[v * period for v in p.entry[i * m : (i + 1) * m]] for i in range(n)]
-    matrix = [left + right for left, right in zip(a, b, strict=True)] + [[0.0] * (n + m) for _ in range(m)]
-    whole[:] = [v for row in balanced_exponential(matrix)[:n] for v in row]
+    joined = [left + right for left, right in zip(a, b, strict=True)] + [[0.0] * (n + m) for _ in range(m)]
+    step = balanced_exponential(joined)[:n]
+    matrix[:], into[:] = [v for row in step for v in row[:n]], [v for row in step for v in row[n:]]
     out_of[:], through[:] = p.readout, p.direct
 
 
@@ -58,38 +61,22 @@ def output(
     out: list[float],
 ) -> None:  # fmt: skip
     """C x + D u."""
-    n, m = len(states), len(input)
-    for i in range(len(out)):
-        total = 0.0
-        for j in range(n):
-            total += out_of[i * n + j] * states[j]
-        for j in range(m):
-            total += through[i * m + j] * input[j]
-        out[i] = total
+    combined(out_of, states, through, input, out)
 
 
 @HeldStateSpace.output("1", shape=("output_size",), dtype=float)
 def strictly_proper_part(p: HeldStateSpace, out_of: list[float], states: list[float], out: list[float]) -> None:
     """C x, through which loops go."""
-    n = len(states)
-    for i in range(len(out)):
-        total = 0.0
-        for j in range(n):
-            total += out_of[i * n + j] * states[j]
-        out[i] = total
+    product_with_part(out_of, states, 0, len(states), out)
 
 
 @HeldStateSpace.update
 def update(
-    p: HeldStateSpace, whole: list[float], states: list[float], following: list[float], input: list[float]
+    p: HeldStateSpace,
+    matrix: list[float],
+    into: list[float],
+    states: list[float],
+    following: list[float],
+    input: list[float],
 ) -> None:
-    n, m = len(states), len(input)
-    for i in range(n):
-        total = 0.0
-        for j in range(n):
-            total += whole[i * (n + m) + j] * states[j]
-        for j in range(m):
-            total += whole[i * (n + m) + n + j] * input[j]
-        following[i] = total
-    for i in range(n):
-        states[i] = following[i]
+    stepped(matrix, states, into, input, following)

@@ -7,6 +7,7 @@ Fundamentals of Structural Dynamics, 2006, chapters 10 and 17).
 
 from collections.abc import Iterator
 
+from proofmass.blocks.arithmetic.matrices import product_with_part, stepped
 from proofmass.blocks.arithmetic.modes import is_positive_definite, lowest_modes, modal_step, product, rows, size_of
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
@@ -25,9 +26,8 @@ class ModalReducedOrderModel(Block):
 
     force = Input("N", "Forces, held over a tick.", shape=("input_size",))
 
-    whole = Buffer(
-        "Rows from states and forces to states.", float, (lambda p: 2 * p.modes * (2 * p.modes + p.input_size),)
-    )
+    matrix = Buffer("From states to states, over a tick.", float, (lambda p: 4 * p.modes * p.modes,))
+    into = Buffer("From forces to states, over a tick.", float, (lambda p: 2 * p.modes * p.input_size,))
     places = Buffer("From modal displacements times rates.", float, (lambda p: p.output_size * p.modes,))
     speeds = Buffer("From modal velocities.", float, (lambda p: p.output_size * p.modes,))
     states = Buffer("Modal displacements times rates, then velocities.", float, (lambda p: 2 * p.modes,))
@@ -52,48 +52,42 @@ def requires(p: ModalReducedOrderModel) -> Iterator[tuple[str, str]]:
 
 @ModalReducedOrderModel.start
 def start(
-    p: ModalReducedOrderModel, whole: list[float], places: list[float], speeds: list[float], period: float
+    p: ModalReducedOrderModel,
+    matrix: list[float],
+    into: list[float],
+    places: list[float],
+    speeds: list[float],
+    period: float,
 ) -> None:
     n = size_of(p.mass)
     modes = lowest_modes(rows(p.mass, n), rows(p.damping, n), rows(p.stiffness, n), p.modes)
     seen = product(rows(p.readout, n), modes.shapes)
-    whole[:] = [v for row in modal_step(modes, rows(p.entry, p.input_size), period) for v in row]
+    step = modal_step(modes, rows(p.entry, p.input_size), period)
+    states = 2 * p.modes
+    matrix[:], into[:] = [v for row in step for v in row[:states]], [v for row in step for v in row[states:]]
     speeds[:] = [v for row in seen for v in row]
     places[:] = [v / rate for row in seen for v, rate in zip(row, modes.rates, strict=True)]
-
-
-def read(matrix: list[float], states: list[float], first: int, modes: int, out: list[float]) -> None:
-    """A matrix times the states from the first on."""
-    for i in range(len(out)):
-        total = 0.0
-        for j in range(modes):
-            total += matrix[i * modes + j] * states[first + j]
-        out[i] = total
 
 
 @ModalReducedOrderModel.output("m", shape=("output_size",), dtype=float)
 def displacement(p: ModalReducedOrderModel, places: list[float], states: list[float], out: list[float]) -> None:
     """Displacements of the points that are read."""
-    read(places, states, 0, p.modes, out)
+    product_with_part(places, states, 0, p.modes, out)
 
 
 @ModalReducedOrderModel.output("m/s", shape=("output_size",), dtype=float)
 def velocity(p: ModalReducedOrderModel, speeds: list[float], states: list[float], out: list[float]) -> None:
     """Velocities of the points that are read."""
-    read(speeds, states, p.modes, p.modes, out)
+    product_with_part(speeds, states, p.modes, p.modes, out)
 
 
 @ModalReducedOrderModel.update
 def update(
-    p: ModalReducedOrderModel, whole: list[float], states: list[float], following: list[float], force: list[float]
+    p: ModalReducedOrderModel,
+    matrix: list[float],
+    into: list[float],
+    states: list[float],
+    following: list[float],
+    force: list[float],
 ) -> None:
-    n, m = len(states), len(force)
-    for i in range(n):
-        total = 0.0
-        for j in range(n):
-            total += whole[i * (n + m) + j] * states[j]
-        for j in range(m):
-            total += whole[i * (n + m) + n + j] * force[j]
-        following[i] = total
-    for i in range(n):
-        states[i] = following[i]
+    stepped(matrix, states, into, force, following)

@@ -1,1 +1,1 @@
-"""Parameters that blocks of several families share, each set declared once as a base of their classes."""
+"""Parameters that several blocks share, each set declared once as a base of their classes."""

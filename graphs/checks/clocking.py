@@ -1,11 +1,11 @@
 """Notes on blocks that run at another rate than their neighbours suggest, or that respond a tick late."""
 
-import dis
 from collections import defaultdict
 from collections.abc import Iterator
 from fractions import Fraction
 
 from proofmass.blocks.declaration.arguments import Meaning
+from proofmass.blocks.declaration.behaviour import reads
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import size_of
 from proofmass.blocks.declaration.problem import Problem
@@ -68,7 +68,7 @@ class _Wiring:
     def held(self, name: str) -> bool:
         """Return whether the outputs of a block hold their values from tick to tick."""
         if name not in self._held:
-            self._held[name] = True  # the first guess: a loop of blocks without memory does not move by itself
+            self._held[name] = True  # first guess: a loop of blocks without memory stays at rest
             self._held[name] = self._is_held(self.flat.blocks[name], name)
         return self._held[name]
 
@@ -114,9 +114,7 @@ def _repeated(wiring: _Wiring, name: str) -> Iterator[Problem]:
 def _knows_its_period(block: Block) -> bool:
     """Return whether a block's change in a tick depends on its period."""
     made = type(block).functions.get("constants")
-    return made is not None and any(
-        step.argval == "period" and step.opname.startswith("LOAD") for step in dis.get_instructions(made.function)
-    )
+    return made is not None and reads(made.function, "period")
 
 
 def _passed_over(wiring: _Wiring, name: str) -> Iterator[Problem]:

@@ -11,10 +11,9 @@ from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
+from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any, is_value
 from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf, checked_quantity
-from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
 
 _VERDICT = "stable"
@@ -48,11 +47,10 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     if requirement.tolerances == SPREAD and isinstance(quantity, YieldOf):
         got, hint = shown(SPREAD), 'write tolerances of other parameters, { "torquer.gain" = "5 %" }'
         raise Refusal("the spread is in the yield already", hint, key="tolerances", got=got)
-    if requirement.at not in ("", SETTLED):
-        try:
-            read_duration(requirement.at)
-        except Refusal as error:
-            raise error.under("at", requirement.at) from None
+    try:
+        read_moment(requirement.at)
+    except Refusal as error:
+        raise error.under("at", requirement.at) from None
     return Asked(quantity.unit, *limits)
 
 

@@ -37,14 +37,14 @@ def svg(graph: Graph, unfolded: Collection[str] = (), overlay: str = "") -> str:
     """
     flat = flatten(graph)
     overlays = Overlays(flat)
-    drawing = _Drawing(flat, graph, "", frozenset(unfolded), overlays)
+    drawing = Drawing(flat, graph, "", frozenset(unfolded), overlays)
     body = list(drawing.lines())
     width = max(drawing.layout.width, width_of(graph.name, 15, bold=True) + 80, 160) + 2 * _MARGIN
     legends = {"plain": list(drawing.legend())} | {
         f"only {name}": [_swatch(*entry) for entry in entries] for name, entries in overlays.legend().items()
     }
     lines_of = {name: _lined(marks, width - 2 * _MARGIN) for name, marks in legends.items()}
-    top = _MARGIN + (30 if graph.name else 0)
+    top = corner(graph)[1]
     foot = _LEGEND * max(map(len, lines_of.values()))
     height = top + drawing.layout.height + _MARGIN + foot + 10
     about = text(f"Block diagram {graph.name}".strip())
@@ -69,18 +69,23 @@ def svg(graph: Graph, unfolded: Collection[str] = (), overlay: str = "") -> str:
     return "\n".join([*out, "</svg>", ""])
 
 
+def corner(graph: Graph) -> tuple[int, int]:
+    """Return where the blocks of a diagram begin, in pixels from the upper left."""
+    return _MARGIN, _MARGIN + (30 if graph.name else 0)
+
+
 def subgraph_paths(graph: Graph) -> list[str]:
     """Return the paths of all subgraphs, outer ones first."""
     return [path.rstrip(".") for path, _ in parts(graph) if path]
 
 
-class _Drawing:
+class Drawing:
     """Drawing of a graph, or of an opened subgraph: a picture, its layout, and the drawings inside."""
 
     def __init__(self, flat: FlatGraph, graph: Graph, path: str, unfolded: frozenset[str], overlays: Overlays) -> None:
         self.flat, self.path, self.overlays = flat, path, overlays
         self.inner = {
-            name: _Drawing(flat, part, f"{path}{name}.", unfolded, overlays)
+            name: Drawing(flat, part, f"{path}{name}.", unfolded, overlays)
             for name, part in graph.subgraphs.items()
             if f"{path}{name}" in unfolded
         }
@@ -172,7 +177,7 @@ class _Drawing:
         if any(probed(one.picture) for one in drawings):
             yield f'<path class="probe" d="M5 3{flag(1)}"/>', 18, "probe"
 
-    def _all(self) -> Iterator["_Drawing"]:
+    def _all(self) -> Iterator["Drawing"]:
         yield self
         for inner in self.inner.values():
             yield from inner._all()

@@ -7,7 +7,7 @@ from proofmass.graphs.drawing.picture import Box, Picture, node_of, outside
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import Endpoint, Graph
 
-_ARROW = "\N{RIGHTWARDS ARROW}"  # in no name of a block
+TAB = "\N{RIGHTWARDS ARROW}"  # in no name of a block
 _PORT = "value"
 
 
@@ -27,11 +27,11 @@ def with_tabs(flat: FlatGraph, graph: Graph, picture: Picture, path: str) -> Pic
             continue
         label = known.get(signal, rest)
         if within[0]:
-            name = f"{label}{_ARROW}"
+            name = f"{label}{TAB}"
             blocks[name] = Box("", f"{label}: {port.doc}", {_PORT: port}, {}, {}, {})
             wires.append((node, (name, _PORT)))
         else:
-            name = f"{_ARROW}{label}"
+            name = f"{TAB}{label}"
             signals, types = {_PORT: wire.source}, {_PORT: "number"}
             blocks[name] = Box("", f"{label}: {port.doc}", {}, {_PORT: port}, {}, {}, signals=signals, types=types)
             wires.append(((name, _PORT), node))

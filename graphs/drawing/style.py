@@ -12,6 +12,7 @@ _BASE = """
 .proofmass{--paper:#fff;--ink:#1a2530;--soft:#5b6b7a;--face:#f5f7f9;--flow:#e4f1fb;--wire:#3d4f60;--drive:#0072b2;--look:#c04a00;LIGHT}
 @media screen and (prefers-color-scheme:dark){.proofmass{--paper:#12181e;--ink:#e8eef3;--soft:#a3b1be;--face:#1d262f;\
 --flow:#12324a;--wire:#a9bac9;--drive:#56b4e9;--look:#f0a04b;DARK}}
+svg.proofmass:root{background:var(--paper)}
 .proofmass text{font:11px "Helvetica Neue",Arial,"DejaVu Sans",sans-serif;fill:#1a2530;fill:var(--ink)}
 .proofmass .name{font-weight:bold;font-size:13px}
 .proofmass .title{font-weight:bold;font-size:15px}

@@ -9,8 +9,9 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
+from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.graph import Graph, Probe, split
-from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
+from proofmass.graphs.model.keys import FORMULA, PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
@@ -73,7 +74,7 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     if inner:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
     if graph.measures or graph.derived:
-        derived = (f"{name} = {quoted(formula.text)}" for name, formula in graph.derived.items())
+        derived = (f"{name} = {_derived(formula)}" for name, formula in graph.derived.items())
         signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
         yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
@@ -112,7 +113,7 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
 def _offset(graph: Graph, name: str) -> Iterator[str]:
     written = _formula(graph, f"{name}.{CLOCK_OFFSET}")
     if name in graph.subgraphs and written:
-        return  # it stands among the formulas
+        return  # it is written with the formulas
     if written or name in graph.offsets:
         yield f"{CLOCK_OFFSET} = {quoted(written or f'{graph.offsets[name]} s')}"
 
@@ -161,6 +162,11 @@ def _probe(probe: Probe) -> str:
         f", unit = {quoted(probe.unit)}" if probe.unit else ""
     )
     return f"{{ signal = {signal}{more} }}" if more else signal
+
+
+def _derived(formula: Formula) -> str:
+    """Return a measure that follows from others: its formula, or a table that says its unit of tables too."""
+    return inline({FORMULA: formula.text, "unit": formula.unit}) if formula.unit else quoted(formula.text)
 
 
 def _measure(measure: Measure) -> str:

@@ -23,6 +23,7 @@ class Formula:
     """A formula as written; raises `Refusal` for a text that is not a formula."""
 
     text: str
+    unit: str = ""  # in which tables show the measure that it gives, such as "deg/h"; its value is in that of its terms
 
     def __post_init__(self) -> None:
         parsed(self._body)

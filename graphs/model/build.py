@@ -16,7 +16,7 @@ from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split, thawed
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, FORMULA, MEASURE_FORMULA_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_display_unit, read_measures
@@ -176,7 +176,7 @@ class Graph(Value):
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
         """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
         need("networkx")
-        import networkx  # here, since it takes longer to import than a graph to build
+        import networkx  # start-up time: importing it takes longer than building a graph
 
         flat = flatten(self)
         out: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=self.name)
@@ -341,13 +341,26 @@ def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[A
     formulas, problems = dict(derived), list[Problem]()
     if not isinstance(measures, Mapping):
         return measures, formulas, problems
+    of_signals = dict[Any, Any]()
     for name, entry in measures.items():
-        if is_formula(entry) and isinstance(name, str) and NAME.fullmatch(name):
-            try:
-                formulas[name] = Formula(entry)
-            except Refusal as error:
-                problems.append(error.problem(f"measures.{name}", entry, path=("measures", name)))
-    return {n: e for n, e in measures.items() if not is_formula(e) or not NAME.fullmatch(str(n))}, formulas, problems
+        table = {FORMULA: entry} if is_formula(entry) else entry
+        if not (isinstance(name, str) and NAME.fullmatch(name) and isinstance(table, Mapping) and FORMULA in table):
+            of_signals[name] = entry
+            continue
+        key = FORMULA
+        try:
+            if not is_formula(table[FORMULA]):
+                raise Refusal("must be a text that begins with =", 'write formula = "= (plus - minus) / 2"')
+            for key in table:
+                if key not in MEASURE_FORMULA_KEYS:
+                    raise Refusal("unknown key", did_you_mean(str(key), MEASURE_FORMULA_KEYS, "the keys"))
+            formula = Formula(table[key := FORMULA])
+            key = "unit"
+            formulas[name] = replace(formula, unit=read_display_unit(table.get("unit", "")))
+        except Refusal as error:
+            path = ("measures", name) if entry is not table else ("measures", name, str(key))
+            problems.append(error.problem(".".join(path), table[key], path=path))
+    return of_signals, formulas, problems
 
 
 def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:

@@ -12,7 +12,7 @@ from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of, evaluated, plainly
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.model.values import circle
@@ -26,6 +26,11 @@ class Derived:
     formula: Formula
     unit: str
     factors: Mapping[str, float]
+
+    @property
+    def shown_in(self) -> str:
+        """The unit of tables, such as "deg/h", where the graph says one."""
+        return self.formula.unit
 
     def value(self, measures: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
         """Return its value from those of the others: numbers, or arrays if `apply` takes them; NaN from NaN."""
@@ -77,7 +82,9 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
         except Refusal as error:
             yield _problem(str(error), name, got=shown(formula.text), hint=error.hint)
             continue
-        yield Derived(name, formula, coherent_unit(dimension), {n: factors[n] for n in formula.names if n in factors})
+        own = coherent_unit(dimension)
+        yield from bad_display_unit(formula.unit, own, f"{MEASURES}.{name}.unit", (MEASURES, name, "unit"))
+        yield Derived(name, formula, own, {n: factors[n] for n in formula.names if n in factors})
         unknown = unknown - {name}
         dimensions[name], factors[name] = dimension, 1.0
 

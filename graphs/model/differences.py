@@ -188,7 +188,7 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
     integrations = [{k: str(v) for k, v in flat.integration.changed().items()} for flat in flats]
     exports = [dict(flat.exports) for flat in flats]
     for lines, flat in zip(measures, flats, strict=True):
-        lines |= {name: formula.text for name, formula in flat.root.derived.items()}
+        lines |= {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
     asked = [
         {
             name: ", ".join(f"{key} {value}" for key, value in r.as_written().items())

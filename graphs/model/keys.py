@@ -57,6 +57,11 @@ OWN_MEASURE_KEYS = {  # beside the options of its statistic
     "until": "Until which time; to the end when nothing is said.",
     "unit": 'In which unit tables show it, such as "deg/h"; its value stays in that of the signal.',
 }
+FORMULA = "formula"
+MEASURE_FORMULA_KEYS = {  # of a measure that follows from others
+    FORMULA: 'Formula of other measures, "= (plus - minus) / 2".',
+    "unit": 'In which unit tables show it, such as "deg/h"; its value stays in that of the formula.',
+}
 PART_KEYS = {  # of a block that is a graph, beside parameters inside it
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml" for one that comes along.',
     "rate": "Rate of the blocks inside that have none of their own.",

@@ -9,6 +9,7 @@ from typing import Any
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.keys import LOOP_KEYS
+from proofmass.graphs.model.rates import read_duration
 
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
@@ -31,6 +32,17 @@ class Loop:
     def requirements(self) -> dict[str, float]:
         """Requirements by name, in the units of `REQUIREMENTS`."""
         return {name: value for name, value in asdict(self).items() if name in REQUIREMENTS and value is not None}
+
+
+def read_moment(at: object) -> str:
+    """Return an operating point as a text, "" for none; raises `Refusal` for what is no time and not "settled"."""
+    if at not in ("", SETTLED):
+        try:
+            read_duration(at)
+        except Refusal as error:
+            hint = f'write a time, as "20 ms", or "{SETTLED}"'
+            raise Refusal(str(error), hint, got=shown(at)) from None
+    return at if isinstance(at, str) else f"{at} s"
 
 
 def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[str, Loop], list[Problem]]:

@@ -11,7 +11,9 @@ from proofmass.graphs.formulas.parser import LENGTH
 from proofmass.graphs.model.integration import CHOICES, COARSEST, FINEST, INTEGRATION_KEYS, MOST_SUBSTEPS
 from proofmass.graphs.model.keys import (
     BLOCK_KEYS,
+    FORMULA,
     LOOP_KEYS,
+    MEASURE_FORMULA_KEYS,
     PART_KEYS,
     PLAIN_KEYS,
     REQUIREMENT_KEYS,
@@ -120,7 +122,7 @@ def schema(own: Own | None = None) -> Schema:
                 "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
                 **_GRAPH,
             },
-            # a reference with keys beside it: what is not said here is the study's
+            # keys beside a reference add to it: all others are those of the study
             STUDY_FILE: {"title": "proofmass study", "$ref": "#/$defs/study", "required": ["graph"]},
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},
@@ -197,10 +199,17 @@ def _measures() -> Schema:
             for statistic, row in STATISTICS.items()
         ],
     }
+    values = {FORMULA: {"$ref": "#/$defs/formula"}, "unit": _UNIT}
+    of_others = {
+        "type": "object",
+        "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_FORMULA_KEYS.items()},
+        "required": [FORMULA],
+        "additionalProperties": False,
+    }
     return {
         "type": "object",
         "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-        "additionalProperties": {"anyOf": [measure, {"$ref": "#/$defs/formula"}]},
+        "additionalProperties": {"anyOf": [measure, {"$ref": "#/$defs/formula"}, of_others]},
     }
 
 

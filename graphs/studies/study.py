@@ -62,6 +62,10 @@ class Study:
             raise ModelError(problems)
         return study
 
+    def with_limits(self, limits: Mapping[str, Limit]) -> Self:
+        """Return the study with other limits of its measures."""
+        return self._with(limits=limits)
+
     def at(self, values: Mapping[str, float]) -> Self:
         """Return the study about other values of parameters: a sweep that has one point in each of them."""
         return self._with(sweep={**self.sweep, **{name: (value,) for name, value in values.items()}})

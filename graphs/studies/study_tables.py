@@ -17,7 +17,7 @@ from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
-from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_requirement
+from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.changes import Change, read_change
@@ -99,19 +99,15 @@ class StudyTables:
 
     def _operating_point(self, point: object) -> str:
         """The time at which margins are wanted, as a text; "" where none are."""
-        if point == "":
-            return ""
         try:
-            if point != SETTLED:
-                read_duration(point)
+            moment = read_moment(point)
         except Refusal as error:
-            hint = f'write a time, as "20 ms", or "{SETTLED}"'
-            self._refuse(Refusal(str(error), hint, got=shown(point)), "margins")
-        else:
-            if not self.flat.loops:
-                hint = 'add [loops.main] to it with open_at = "dac.voltage"'
-                self._refuse(Refusal("the graph names no loops", hint), "margins")
-        return point if isinstance(point, str) else f"{point} s"
+            self._refuse(error, "margins")
+            return ""
+        if moment and not self.flat.loops:
+            hint = 'add [loops.main] to it with open_at = "dac.voltage"'
+            self._refuse(Refusal("the graph names no loops", hint), "margins")
+        return moment
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""

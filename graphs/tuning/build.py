@@ -12,7 +12,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import LARGEST_SEED
-from proofmass.graphs.model.loops import SETTLED, read_requirement
+from proofmass.graphs.model.loops import read_moment, read_requirement
 from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
@@ -25,7 +25,7 @@ NOTHING: Tables = MappingProxyType({})
 SCALES = ("linear", "logarithmic")
 STARTS, SAMPLES = 4, 64
 MOST_STARTS, MOST_SAMPLES = 100, 100_000
-_WIDE = 8.0  # ratio of two bounds, from which on the axis is logarithmic unless said
+_WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by default
 
 
 def tuning_of(
@@ -152,14 +152,11 @@ class _Tables(StudyTables):
 
     def moment(self, at: object) -> str:
         """Read the operating point."""
-        if at == "":
-            return ""
         try:
-            if at != SETTLED:
-                read_duration(at)
+            return read_moment(at)
         except Refusal as error:
-            self._refuse(Refusal(str(error), f'write a time, as "20 ms", or "{SETTLED}"', got=shown(at)), "at")
-        return at if isinstance(at, str) else f"{at} s"
+            self._refuse(error, "at")
+        return ""
 
     def count(self, key: str, value: object, least: int, most: int) -> int:
         """Read an integer."""

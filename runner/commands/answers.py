@@ -49,13 +49,13 @@ def print_file(path: Path, as_json: bool = False) -> None:
     click.echo(f"wrote {path}", err=as_json)
 
 
-def write_or_print(text: str, output: Path | None) -> None:
-    """Write a text to a file, or print it without one."""
+def write_or_print(text: str, output: Path | None, as_json: bool = False) -> None:
+    """Write a text to a file, or print it without one; `as_json` says whether JSON is on standard output."""
     if output is None:
         click.echo(text)
     else:
         output.write_text(text if text.endswith("\n") else text + "\n", encoding="utf-8")
-        print_file(output)
+        print_file(output, as_json)
 
 
 def print_interruption(done: str, folder: Path | None, cure: str) -> int:

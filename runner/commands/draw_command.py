@@ -8,9 +8,10 @@ import click
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
+from proofmass.graphs.drawing.diagram_data import diagram_data
 from proofmass.graphs.drawing.text_forms import dot, mermaid
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.answers import print_json, write_or_print
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 
@@ -30,6 +31,7 @@ class DrawRequest:
     overlay: str | None
     changes: tuple[str, ...]
     own: Path | None
+    as_json: bool
 
 
 def draw_graph(request: DrawRequest) -> int:
@@ -42,8 +44,12 @@ def draw_graph(request: DrawRequest) -> int:
     if form != "svg" and (request.unfold or request.overlay):
         raise click.UsageError(f"--unfold and --overlay need SVG, not {form}")
     graph = graph_of(request.graph, request.own, request.changes)
-    text = _TEXTS[form](graph) if form != "svg" else svg(graph, _unfolded(graph, request.unfold), request.overlay or "")
-    write_or_print(text, output)
+    unfolded = _unfolded(graph, request.unfold)
+    text = _TEXTS[form](graph) if form != "svg" else svg(graph, unfolded, request.overlay or "")
+    if request.as_json:
+        print_json(diagram_data(graph, unfolded))
+    if output is not None or not request.as_json:
+        write_or_print(text, output, request.as_json)
     return DONE
 
 

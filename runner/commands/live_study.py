@@ -13,7 +13,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.live.model import scales_of
 from proofmass.runner.output.live.session import Background, Tell
 from proofmass.runner.run.faults import RunError
-from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.whole.study import run_study
 
 _FIRST = 20  # runs before the first histogram
@@ -52,6 +52,7 @@ def has_study(path: Path) -> bool:
 
 def _message(path: Path, result: StudyResult, runs: int) -> dict[str, Any]:
     """Last values of each sensor by measure, with units and limits, for the page."""
+    result = as_shown(result)
     values = {name: [float(value) for value in rows[-_MOST:, -1]] for name, rows in result.values.items()}
     ends = {name: (limit.at_least, limit.at_most) for name, limit in result.study.limits.items()}
     limits = {name: [end if math.isfinite(end) else None for end in pair] for name, pair in ends.items()}

@@ -26,7 +26,7 @@ from proofmass.runner.commands.several_loops import show_over, show_together
 from proofmass.runner.commands.texts.margins import margins_text, seconds_text
 from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
 from proofmass.runner.output.plot import save_figure
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -125,7 +125,7 @@ def _operating_point(planned: Plan, request: MarginsRequest) -> str | Fraction:
     if request.at != SETTLED:
         return request.at
     with progress(request.as_json) as bar:
-        time = settled_tick(without_noise(planned), bar) / planned.schedule.base_rate
+        time = settled_tick(planned.without_noise, bar) / planned.schedule.base_rate
     click.echo(f"settled after {seconds_text(float(time))}", err=request.as_json)
     return time
 

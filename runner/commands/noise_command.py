@@ -18,7 +18,6 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.commands.texts.sensitivity import sensitivity_text
 from proofmass.runner.output.plot import save_figure
-from proofmass.runner.plan.planned import without_noise
 from proofmass.runner.planning.plan import plan
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
@@ -65,7 +64,7 @@ def show_noise(request: NoiseRequest) -> int:
 def _settled(graph: Graph, as_json: bool) -> Fraction:
     planned = plan(graph)
     with progress(as_json) as bar:
-        return settled_tick(without_noise(planned), bar) / planned.schedule.base_rate
+        return settled_tick(planned.without_noise, bar) / planned.schedule.base_rate
 
 
 def noise_text(budget: NoiseBudget) -> str:

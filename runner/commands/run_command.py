@@ -21,11 +21,12 @@ from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import save_plot
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.checkpoint import is_interrupted
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.saturation_notes import saturation_notes
 from proofmass.runner.run.simulate import RunOptions, simulate_plan, ticks_of
-from proofmass.runner.run.trace_size import is_interrupted, size_text
+from proofmass.runner.run.trace_size import size_text
 
 if TYPE_CHECKING:
     from proofmass.runner.run.profile import Profile

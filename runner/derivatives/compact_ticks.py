@@ -18,7 +18,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.memory import Rows
 
 EVERY = 8  # ticks
-LIVE = "lasts"  # in the place of a port, as none may be called
+LIVE = "lasts"  # stands where a port's name would: no port may be called so
 
 Key = tuple[str, str, int]
 
@@ -103,7 +103,7 @@ class CompactTicks(NoisyTicks):
         memory = self._memory
         for table in (memory.states, self._constants):
             for name, values in table.items():
-                if isinstance(values, tuple):  # not what has no state, nor constants that each tick makes anew
+                if isinstance(values, tuple):  # skips blocks without state, and constants that each tick makes anew
                     table[name] = type(values)(*map(transform, values))
         for held in memory.of_blocks().values():
             if isinstance(held, list):

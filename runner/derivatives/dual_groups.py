@@ -248,7 +248,7 @@ class IntegratedAdvance(Advance):
             name: type(state)(
                 *(
                     value + dual(0.0, slopes_of(slopes[name, field], SIGNALS), SIGNALS) if kind is float else value
-                    for field, value, kind in zip(state._fields, state, state.__annotations__.values(), strict=True)
+                    for (field, kind), value in zip(type(state).__annotations__.items(), state, strict=True)
                 )
             )
             for name, state in after.items()

@@ -23,7 +23,7 @@ from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
 from proofmass.runner.plan.planned import Plan
 
-DEVIATE, ROUNDING = "normal", "rounding error"  # in the place of a port, as none may be called
+DEVIATE, ROUNDING = "normal", "rounding error"  # stand where a port's name would: no port may be called so
 ONE_BIT = "error of one bit"
 _ROLES = ("update", "derivative")
 

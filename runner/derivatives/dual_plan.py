@@ -64,7 +64,7 @@ def dual_constants(block: Block, parameters: Any, period: float) -> Any:
         constants = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]
     counts = [
         name
-        for name, kind in constants.__annotations__.items()
+        for name, kind in type(constants).__annotations__.items()
         if kind is int and isinstance(getattr(constants, name), Dual)
     ]
     if counts:
@@ -79,7 +79,7 @@ def _typed(values: Any) -> Any:
     """A NamedTuple with each field of its declared type; dual numbers stay what they are."""
     if values is None:
         return None
-    kinds = values.__annotations__.values()
+    kinds = type(values).__annotations__.values()
     return type(values)(*(v if isinstance(v, Dual) else k(v) for k, v in zip(kinds, values, strict=True)))
 
 

@@ -37,6 +37,7 @@ p { margin: .5rem 0; max-width: 46rem; }
     linear-gradient(to left, var(--rule), transparent) right / .6rem 100% no-repeat scroll; }
 }
 @media screen { .wide svg.picture { max-width: none; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
+.wide + .wide { margin-top: 1.2rem; }
 td > small { display: block; min-width: 11rem; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }

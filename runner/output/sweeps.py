@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import BLUE, STYLE
+from proofmass.runner.output.plot import BLUE, STYLE, headed
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
 
@@ -58,7 +58,7 @@ def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
             panels[-1].set_xticks(places, [str(value) for value in next(iter(sweep.values.values()))])
         if len(sweep.shape) > 1 and math.prod(sweep.shape[1:]) <= 12:
             panels[0].legend(fontsize="small")
-        figure.suptitle(f"{sweep.results[0].graph.name}: {len(sweep.results)} points")
+        headed(figure, f"{sweep.results[0].graph.name}: {len(sweep.results)} points")
     return figure
 
 

@@ -43,7 +43,7 @@ def typed(values: Any) -> Any:
     """Return a NamedTuple with each field converted to its declared type, as in the compiled loop."""
     if values is None:
         return None
-    kinds = values.__annotations__.values()
+    kinds = type(values).__annotations__.values()
     return type(values)(*(_typed(kind, value) for kind, value in zip(kinds, values, strict=True)))
 
 

@@ -39,9 +39,10 @@ class Measured:
         return displayed(self.value, self.unit, self.shown_in)
 
     def as_data(self) -> dict[str, str | float | None]:
-        """The measure as plain data, for JSON, which knows no NaN."""
+        """The measure as plain data, for JSON, which knows no NaN; the value is in `unit`, also where tables differ."""
         value = None if math.isnan(self.value) else self.value
-        return {"value": value, "unit": self.unit, "signal": self.signal, "statistic": self.statistic}
+        data = {"value": value, "unit": self.unit, "signal": self.signal, "statistic": self.statistic}
+        return data | ({"shown_in": self.shown_in} if self.shown_in else {})
 
 
 def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Schedule]:
@@ -101,22 +102,21 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
         block = graph.blocks[node[0]]
         unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
         reduced = measure.block is not None
-        measures.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first))
+        measures.append(
+            PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first, measure.unit)
+        )
     return tuple(measures)
 
 
 def measured(plan: Plan, memory: Memory) -> dict[str, Measured]:
     """Measures of a run that ended with this memory; those given by formulas come last."""
-    measures = {m.name: Measured(value_of(plan, m, memory), *_facts(plan, m)) for m in plan.measures}
+    measures = {
+        m.name: Measured(value_of(plan, m, memory), m.unit, m.signal, m.statistic, m.shown_in) for m in plan.measures
+    }
     values = {name: measure.value for name, measure in measures.items()}
     for derived, value in zip(plan.derived, derived_values(plan, values), strict=True):
-        measures[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA)
+        measures[derived.name] = Measured(value, derived.unit, derived.formula.text, FORMULA, derived.shown_in)
     return measures
-
-
-def _facts(plan: Plan, measure: PlannedMeasure) -> tuple[str, str, str, str]:
-    """Unit, signal, statistic and unit of tables of a measure."""
-    return measure.unit, measure.signal, measure.statistic, plan.graph.measures[measure.name].unit
 
 
 def derived_values(
@@ -131,7 +131,9 @@ def derived_values(
 
 def planned_derived(plan: Plan) -> tuple[PlannedMeasure, ...]:
     """Describe measures given by formulas like those of signals, for studies; the loop reads neither."""
-    return tuple(PlannedMeasure(d.name, d.formula.text, FORMULA, d.unit, ("", ""), False, 0) for d in plan.derived)
+    return tuple(
+        PlannedMeasure(d.name, d.formula.text, FORMULA, d.unit, ("", ""), False, 0, d.shown_in) for d in plan.derived
+    )
 
 
 def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:

@@ -63,6 +63,7 @@ class PlannedMeasure:
     node: Endpoint
     reduced: bool
     first: int  # base tick of the first value that counts
+    shown_in: str = ""  # unit of tables, such as "deg/h", where the graph says one
 
 
 @dataclass(frozen=True)
@@ -190,7 +191,7 @@ class Plan(Filled):
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
 
     @cached_property
-    def quiet(self) -> "Plan":
+    def without_noise(self) -> "Plan":
         """The plan with random numbers that are all zero; itself where none are drawn."""
         kinds = {type(block) for block in self.blocks.values()}
         functions = (f for kind in kinds for f in (*kind.output_functions.values(), *kind.functions.values()))
@@ -201,11 +202,6 @@ class Plan(Filled):
 def _lengths(value: Any) -> Any:
     """Return the lengths of lists in lists, as deep as they go."""
     return [_lengths(entry) for entry in value] if isinstance(value, tuple) else None
-
-
-def without_noise(plan: Plan) -> Plan:
-    """Return the plan with random numbers that are all zero."""
-    return plan.quiet
 
 
 def _ends(path: str) -> Iterator[str]:

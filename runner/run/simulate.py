@@ -19,12 +19,19 @@ from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.checkpoint import (
+    is_interrupted,
+    load_checkpoint,
+    recorder,
+    remove_checkpoint,
+    save_checkpoint,
+)
 from proofmass.runner.run.engine_table import EngineName, engine_problems
 from proofmass.runner.run.faults import RunError, failed, name_fault
 from proofmass.runner.run.hand_over import HandOver, begin
 from proofmass.runner.run.provenance import integration_of, provenance
 from proofmass.runner.run.result import Recorder, Result
-from proofmass.runner.run.trace_size import IN_MEMORY, is_interrupted, refuse_full, refuse_large, trace_bytes
+from proofmass.runner.run.trace_size import IN_MEMORY, refuse_full, refuse_large, trace_bytes
 
 Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
@@ -95,9 +102,6 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
     if options.resume and place is None:
         raise ValueError("resume needs the folder of the interrupted run")
     if place is not None and (options.resume or (options.resume is None and is_interrupted(place))):
-        # for start-up time: most runs are not resumed
-        from proofmass.runner.run.checkpoint import load_checkpoint
-
         memory, rows_before = load_checkpoint(place, planned, run.seed, run.ticks)
     engine = begin(planned, options.engine, run.seed, run.noise, memory, run.ticks)
     recorders = _recorders(planned, run.ticks, place, streamed, rows_before)
@@ -123,9 +127,6 @@ def simulate_plan(planned: Plan, graph: Graph, options: RunOptions) -> Result:
         memory=memory if done < run.ticks else None,
     )
     if place is not None:
-        # for start-up time: most runs keep no checkpoint
-        from proofmass.runner.run.checkpoint import remove_checkpoint, save_checkpoint
-
         if result.interrupted:
             save_checkpoint(result, planned, place)
         else:
@@ -237,9 +238,6 @@ def _recorders(
     if folder is not None:
         folder.mkdir(parents=True, exist_ok=True)
     if folder is not None and before:
-        # for start-up time: most runs are not resumed
-        from proofmass.runner.run.checkpoint import recorder
-
         return {p.signal: recorder(p, p.rows(0, ticks), folder, streamed, before[p.signal]) for p in planned.probes}
     place = folder if streamed else None
     return {p.signal: Recorder(p, p.rows(0, ticks), place) for p in planned.probes}

@@ -7,7 +7,6 @@ from pathlib import Path
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.plan.planned import Plan
 
-CHECKPOINT = "checkpoint.json"  # of an interrupted run, in its folder
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 LONG = 100_000_000  # ticks: some seconds at some tens of nanoseconds each
 _BYTES = {float: 8, int: 8, bool: 1}
@@ -27,11 +26,6 @@ def size_text(planned: Plan, ticks: int) -> str:
     if ticks < LONG and size <= IN_MEMORY:
         return ""
     return f"{ticks:,} ticks, {size / 2**20:,.0f} MiB of traces"
-
-
-def is_interrupted(folder: Path) -> bool:
-    """Return whether a folder holds a run that was interrupted."""
-    return (folder / CHECKPOINT).is_file()
 
 
 def refuse_full(planned: Plan, ticks: int, folder: Path) -> None:

@@ -17,10 +17,10 @@ from proofmass.runner.program.form import (
 )
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_arrays import LaneArrays
-from proofmass.runner.targets.llvm_operations import cannot_overflow, splat
+from proofmass.runner.targets.llvm_operations import splat
 from proofmass.runner.targets.turns import written_out
 
-_LIGHT = 12  # operations that are rather done for nothing than jumped over
+_LIGHT = 12  # so few operations are done in vain rather than jumped over
 _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
 
 
@@ -105,14 +105,7 @@ class LaneWays(LaneArrays):
         counter = self._named(s.counter)
         self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
         self._turn(loop, s.body)
-        if cannot_overflow(s):
-            self.lines.append(f"{next_counter} = add nsw i64 {counter}, {s.step}")
-            self.lines.append(f"{more} = icmp {below} i64 {next_counter}, {last}")
-        else:
-            left, (high, low) = self._fresh(), (last, counter) if s.step > 0 else (counter, last)
-            self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
-            self.lines.append(f"{left} = sub i64 {high}, {low}")
-            self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
+        self._counted(s, counter, next_counter, last, more)
         self._branch(self._and_any(more, loop), body, end)
         self._begin(end)
 

@@ -268,16 +268,20 @@ class FunctionText:
         self.loops.pop()
         self._jump(turn)
         self._begin(turn)
+        self._counted(s, counter, next_counter, last, more)
+        self._branch(more, body, end, self._kept_short())
+        self._begin(end)
+
+    def _counted(self, s: form.For, counter: str, next_counter: str, last: str, more: str) -> None:
+        """Write the next counter of a loop, and whether it has another turn."""
         if cannot_overflow(s):
             self.lines.append(f"{next_counter} = add nsw i64 {counter}, {s.step}")
-            self.lines.append(f"{more} = icmp {below} i64 {next_counter}, {last}")
+            self.lines.append(f"{more} = icmp {'slt' if s.step > 0 else 'sgt'} i64 {next_counter}, {last}")
         else:
             left, (high, low) = self._fresh(), (last, counter) if s.step > 0 else (counter, last)
             self.lines.append(f"{next_counter} = add i64 {counter}, {s.step}")
             self.lines.append(f"{left} = sub i64 {high}, {low}")
             self.lines.append(f"{more} = icmp ugt i64 {left}, {abs(s.step)}")
-        self._branch(more, body, end, self._kept_short())
-        self._begin(end)
 
     def _kept_short(self) -> str:
         """Return the mark of a loop in a solver: its body is not worth a copy for each turn."""

@@ -25,6 +25,21 @@ FLAGS = [
     "--log-level=0",
     "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1",
 ]
+SMALLEST_TEXT = """() => [...document.querySelectorAll('body *')].filter(one => one.getClientRects().length
+    && !one.closest('script, style, title, defs')
+    && [...one.childNodes].some(node => node.nodeType === 3 && node.textContent.trim())
+).map(one => {
+    const scale = one.ownerSVGElement ? one.getScreenCTM() : { a: 1, b: 0 };
+    return [parseFloat(getComputedStyle(one).fontSize) * Math.hypot(scale.a, scale.b), one.textContent];
+}).reduce((least, one) => one[0] < least[0] ? one : least)"""  # height in pixels of the screen, and the text
+
+BROKEN_WORDS = """() => [...document.querySelectorAll('.parameter label, .parameter > span, summary, .measures th')]
+.flatMap(one => [...one.childNodes].filter(node => node.nodeType === 3 && node.textContent.trim()).filter(node => {
+    const range = document.createRange(), box = one.getBoundingClientRect();
+    range.selectNodeContents(node);
+    const lines = new Set([...range.getClientRects()].map(line => Math.round(line.top)));
+    return !node.textContent.includes(' ') && lines.size > 1 || range.getBoundingClientRect().right > box.right + 0.6;
+}).map(node => node.textContent))"""  # what a line ends within, or what leaves its place
 
 
 def opened(browser: Any, address: str, **options: Any) -> tuple[Any, list[str]]:

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
-from proofmass import margins, noise
+from proofmass import margins, margins_together, noise
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.run.simulate import simulate
@@ -127,3 +127,11 @@ def test_the_phase_of_the_drive_is_neutral_once_the_loops_have_settled() -> None
     assert settled.verdict == soon.verdict == "stable"
     assert settled.phase_margin == pytest.approx(soon.phase_margin, rel=0.01)
     assert any(mode.pole.value == pytest.approx(1.0, abs=1e-12) for mode in settled.hidden)
+
+
+def test_a_neutral_phase_is_left_out_of_several_loops_at_once_too() -> None:
+    together = margins_together(CLOSED, ("rate", "quadrature"), at="0.15 s")
+    alone = [margins(CLOSED, loop, at="0.15 s").disk_margin for loop in together.loops]
+    assert together.verdict == "stable"
+    assert together.alone == pytest.approx(alone, rel=1e-6)
+    assert together.notes[-1].startswith("without a neutral mode, such as the phase of an oscillation")

@@ -9,7 +9,7 @@ from proofmass.runner.analysis.allan.deviations import Allan
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import allan_terms
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label, headed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -27,7 +27,7 @@ def plot_allan(allan: Allan) -> "Figure":
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 5.2), facecolor=PAPER, layout="constrained")
         panel = figure.subplots()
-        figure.suptitle(f"Allan deviation of {allan.name or 'the signal'}".replace("$", r"\$"), size=12, weight="bold")
+        headed(figure, f"Allan deviation of {allan.name or 'the signal'}")
         panel.fill_between(curve.taus, factor * curve.low, factor * curve.high, color=BLUE, alpha=0.2, linewidth=0)
         panel.loglog(curve.taus, factor * curve.deviation, color=BLUE, label="measured, 95 %")
         model = np.sqrt(allan.levels.variance(curve.taus))
@@ -47,7 +47,7 @@ def plot_allan(allan: Allan) -> "Figure":
                 )  # fmt: skip
         panel.set_ylim(bottom=bottom)
         panel.set_xlabel("averaging time [s]")
-        panel.set_ylabel(f"[{field_unit('B', allan.unit)}]")
+        panel.set_ylabel(axis_label("deviation", field_unit("B", allan.unit)))
         panel.margins(x=0.01)
         panel.legend(loc="best")
     return figure

@@ -24,7 +24,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.bindings import Wire
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context
 from proofmass.runner.reference.interpret import Outputs, TickError
 
@@ -50,9 +50,9 @@ def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap
     for loop in group.loops:
         if node in loop.nodes:
             raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
-    memory = memory_at(without_noise(plan), tick)
+    memory = memory_at(plan.without_noise, tick)
     analog = _linearised(plan, group, node, memory)
-    later = _linearised(plan, group, node, Forward(without_noise(plan), memory).to(tick + 1))
+    later = _linearised(plan, group, node, Forward(plan.without_noise, memory).to(tick + 1))
     size = np.maximum(np.abs(analog.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
     moved = np.abs(analog.matrix - later.matrix)[:, :-1]
     change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))

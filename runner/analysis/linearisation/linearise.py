@@ -26,7 +26,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import PERIODIC, PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -117,10 +117,8 @@ def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: boo
             raise ModelError([planned.graph.placed(_not_within(planned, group, node))])
         return OpenLoop(analog, continuous=True)
     whole = map_at(planned, [node], [node], cut=True, by_parameters=by_parameters, tick=tick)
-    between = whole.between()
-    between = replace(between, later=(), notes=(*between.notes, *coarse_blocks(planned, node)))
-    ticks = round(between.period / planned.period)
-    if not any(part.any() for part in (between.parts()[1], between.parts()[3])):
+    system = of_wires(whole, planned.period, coarse_blocks(planned, node))
+    if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
         signal = ".".join(node)
         problem = Problem(
             message=f"what goes in at {signal} does not come back",
@@ -130,6 +128,17 @@ def open_loop(planned: Plan, node: Endpoint, tick: Point = 0, by_parameters: boo
             path=("blocks", node[0]),
         )
         raise ModelError([planned.graph.placed(problem)])
+    return system
+
+
+def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
+    """Return the sampled loop of a map that is cut at one or more wires, and by how much its closed loop changes.
+
+    `tick` is the time of a base tick in seconds.
+    """
+    between = whole.between()
+    between = replace(between, later=(), notes=(*between.notes, *notes))
+    ticks = round(between.period / tick)
     if not whole.later or any(later.states != whole.states for later in whole.later):
         return OpenLoop(between, ticks=ticks)
     kept = [whole.states.index(state) for state in between.states]
@@ -181,7 +190,7 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
     """The base tick of a time, or of the rest of the loops, or an orbit that closes."""
     if at in (SETTLED, PERIODIC):
         if _Latest.plan is not planned or _Latest.at != at:
-            point = settled_tick(without_noise(planned)) if at == SETTLED else periodic_point(planned)
+            point = settled_tick(planned.without_noise) if at == SETTLED else periodic_point(planned)
             _Latest.plan, _Latest.at, _Latest.point = planned, at, point
         return _Latest.point
     try:

@@ -27,15 +27,15 @@ from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
-HELD = -2  # in the place of the index: what a wire holds as the period begins, of a block with a clock offset
+HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
-_MANY = 64  # base ticks, from which on the directions of noise are gathered
+_MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
 @dataclass(frozen=True)
@@ -149,7 +149,7 @@ def period_map(
     """
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
-    memory = memory or memory_at(without_noise(plan), tick - tick % ticks)
+    memory = memory or memory_at(plan.without_noise, tick - tick % ticks)
     ticks = span or ticks * periods
     if by_parameters:
         plan = differentiated(plan)
@@ -271,7 +271,7 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
     for name in names:
         state = begin.states[name]
         if state is not None:
-            kinds = state.__annotations__
+            kinds = type(state).__annotations__
             made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
             begin.states[name] = type(state)(*made)
         for buffer, declared in type(plan.blocks[name]).buffers.items():

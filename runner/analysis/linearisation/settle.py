@@ -24,7 +24,8 @@ from proofmass.runner.reference.interpret import TickError
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
-GROWN, ENOUGH = math.log(1e6), math.log(1e60)  # of an unstable mode, before it counts, and until it is given up
+# Growth from which on an unstable mode counts, and at which the search ends.
+GROWN, ENOUGH = math.log(1e6), math.log(1e60)
 LONGEST_LOOK = 10_000  # base ticks of a period that is linearised on the way
 Number = tuple[str, str, int]  # block, field or buffer, and index in the buffer
 
@@ -118,7 +119,7 @@ def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Number, float]]
     for name in names:
         state = memory.states[name]
         if state is not None:
-            kinds = state.__annotations__
+            kinds = type(state).__annotations__
             yield from (((name, f, -1), getattr(state, f)) for f in state._fields if kinds[f] is float)
     for (name, buffer), held in memory.of_blocks().items():
         if name in names:

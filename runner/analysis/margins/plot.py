@@ -1,6 +1,7 @@
 """Pictures of a loop: Bode, Nyquist and step response in one; and which parameters move what."""
 
 import math
+from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,13 +13,15 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE, headed
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 _MOST_STEPS, _MOST_BARS = 4000, 15
+_SHOWN = 1e-3  # of a margin, to which a picture shows it
+_NEAR_END = 0.85  # of an axis, from where on texts stand to the left
 _WIDEST_DISK = 1.99  # beyond it the disk is a half plane
 _POINTS = 600  # of the step response of a continuous loop
 
@@ -32,7 +35,7 @@ def plot_margins(margins: Margins) -> "Figure":
 
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(11.0, 7.2), facecolor=PAPER, layout="constrained")
-        figure.suptitle(_title(margins), size=12, weight="bold")
+        headed(figure, _title(margins))
         panels = figure.subplot_mosaic([["magnitude", "nyquist"], ["phase", "step"]])
         w = sweep(margins.system)
         response = margins.system.response(w)
@@ -66,9 +69,10 @@ def plot_sensitivities(sensitivities: list[Sensitivity]) -> "Figure":
             if not effects:
                 panel.text(0.5, 0.5, "no parameter moves it", transform=panel.transAxes, ha="center", va="center")
                 panel.set_xticks([])
+            else:
+                panel.axvline(0.0, color=INK, linewidth=0.8)
             panel.set_yticks(places, [effect.parameter for effect in effects])
             panel.invert_yaxis()
-            panel.axvline(0.0, color=INK, linewidth=0.8)
             panel.grid(visible=False, axis="y")
             panel.set_xlabel(f"change for +1 % [{unit}]" if effects else "")
             size, scaled = prefix(quantity.unit, abs(quantity.value))
@@ -119,41 +123,68 @@ def _draw_bode(
     bottom, top = phase.get_ylim()
     step = 45.0 if top - bottom < 600.0 else 180.0
     phase.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)
+    bottom, top = magnitude.get_ylim()
+    step = 20.0 if top - bottom < 150.0 else 40.0
+    magnitude.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)
     point: Any = {"color": ORANGE, "linestyle": "", "clip_on": False, "zorder": 5}
     at = np.array(margins.gain_crossovers)
     if len(at):
         magnitude.plot(at, np.zeros(len(at)), marker="o", markersize=5, label="|L| = 1", **point)
         phase.plot(at, np.interp(at, hertz, angle), marker="o", markersize=5, label="|L| = 1", **point)
     at = np.array(margins.phase_crossovers)
+    level = np.interp(at, hertz, size) if len(at) else at
+    at, level = at[level > bottom], level[level > bottom]  # not those in a notch below the picture
     if len(at):
-        magnitude.plot(at, np.interp(at, hertz, size), marker="s", markersize=4, label="L < 0", **point)
-    if margins.gain_margin and margins.gain_margin_frequency:
-        level = -20.0 * math.log10(margins.gain_margin)
-        _distance(magnitude, margins.gain_margin_frequency, 0.0, level, f"{-level:.1f} dB")
-    if margins.phase_margin and margins.phase_margin_frequency:
-        value = float(np.interp(margins.phase_margin_frequency, hertz, angle))
+        magnitude.plot(at, level, marker="s", markersize=4, label="L < 0", **point)
+    if margins.gain_margin and (place := _gain_margin_at(margins)):
+        _distance(magnitude, place, 0.0, -(gain := 20.0 * math.log10(margins.gain_margin)), f"{gain:.1f} dB", "left")
+    if margins.phase_margin and (place := _phase_margin_at(margins)):
+        value = float(np.interp(place, hertz, angle))
         line = 360.0 * round((value + 180.0) / 360.0) - 180.0
-        margin = math.degrees(margins.phase_margin)
-        _distance(phase, margins.phase_margin_frequency, line, value, f"{margin:.1f}°")
+        _distance(phase, place, line, value, f"{math.degrees(margins.phase_margin):.1f}°", "right")
     for panel in (magnitude, phase):
         if panel.get_legend_handles_labels()[0]:
-            panel.legend(loc="lower left")
+            panel.legend(loc="best")
 
 
-def _distance(panel: "Axes", place: float, first: float, last: float, text: str) -> None:
-    """Draw a margin as the distance from its line to the curve."""
+def _gain_margin_at(margins: Margins) -> float | None:
+    """Return the frequency of the gain margin; of a loop with several values of the wire, that of a crossover."""
+    if margins.gain_margin is None or margins.gain_margin_frequency:
+        return margins.gain_margin_frequency
+    return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / margins.gain_margin)
+
+
+def _phase_margin_at(margins: Margins) -> float | None:
+    """Return the frequency of the phase margin, as that of the gain margin."""
+    if margins.phase_margin is None or margins.phase_margin_frequency:
+        return margins.phase_margin_frequency
+    return _crossover(margins.gain_crossovers, np.abs(margins.gain_crossover_phases).tolist(), margins.phase_margin)
+
+
+def _crossover(frequencies: Sequence[float], values: Sequence[float], wanted: float) -> float | None:
+    """Return the frequency at which a value is the one wanted, as exactly as a picture shows."""
+    off = [abs(value - wanted) for value in values]
+    best = min(off, default=math.inf)
+    return frequencies[off.index(best)] if best <= _SHOWN * wanted else None
+
+
+def _distance(panel: "Axes", place: float, first: float, last: float, text: str, side: str) -> None:
+    """Draw a margin as the distance from its line to the curve, its text beyond the line, where the curve is not."""
     panel.annotate(
         "", (place, last), (place, first), arrowprops={"arrowstyle": "<->", "color": ORANGE, "shrinkA": 0, "shrinkB": 0}
     )
+    low, high = panel.get_xlim()
+    if side == "left" and math.log(place / low) > _NEAR_END * math.log(high / low):  # no room to the right
+        side = "right"
+    up = 1.0 if first > last else -1.0
     panel.annotate(
         text,
-        (place, (first + last) / 2.0),
-        (-6, 0),
+        (place, first),
+        (0.0, 3.0 * up),
         textcoords="offset points",
-        ha="right",
-        va="center",
+        ha=side,
+        va="bottom" if first > last else "top",
         color=ORANGE,
-        bbox={"facecolor": PAPER, "edgecolor": "none", "pad": 1.0},
     )
 
 
@@ -164,8 +195,8 @@ def _draw_nyquist(
         ends = -(2.0 + disk) / (2.0 - disk), -(2.0 - disk) / (2.0 + disk)
         round_it = np.exp(1j * np.linspace(0.0, 2.0 * math.pi, 200)) * (ends[1] - ends[0]) / 2.0 + sum(ends) / 2.0
         panel.plot(round_it.real, round_it.imag, color=ORANGE, linewidth=1.0, label=f"disk margin {disk:.3g}")
-    for half, style in ((response, "-"), (response.conj(), "--")):
-        panel.plot(half.real, half.imag, style, color=BLUE)
+    panel.plot(response.real, response.imag, color=BLUE)
+    panel.plot(response.real, -response.imag, "--", color=BLUE, label="negative frequencies")
     turn = np.linspace(0.0, 2.0 * math.pi, 200)
     panel.plot(np.cos(turn), np.sin(turn), color=GRID)
     panel.plot([-1.0], [0.0], "+", color=ORANGE, markersize=10, markeredgewidth=2)
@@ -174,8 +205,7 @@ def _draw_nyquist(
     panel.set_aspect("equal", adjustable="box")
     panel.set_xlabel("real part of L")
     panel.set_ylabel("imaginary part of L")
-    if panel.get_legend_handles_labels()[0]:
-        panel.legend(loc="upper left")
+    panel.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), ncols=2, borderpad=0.0)  # curves are everywhere inside
 
 
 def _draw_step(margins: Margins, panel: "Axes") -> None:

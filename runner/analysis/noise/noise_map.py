@@ -32,8 +32,8 @@ from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
-_MARGIN = 1e-12  # of the spectral radius below one
-_NEUTRAL = 1e-9  # above one, by which rounding may move a pole on the unit circle
+_MARGIN = 1e-12  # distance of the spectral radius below one
+_NEUTRAL = 1e-9  # distance above one to which rounding may move a pole on the unit circle
 
 
 def variance(part: str) -> float:

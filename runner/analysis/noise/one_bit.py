@@ -26,17 +26,17 @@ from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Poin
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, reaches, with_functions
 from proofmass.runner.derivatives.dual_noise import Gain, Noisy
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 from proofmass.runner.run.faults import failed
 
 DECISIONS, SETTLING = 16_384, 2_048  # of a quantiser that are counted, and before them
 _MOST_CALLS = 4_000_000  # of functions of blocks
-_WINDOW = 256  # decisions, over which signals stand still: their means are taken off
-_LAGS = 64  # decisions, after which an error may come again
+_WINDOW = 256  # decisions over which signals count as constant: their means are subtracted
+_LAGS = 64  # most decisions after which an error may repeat
 _LONG, _LOW = 2048, slice(4, 24)  # decisions of a segment, and its lines at low frequencies
-COLOURED = 1.0  # dB, from which on they are told
-REPEATS = 0.2  # correlation of the error with itself, from which on it is not white
+COLOURED = 1.0  # dB by which the density at low frequencies may differ without a note
+REPEATS = 0.2  # autocorrelation of the error from which on it is not white
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class OneBit(Gain):
     mean: float  # of its levels
     decisions: int
     correlation: float  # the largest of e with itself
-    lag: int  # decisions, after which it is
+    lag: int  # decisions after which the correlation is reached
     low: float  # dB, density of e from 0.2 % to 1.2 % of the rate against that of white noise
 
     def note(self, block: str) -> str:
@@ -71,7 +71,7 @@ def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) 
     deciding = _deciding(plan, upstream, outputs)
     if not deciding:
         return noise
-    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(without_noise(plan), point)
+    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(plan.without_noise, point)
     decisions = _Decisions(plan, begin.copy(), upstream, deciding)
     try:
         records = decisions.taken()

@@ -34,7 +34,7 @@ from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.memory import Rows, start
-from proofmass.runner.plan.planned import Plan, without_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
@@ -130,7 +130,7 @@ def _followed(
     planned: Plan, nodes: Sequence[Endpoint], ticks: int, stretches: "Mapping[Endpoint, _Stretch]"
 ) -> "_CovarianceTicks":
     noisy = with_gains(planned, noise_blocks(planned), list(nodes), 0)
-    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(without_noise(planned))
+    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(planned.without_noise)
     engine = _CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
     try:
         engine.advance(ticks, ())

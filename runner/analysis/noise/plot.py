@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.noise.budget import NoiseBudget, Source
-from proofmass.runner.output.plot import BLUE, INK, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, PAPER, STYLE, axis_label, headed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -30,7 +29,7 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
         figure = Figure(figsize=(11.0, 4.8), facecolor=PAPER, layout="constrained")
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
         place = f"{budget.output}, referred to {budget.input}" if budget.input else budget.output
-        figure.suptitle(f"Noise of {place}".replace("$", r"\$"), size=12, weight="bold")
+        headed(figure, f"Noise of {place}")
         drawn = [source for source in budget.sources if source.rms > 0.0][:_MOST]
         for colour, source in zip(_COLOURS, drawn, strict=False):
             _draw(left, budget, source.density, color=colour, label=_label(source))
@@ -38,21 +37,16 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
         top = in_field_unit("density", 1.0, unit) * float(np.sqrt(np.max(budget.referred_density)))
         left.set_ylim(bottom=max(left.get_ylim()[0], top * _LEAST**0.5), top=2.0 * top)
         left.set_xlabel("frequency [Hz]")
-        left.set_ylabel(_axis("density", field_unit("density", unit)))
+        left.set_ylabel(axis_label("density", field_unit("density", unit)))
         left.legend(loc="best")
         taus, deviation = budget.allan()
         right.loglog(taus, in_field_unit("B", 1.0, unit) * deviation, color=INK)
         right.set_title("Allan deviation", fontsize=9, pad=3)
         right.set_xlabel("averaging time [s]")
-        right.set_ylabel(_axis("deviation", field_unit("B", unit)))
+        right.set_ylabel(axis_label("deviation", field_unit("B", unit)))
         for panel in (left, right):
             panel.margins(x=0.01)
     return figure
-
-
-def _axis(name: str, unit: str) -> str:
-    """Name of an axis with its unit in print."""
-    return name if unit == "1" else f"{name} [{pretty(unit)}]"
 
 
 def _draw(panel: Any, budget: NoiseBudget, density: Any, **style: Any) -> None:

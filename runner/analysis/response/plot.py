@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -26,7 +26,7 @@ def plot_response(of: Response) -> "Figure":
 
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(11.0, 5.6), facecolor=PAPER, layout="constrained")
-        figure.suptitle(f"{of.output} by {of.input}".replace("$", r"\$"), size=12, weight="bold")
+        headed(figure, f"{of.output} by {of.input}")
         places = figure.add_gridspec(2, 2, width_ratios=(3, 2))
         _draw_gain(figure.add_subplot(places[0, 0]), of)
         _draw_phase(figure.add_subplot(places[1, 0]), of)

@@ -9,12 +9,13 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.several.over import MarginsOver, finite
 from proofmass.runner.analysis.several.together import Together
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
+_CHANGE = 1e-3  # of a curve, that is seen
 YEAR = 31_557_600.0  # s
 
 
@@ -36,12 +37,20 @@ def plot_together(together: Together) -> "Figure":
         panel.plot(together.frequencies, 1.0 / together.bounds, color=INK, linewidth=1.8, label="all at once")
         panel.plot([finite(together.frequency)], [together.margin], "o", color=INK)
         panel.set_xscale("log")
-        panel.set_yscale("log")
+        panel.set_xlim(together.frequencies[_first(together)], together.frequencies[-1])
         panel.set_xlabel("frequency [Hz]")
         panel.set_ylabel("disk margin")
         panel.set_title(f"disk margin {together.margin:.4g} at {together.frequency:.4g} Hz", loc="left", weight="bold")
         panel.legend(loc="best")
     return figure
+
+
+def _first(together: Together) -> int:
+    """Return from which frequency on a picture shows something: a decade before the first change of a curve."""
+    curves = np.vstack([together.of_each, together.bounds])
+    moved = np.flatnonzero(np.any(np.abs(curves - curves[:, :1]) > _CHANGE * curves[:, :1], axis=0))
+    before = together.frequencies[moved[0]] / 10.0 if len(moved) else together.frequencies[0]
+    return int(np.searchsorted(together.frequencies, before))
 
 
 def plot_over(over: MarginsOver) -> "Figure":
@@ -51,7 +60,7 @@ def plot_over(over: MarginsOver) -> "Figure":
     import matplotlib
     from matplotlib.figure import Figure
 
-    axis, factor = (f"{over.axis} [{over.unit}]", 1.0) if over.axis != "age" else ("age [years]", 1.0 / YEAR)
+    axis, factor = (axis_label(over.axis, over.unit), 1.0) if over.axis != "age" else ("age [years]", 1.0 / YEAR)
     values = np.array(over.values) * factor
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 7.2), facecolor=PAPER, layout="constrained")

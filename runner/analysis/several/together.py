@@ -6,7 +6,8 @@ Gahinet, IEEE Control Systems 40, 2020, 78). With S = (I + L)^-1 of all wires th
     a = 1 / max over w of mu(S - I / 2)
 
 The structured singular value mu lies between two bounds, `structured`, which agree for up to three loops. Where a
-period of the graph holds several values of a wire, its factor may change from one to the next.
+period of the graph holds several values of a wire, its factor may change from one to the next. Modes that no wire sees,
+such as the phase of an oscillation, are left out as they are of a single loop.
 """
 
 import math
@@ -22,18 +23,20 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, of_wires, one_loop, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.periodic import Point
-from proofmass.runner.analysis.linearisation.poles import Verdict, judged
+from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
+from proofmass.runner.analysis.margins.lifted_modes import seen
 from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 _BALANCES = 12  # rounds of a quick scaling
+_ONE_WAY = 1e-12  # least part of a way back, by which scales stay numbers
 _REFINED = 60  # steps of the search for a peak
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NARROW = 1e-5  # of a frequency, to which a peak is found: of its height a part of 1e-10
@@ -48,8 +51,8 @@ class Together:
     loops: tuple[str, ...]
     open_at: tuple[str, ...]
     verdict: Verdict
-    margin: float | None  # up to here every combination of factors leaves the loops stable; None if they are not stable
-    reached: float | None  # here some combination makes them unstable
+    margin: float | None  # every combination of factors up to it leaves the loops stable; None if they are not stable
+    reached: float | None  # a combination of factors of this size makes them unstable
     frequency: float | None  # Hz, where the margin is least
     factors: tuple[complex, ...]  # of that combination, a factor for each wire
     alone: tuple[float, ...]  # disk margin of each loop
@@ -120,8 +123,7 @@ def together(planned: Plan, loops: dict[str, Endpoint], tick: Point = 0) -> Toge
     nodes = list(loops.values())
     _refuse(planned, loops)
     whole = map_at(planned, nodes, nodes, cut=True, tick=tick)
-    between = whole.between()
-    system = OpenLoop(between, ticks=round(between.period / planned.period))
+    system = of_wires(whole, planned.period)
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
     return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)
 
@@ -134,7 +136,8 @@ def of_system(
     notes: tuple[str, ...] = (),
 ) -> Together:
     """Return the margin of an open loop of several wires, with so many values of each in a period."""
-    verdict, _ = judged(np.real(system.closed()), True, ticks=system.ticks)
+    system, verdict, _, hidden = seen(system)
+    left_out = (f"without {mode}" for mode in hidden)
     base = Together(
         loops=tuple(loops),
         open_at=tuple(open_at or loops),
@@ -150,7 +153,7 @@ def of_system(
         of_each=np.zeros((0, 0)),
         sensitivities=np.zeros((0, 0)),
         complementary=np.zeros((0, 0)),
-        notes=notes,
+        notes=(*notes, *left_out),
     )
     return base if verdict != "stable" else _measured(base, system, sizes)
 
@@ -233,8 +236,8 @@ def _balanced(matrix: Complex, sizes: Sequence[int]) -> float:
     for _ in range(_BALANCES):
         for i in range(len(sizes)):
             row, column = float(np.linalg.norm(norms[i] / scales)), float(np.linalg.norm(norms[:, i] * scales))
-            if row > 0.0 and column > 0.0:
-                scales[i] = math.sqrt(column / row)
+            if row > 0.0 or column > 0.0:  # loops that only one way goes between come nearly apart
+                scales[i] = math.sqrt(max(column, _ONE_WAY * row) / max(row, _ONE_WAY * column))
     factors = np.repeat(scales, sizes)
     return float(np.linalg.norm(factors[:, None] * matrix / factors, 2))
 

@@ -7,7 +7,7 @@ import numpy as np
 from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.spectrum.tones import Tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label, headed
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -25,12 +25,12 @@ def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float,
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(9.0, 4.8), facecolor=PAPER, layout="constrained")
         panel = figure.subplots()
-        figure.suptitle(f"Spectral density of {of.name or 'the signal'}".replace("$", r"\$"), size=12, weight="bold")
+        headed(figure, f"Spectral density of {of.name or 'the signal'}")
         lines = np.flatnonzero((of.frequencies > 0.0) & (of.density > 0.0))
         shown = _thinned(lines, of)
         panel.loglog(of.frequencies[shown], of.amplitude_density[shown], color=BLUE, linewidth=0.9)
         panel.set_xlabel("frequency [Hz]")
-        panel.set_ylabel(f"[{of.density_unit}]")
+        panel.set_ylabel(axis_label("density", of.density_unit))
         panel.set_title(f"{of.window} window, {of.segments} segments of {of.segment:,} values", fontsize=9, pad=3)
         panel.margins(x=0.01)
         if band is not None:

@@ -223,6 +223,7 @@ def margins(**options: Any) -> int:
 )
 @set_option
 @blocks_option
+@json_option
 def draw(**options: Any) -> int:
     """Draw the block diagram of a graph.
 
@@ -295,7 +296,8 @@ def montecarlo(**options: Any) -> int:
 @click.argument("study", type=click.Path(path_type=Path))
 @output_option("report.html in the folder of the study")
 @blocks_option
-def report(study: Path, output: Path | None, own: Path | None) -> int:
+@json_option
+def report(study: Path, output: Path | None, own: Path | None, as_json: bool) -> int:
     """Write a study as one HTML file.
 
     The page has tables, histograms, fans, a tornado, and the runs to look at. STUDY is the folder of `proofmass
@@ -309,7 +311,7 @@ def report(study: Path, output: Path | None, own: Path | None) -> int:
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.report_command import report_study
 
-    return report_study(study, output, own)
+    return report_study(study, output, own, as_json)
 
 
 @cli.command()
@@ -364,7 +366,8 @@ def rtl(**options: Any) -> int:
 @cli.command()
 @output_option("the screen")
 @blocks_option
-def schema(output: Path | None, own: Path | None) -> int:
+@click.option("--json", "as_json", is_flag=True, help="Change nothing: a schema is JSON.")
+def schema(output: Path | None, own: Path | None, as_json: bool) -> int:
     """Write the JSON Schema of graphs and studies.
 
     Editors complete and check files by it.

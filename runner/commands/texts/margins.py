@@ -37,8 +37,10 @@ def pole_text(pole: Pole, period: float) -> str:
 
     >>> pole_text(Pole(0.99 + 0j, 0.01, 1e-15), 1e-3)
     'time constant 99.499 ms'
+    >>> pole_text(Pole(1e-17 + 0j, 1.0, 1e-15), 1e-3)
+    'gone after a period'
     """
-    if pole.value == 0.0 and period:
+    if pole.distance == 1.0 and period:
         return "gone after a period"
     rate = math.log1p(-pole.distance) / period if period else -pole.distance
     turn = abs(cmath.phase(pole.value)) / period if period else abs(pole.value.imag)

@@ -8,7 +8,7 @@ from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.studies.outcome.intervals import concise
-from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.points import all_points_text, parts
 
 _COLUMNS = ("mean", "std", "p1", "p50", "p99")
@@ -16,6 +16,7 @@ _COLUMNS = ("mean", "std", "p1", "p50", "p99")
 
 def study_text(result: StudyResult) -> str:
     """Return size and time of a study, a table and the yields of each point of its sweep, and what failed."""
+    result = as_shown(result)
     study, points = result.study, parts(result)
     runs, time = count(len(result.numbers), "run"), time_text(result.seconds)
     lines = [f"{study.graph.name}: {runs}{_at_epochs(study)}, {result.engine} engine, {time}", ""]

@@ -15,7 +15,7 @@ from proofmass.graphs.model.graph import Graph, Probe, Wire, split
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.runner.design.identification.recordings import Recording
 from proofmass.runner.plan.memory import start
-from proofmass.runner.plan.planned import PlannedProbe, without_noise
+from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.result import Array
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, dtype_of
@@ -32,7 +32,7 @@ class Model:
         self.signals = sorted(recording.outputs)
         probes = tuple(Probe(signal) for signal in self.signals)
         played = played.bare(probes=probes)
-        self.plan = without_noise(plan(played, recordings=buffers))
+        self.plan = plan(played, recordings=buffers).without_noise
         self.compiled = CompiledPlan(self.plan)
         self._adjustable = Adjustable(self.plan.graph)
         self.ticks = max(1, int(recording.duration * float(self.plan.schedule.base_rate) * (1.0 + 1e-12) + 1e-6) + 1)

@@ -10,7 +10,7 @@ from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -33,7 +33,7 @@ def plot_tuned(tuned: Tuned) -> "Figure":
     top = 1.2 + 0.36 * rows
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(10.5, top + 4.2 * len(loops)), facecolor=PAPER, layout="constrained")
-        figure.suptitle("all hard goals are met" if tuned.met else "hard goals are missed", size=12, weight="bold")
+        headed(figure, "all hard goals are met" if tuned.met else "hard goals are missed")
         grid = figure.add_gridspec(1 + 2 * len(loops), 2, height_ratios=[top, *[2.1] * (2 * len(loops))])
         _draw_parameters(tuned, figure.add_subplot(grid[0, 0]))
         _draw_goals(tuned, figure.add_subplot(grid[0, 1]))

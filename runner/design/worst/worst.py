@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.model.loops import read_moment
 from proofmass.graphs.model.quantities import (
     AT_FREQUENCY,
     LoopFigure,
@@ -21,7 +21,6 @@ from proofmass.graphs.model.quantities import (
     YieldOf,
     checked_quantity,
 )
-from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.ranges import Range, ranges_of
@@ -223,11 +222,10 @@ def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> 
 
 
 def _refuse_moment(at: str) -> None:
-    if at and at != SETTLED:
-        try:
-            read_duration(at)
-        except Refusal as error:
-            raise ModelError([error.problem("at", at)]) from None
+    try:
+        read_moment(at)
+    except Refusal as error:
+        raise ModelError([error.problem("at", at)]) from None
 
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:

@@ -30,6 +30,7 @@ from proofmass.runner.targets.llvm_text import ENTRY
 from proofmass.runner.targets.native import Array, dtype_of, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
+SHOWN_IN = " as "  # between a unit and that in which its values are shown
 _LINE = 64  # bytes that arrays are aligned to
 _DTYPES = {float: "float64", int: "int64", bool: "bool"}
 _BYTES = {float: 8, int: 8, bool: 1}
@@ -55,6 +56,7 @@ class CarriedLoop:
             places.append({"at": len(image), "length": array.size})
             image += array.tobytes()
         rate = self.plan.schedule.base_rate
+        shown_in = {probe.signal: probe.unit for probe in self.plan.graph.root.probes}
         return {
             "entry": ENTRY,
             "module": packed(self.module.code),
@@ -63,7 +65,7 @@ class CarriedLoop:
             "imageLength": len(image),
             "arrays": places,  # constants, state, scratch, vectors
             "rate": [rate.numerator, rate.denominator],
-            "probes": [_probe(probe) for probe in self.plan.probes],
+            "probes": [_probe(probe, shown_in[probe.signal]) for probe in self.plan.probes],
             "measures": [self._measure(measure) for measure in self.plan.measures],
             "parameters": {".".join(node): self._place(node) for node in self.varied},
             "wires": list(self._wires()),
@@ -122,7 +124,7 @@ class CarriedLoop:
             "name": measure.name,
             "signal": measure.signal,
             "statistic": measure.statistic,
-            "unit": measure.unit,
+            "unit": scale_key(measure.unit, measure.shown_in),
             "first": measure.first,
             "integer": kind is not float,
             "place": place,
@@ -166,10 +168,15 @@ def _foreign(called: list[str]) -> Problem:
     )
 
 
-def _probe(probe: PlannedProbe) -> dict[str, Any]:
+def scale_key(unit: str, shown_in: str) -> str:
+    """Return the name of a table of scales: the unit, and in which other one values are shown."""
+    return f"{unit}{SHOWN_IN}{shown_in}" if shown_in else unit
+
+
+def _probe(probe: PlannedProbe, shown_in: str) -> dict[str, Any]:
     return {
         "signal": probe.signal,
-        "unit": probe.unit,
+        "unit": scale_key(probe.unit, shown_in),
         "doc": probe.doc,
         "stride": probe.stride,
         "type": _DTYPES[probe.dtype],

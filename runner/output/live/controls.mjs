@@ -26,7 +26,7 @@ export class Controls {
     const blocks = [...new Set([...sliders, ...fixed].map(({ block }) => block))].sort();
     for (const block of blocks) {
       const group = element("details", { className: "block", open: !block }), body = element("div");
-      group.append(element("summary", { textContent: block || "values" }), body);
+      group.append(named("summary", block || "values"), body);
       for (const slider of sliders.filter((one) => one.block === block)) {
         const control = new Control(slider, units[slider.unit], changed);
         this.controls.set(nameOf(slider), control);
@@ -77,12 +77,12 @@ class Control {
     const name = nameOf(slider);
     this.row = element("div", { className: "parameter" });
     this.row.dataset.name = name.toLowerCase();
-    const label = element("label", { textContent: slider.parameter, title: slider.doc, htmlFor: name });
+    const label = named("label", slider.parameter, { title: slider.doc, htmlFor: name });
     this.field = element("input", { id: name, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
     const range = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
     range.setAttribute("aria-label", `${name}, slider`);
     this.range = range;
-    this.row.append(label, this.field, element("span", { className: "unit", textContent: text }), range);
+    this.row.append(label, this.field, named("span", text, { className: "unit" }), range);
     range.addEventListener("input", () => this.set(this.valueAt(Number(range.value)), changed));
     this.field.addEventListener("change", () => this.typed(changed));
     this.show(slider.value);
@@ -150,8 +150,8 @@ function askable(one, asked) {
   if (field instanceof HTMLSelectElement) field.append(...one.choices.map((text) => element("option", { textContent: text, value: text })));
   field.value = one.value;
   field.addEventListener("change", () => asked(field.value.trim()));
-  row.append(element("label", { textContent: one.parameter, title: one.doc, htmlFor: name }), field);
-  row.append(element("span", { className: "unit", textContent: one.unit === "1" ? "" : one.unit }));
+  row.append(named("label", one.parameter, { title: one.doc, htmlFor: name }), field);
+  row.append(named("span", one.unit === "1" ? "" : one.unit, { className: "unit" }));
   return row;
 }
 
@@ -161,8 +161,8 @@ function still(one, served) {
   const row = element("div", { className: "parameter still", title: `${one.doc} ${how}` });
   row.dataset.name = nameOf(one).toLowerCase();
   const value = one.value.length > 24 ? `${one.value.slice(0, 22)} …` : one.value;
-  row.append(element("span", { textContent: one.parameter }), element("span", { className: "value", textContent: value }));
-  row.append(element("span", { className: "unit", textContent: one.unit === "1" ? "" : one.unit }));
+  row.append(named("span", one.parameter), named("span", value, { className: "value" }));
+  row.append(named("span", one.unit === "1" ? "" : one.unit, { className: "unit" }));
   return row;
 }
 
@@ -197,11 +197,22 @@ export function element(tag, values = {}) {
   return Object.assign(document.createElement(tag), values);
 }
 
+/**
+ * An element whose text breaks where its names have dots and underscores, units their strokes and points.
+ * @template {keyof HTMLElementTagNameMap} Tag @param {Tag} tag @param {string} text
+ * @param {Partial<HTMLElementTagNameMap[Tag]>} values @returns {HTMLElementTagNameMap[Tag]}
+ */
+export function named(tag, text, values = {}) {
+  const made = element(tag, values);
+  text.split(/(?<=[._/·])(?=[A-Za-z_(])/u).forEach((part, i) => made.append(...(i ? [element("wbr")] : []), part));
+  return made;
+}
+
 /** A field of its own. @param {HTMLElement} place @param {string} text @param {string} id */
 export function labelled(place, text, id) {
   const row = element("div", { className: "parameter" });
   const field = element("input", { id, type: "text", autocomplete: "off", spellcheck: false });
-  row.append(element("label", { textContent: text, htmlFor: id }), field);
+  row.append(named("label", text, { htmlFor: id }), field);
   place.append(row);
   return field;
 }

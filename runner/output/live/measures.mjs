@@ -1,6 +1,6 @@
 // The table of measures, beside those of a frozen run.
 
-import { element } from "./controls.mjs";
+import { element, named } from "./controls.mjs";
 import { shown } from "./figures.mjs";
 
 /**
@@ -12,11 +12,11 @@ export function measureTable(measures, units, values, before) {
   for (const text of ["measure", "value", ...(before ? ["frozen", "change"] : []), ""]) head.append(element("th", { textContent: text }));
   for (const measure of measures) {
     const row = body.insertRow(), scales = units[measure.unit], value = values[measure.name], old = before?.[measure.name] ?? NaN;
-    row.append(element("th", { textContent: measure.name }));
+    row.append(named("th", measure.name));
     row.insertCell().textContent = shown(value, scales);
     if (before) row.insertCell().textContent = shown(old, scales);
     if (before) row.insertCell().textContent = old ? `${(100 * (value / old - 1)).toFixed(2).replace("-", "−")} %` : "";
-    row.insertCell().textContent = `${measure.statistic} of ${measure.signal}`;
+    row.append(named("td", `${measure.statistic} of ${measure.signal}`));
   }
   return table;
 }

@@ -9,12 +9,12 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.blocks.declaration.shown_units import prefix
+from proofmass.blocks.declaration.shown_units import display, prefix
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
-from proofmass.runner.output.live.carried import carried_loop, packed
+from proofmass.runner.output.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.output.live.named_values import named_values
 from proofmass.runner.output.live.sliders import fixed_parameters, sliders
 from proofmass.runner.output.page import LivePart
@@ -41,8 +41,8 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     units = (
         {slider.unit for slider in (*named.sliders, *chosen)}
         | {wire["unit"] for wire in carried["wires"]}
-        | {probe.unit for probe in plan.probes}
-        | {made.unit for made in plan.measures}
+        | {probe["unit"] for probe in carried["probes"]}
+        | {made["unit"] for made in carried["measures"]}
     )
     return {
         "name": graph.name,
@@ -80,7 +80,11 @@ def _drawings(graph: Graph) -> str:
 
 @cache
 def scales_of(unit: str) -> list[dict[str, Any]]:
-    """The prefixes of a unit, each with the power of ten that it stands for."""
+    """The prefixes of a unit, each with the power of ten that it stands for; of a unit in which one is shown, that."""
+    own, _, wanted = unit.partition(SHOWN_IN)
+    if wanted:
+        factor, text = display(own, wanted, 1.0)
+        return [{"exponent": -math.log10(factor), "text": "" if text == "1" else text}]
     texts = dict[int, str]()
     for decade in _DECADES:
         factor, text = prefix(short_unit(unit), 10.0**decade)

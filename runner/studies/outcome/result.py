@@ -10,8 +10,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.shown_units import long_time, pretty
+from proofmass.blocks.declaration.shown_units import display, long_time, pretty
 from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
@@ -140,7 +141,7 @@ class StudyResult(Plotted):
     def _repr_html_(self) -> str:
         heads = ("measure", "unit", "age", "runs", "mean", "std", "p1", "p50", "p99")
         rows = []
-        for row in self.summary():
+        for row in as_shown(self).summary():
             numbers = [f"{row[key]:.6g}" if key in row else "" for key in heads[4:]]
             age = long_time(row["age_s"]) if row["age_s"] >= 3600.0 else f"{row['age_s']:g} s"
             rows.append([row["measure"], "" if row["unit"] == "1" else pretty(row["unit"]), age, row["runs"], *numbers])
@@ -195,6 +196,29 @@ class StudyResult(Plotted):
         """Return graph, seed and versions behind the numbers."""
         own = {"graph": self.study.graph.name, "study": self.study.text(), "digest": self.digest}
         return own | dict(self.provenance)
+
+
+def as_shown(result: StudyResult) -> StudyResult:
+    """Return a study in the units that its measures ask for, such as deg/h; the same one where none does.
+
+    The digest of what it returns is not that of the study.
+    """
+    factors = {m.name: display(m.unit, m.shown_in, 1.0)[0] for m in result.measures if m.shown_in}
+    if not factors:
+        return result
+    limits = {
+        name: _scaled(limit, factors[name]) if name in factors else limit for name, limit in result.study.limits.items()
+    }
+    return replace(
+        result,
+        study=result.study.with_limits(limits),
+        measures=tuple(replace(m, unit=m.shown_in, shown_in="") if m.shown_in else m for m in result.measures),
+        values={name: rows * factors[name] if name in factors else rows for name, rows in result.values.items()},
+    )
+
+
+def _scaled(limit: Limit, factor: float) -> Limit:
+    return replace(limit, at_least=limit.at_least * factor, at_most=limit.at_most * factor)
 
 
 def collected(measures: tuple[PlannedMeasure, ...], outcomes: Outcomes) -> dict[str, Any]:

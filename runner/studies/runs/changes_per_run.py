@@ -9,13 +9,12 @@ from proofmass.runner.run.result import Array
 
 def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple[PlannedMeasure, ...]:
     """Return the changes of measures that a study asks for, as measures that nothing reads in the loop."""
-    units = {measure.name: measure.unit for measure in measures}
-    return tuple(
-        PlannedMeasure(
-            name, change.measure, change.text, "1" if change.relative else units[change.measure], ("", ""), False, 0
-        )
-        for name, change in study.changes.items()
-    )
+    units = {measure.name: (measure.unit, measure.shown_in) for measure in measures}
+    found = []
+    for name, change in study.changes.items():
+        unit, shown_in = ("1", "") if change.relative else units[change.measure]
+        found.append(PlannedMeasure(name, change.measure, change.text, unit, ("", ""), False, 0, shown_in))
+    return tuple(found)
 
 
 def change_values(study: Study, names: list[str], values: Array, calibrated: Array, after: Array) -> Array:

@@ -13,10 +13,10 @@ from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, save_figure
+from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.points import parts, swept_parts
 
 if TYPE_CHECKING:
@@ -38,6 +38,7 @@ def plot_study(result: StudyResult) -> "Figure":
     import matplotlib
     from matplotlib.figure import Figure
 
+    result = as_shown(result)
     study, columns = result.study, swept_parts(result)
     columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
     with matplotlib.rc_context(STYLE):
@@ -50,7 +51,7 @@ def plot_study(result: StudyResult) -> "Figure":
                 (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
-        figure.suptitle(f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}".replace("$", r"\$"))
+        headed(figure, f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}")
         _legend(figure)
     return figure
 

@@ -17,7 +17,7 @@ from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
-from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult
+from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult, as_shown
 from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
 from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
 from proofmass.runner.studies.shown.report_charts import distribution_chart, influences_chart, shares_chart, sweep_chart
@@ -38,17 +38,18 @@ def save_study_report(result: StudyResult, path: str | Path, influences: StudyIn
 
     `influences` are computed if they are not known already.
     """
-    known = influences or StudyInfluences(result)
+    shown = as_shown(result)
+    known = influences if influences and shown is result else StudyInfluences(shown)
     sections = [
-        *([("Yield", _yield(result))] if result.yields() else []),
-        *([("Lifetimes", lives)] if (lives := lifetimes_section(result)) else []),
-        *([("What calibrations buy", bought)] if (bought := calibrations_section(result)) else []),
-        ("Measures", _measures(result)),
-        ("Distributions", _distributions(result)),
-        *([("Curves over the sweep", curves)] if (curves := _curves(result)) else []),
-        *([("What scatters them", tables)] if (tables := _influences(result, known)) else []),
-        *([("Sobol indices", indices)] if (indices := _indices(result)) else []),
-        ("Runs to look at", _worst(result)),
+        *([("Yield", _yield(shown))] if result.yields() else []),
+        *([("Lifetimes", lives)] if (lives := lifetimes_section(shown)) else []),
+        *([("What calibrations buy", bought)] if (bought := calibrations_section(shown)) else []),
+        ("Measures", _measures(shown)),
+        ("Distributions", _distributions(shown)),
+        *([("Curves over the sweep", curves)] if (curves := _curves(shown)) else []),
+        *([("What scatters them", tables)] if (tables := _influences(shown, known)) else []),
+        *([("Sobol indices", indices)] if (indices := _indices(shown)) else []),
+        ("Runs to look at", _worst(shown)),
         ("Study", _facts(result)),
         ("To repeat it", _repeat(result)),
     ]

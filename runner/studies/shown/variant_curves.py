@@ -8,7 +8,7 @@ import numpy as np
 from proofmass.runner.output.charts import COLOURS, Panel, chart
 from proofmass.runner.output.sweeps import axis_of
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.plot import label_of
 
 _IS, _AND = " = ", ", "  # as `variants_of` names variants of a sweep
@@ -17,6 +17,7 @@ _FEW = 2  # curves, below which scatter is drawn
 
 def variant_charts(results: Mapping[str, StudyResult]) -> list[tuple[str, str]]:
     """Return a chart of all measures for each swept parameter that has several values, with a title."""
+    results = {name: as_shown(result) for name, result in results.items()}
     swept = {name: _swept(name) for name in results}
     keys = dict.fromkeys(key for values in swept.values() for key in values)
     charts = []

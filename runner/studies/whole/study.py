@@ -151,7 +151,7 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     number = noise_run(study, run, epoch)
     result = simulate_plan(planned, graph, RunOptions(seed=study.seed, engine=engine, noise=number, began=began))
     found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
-    margins = {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in found}
+    margins = {m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in) for m, value in found}
     return dataclasses.replace(result, measures={**result.measures, **margins, **_changes(study, run, epoch, engine)})
 
 
@@ -162,7 +162,11 @@ def _changes(study: Study, run: int, epoch: int, engine: EngineName) -> dict[str
     sensors = SensorRuns(study, engine)
     row = sensors.runs([run], threading.Event()).values[0, epoch]
     named = zip(sensors.measures, row.tolist(), strict=True)
-    return {m.name: Measured(value, m.unit, m.signal, m.statistic) for m, value in named if m.name in study.changes}
+    return {
+        m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in)
+        for m, value in named
+        if m.name in study.changes
+    }
 
 
 def with_numbers(study: AnyStudy, runs: int | None, seed: int | None) -> AnyStudy:

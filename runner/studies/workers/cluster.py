@@ -5,6 +5,7 @@ import contextlib
 import logging
 import re
 from collections.abc import Iterator
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from proofmass.blocks.declaration.libraries import cure
@@ -81,8 +82,12 @@ def _refuse_silent(distributed: Any, address: str) -> None:
         comm = await distributed.comm.connect(address, timeout=CONNECT_SECONDS, **security)
         comm.abort()
 
+    async def ask_in_time() -> None:
+        await asyncio.wait_for(ask(), CONNECT_SECONDS + 1)
+
     try:
-        asyncio.run(asyncio.wait_for(ask(), CONNECT_SECONDS + 1))
+        with ThreadPoolExecutor(1) as apart:  # a notebook's thread has a running loop already
+            apart.submit(asyncio.run, ask_in_time()).result()
     except OSError as error:
         raise _no_scheduler(address, error) from None
 

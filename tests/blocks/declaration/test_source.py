@@ -24,7 +24,8 @@ def functions() -> Iterator[types.FunctionType]:
         if name.startswith("proofmass.blocks."):
             owners = [module, *(kind for kind in vars(module).values() if isinstance(kind, type))]
             for owner in owners:
-                found = (inspect.unwrap(f) for f in vars(owner).values() if isinstance(f, types.FunctionType))
+                written = [f for name, f in vars(owner).items() if not name.startswith("__annotate")]  # Python 3.14's
+                found = (inspect.unwrap(f) for f in written if isinstance(f, types.FunctionType))
                 yield from (f for f in found if f.__module__ == name and f.__code__.co_filename == module.__file__)
 
 

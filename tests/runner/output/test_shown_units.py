@@ -15,10 +15,17 @@ from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.run_text import run_lines
+from proofmass.runner.commands.study_data import study_data
+from proofmass.runner.commands.texts.study import study_text
+from proofmass.runner.output.live.model import live_model
 from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.output.report import save_report
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.studies.shown.plot import plot_study
+from proofmass.runner.studies.shown.report import save_study_report
+from proofmass.runner.studies.whole.study import run_study
 
 TEXT = """
 name = "turning"
@@ -28,6 +35,7 @@ wires = ["rate.output -> lag.input"]
 probes = [{ signal = "rate.output", unit = "deg/h" }, "lag.output"]
 [measures]
 drift = { signal = "lag.output", statistic = "last", unit = "deg/h" }
+twice = { formula = "= 2 * drift", unit = "deg/h" }
 [blocks.rate]
 kind = "Constant"
 value = "15 deg/h"
@@ -48,6 +56,7 @@ def test_a_probe_and_a_measure_are_shown_in_their_units_and_kept_in_those_of_the
     result = simulate(graph_of(TEXT), engine="python")
     plain = simulate(graph_of(TEXT.replace(', unit = "deg/h"', "")), engine="python")
     assert result.digest == plain.digest
+    assert result.measures["twice"].value == plain.measures["twice"].value == 2.0 * plain.measures["drift"].value
     trace = result["rate.output"]
     assert (trace.unit, trace.values[0]) == ("rad/s", math.radians(15.0) / 3600.0)
     text = "\n".join(run_lines(result))
@@ -55,6 +64,10 @@ def test_a_probe_and_a_measure_are_shown_in_their_units_and_kept_in_those_of_the
     drift = 15.0 * -math.expm1(-2 * math.pi * 2.0 * 1.0)
     assert f"drift = {drift:.6g} °/h: last of lag.output" in text
     assert result.measures["drift"].unit == "rad/s"
+    assert f"twice = {2 * drift:.6g} °/h: = 2 * drift" in text
+    data = result.measures["twice"].as_data()
+    assert (data["unit"], data["shown_in"]) == ("1/s", "deg/h")
+    assert data["value"] == pytest.approx(2 * math.radians(drift) / 3600.0, rel=1e-12)
     labels = [axes.get_ylabel() for axes in plot_traces(result).axes]
     assert labels == ["rate.output [°/h]", "lag.output [µrad/s]"]
     page = save_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
@@ -64,12 +77,71 @@ def test_a_probe_and_a_measure_are_shown_in_their_units_and_kept_in_those_of_the
 
 
 def test_a_unit_of_another_kind_is_refused_and_one_that_is_none() -> None:
-    first, second = check(graph_of(TEXT.replace("deg/h", "deg").replace('"15 deg"', "0")))
+    first, second, third = check(graph_of(TEXT.replace("deg/h", "deg").replace('"15 deg"', "0")))
     assert (first.key, first.message) == ("probes: rate.output", "cannot be shown in deg: it is in rad/s")
     assert (second.key, second.message) == ("measures.drift.unit", "cannot be shown in deg: it is in rad/s")
+    assert (third.key, third.message) == ("measures.twice.unit", "cannot be shown in deg: it is in 1/s")
     with pytest.raises(ModelError) as refused:
         graph_of(TEXT.replace('unit = "deg/h"', 'unit = "dgee/h"'))
-    assert [problem.message for problem in refused.value.problems] == ["unknown unit 'dgee'"] * 2
+    assert [problem.message for problem in refused.value.problems] == ["unknown unit 'dgee'"] * 3
+
+
+@pytest.mark.parametrize(
+    ("entry", "key", "message"),
+    [
+        ('{ formula = "= 2 * drift", united = "deg/h" }', "measures.twice.united", "unknown key"),
+        ("{ formula = 2.0 }", "measures.twice.formula", "must be a text that begins with ="),
+        ('{ formula = "= 2 *" }', "measures.twice.formula", "ends too early"),
+    ],
+)
+def test_a_measure_of_measures_with_a_unit_is_a_table_of_two_keys(entry: str, key: str, message: str) -> None:
+    with pytest.raises(ModelError) as refused:
+        graph_of(TEXT.replace('{ formula = "= 2 * drift", unit = "deg/h" }', entry))
+    (problem,) = refused.value.problems
+    assert (problem.key, problem.line) == (key, 9)
+    assert message in problem.message
+
+
+STUDY = """
+graph = "turning.toml"
+runs = 12
+[spread]
+"rate.value" = { normal = "1 deg/h" }
+[limits]
+drift = { at_most = "15 deg/h" }
+"""
+
+
+def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_signals(tmp_path: Path) -> None:
+    (tmp_path / "turning.toml").write_text(TEXT)
+    (tmp_path / "study.toml").write_text(STUDY)
+    study = read_study(tmp_path / "study.toml")
+    result = run_study(study, engine="python")
+    mean, scale = float(result["drift"].mean()), 3600.0 * 180.0 / math.pi
+    rows = {line.split()[0]: line.split() for line in study_text(result).splitlines() if "deg/h" in line}
+    assert {name: row[1] for name, row in rows.items()} == {"drift": "deg/h", "twice": "deg/h"}
+    for name, factor in (("drift", scale), ("twice", 2.0 * scale)):
+        shown, bracket = rows[name][4].rstrip(")").split("(")
+        assert float(shown) == pytest.approx(mean * factor, rel=2e-2)
+        assert bracket.isdigit()
+    assert f"{100 * result.yields()['drift']:.2f} %" in study_text(result)
+    assert {m["measure"]: m["unit"] for m in study_data(result)["measures"]} == {"drift": "rad/s", "twice": "1/s"}
+    assert study_data(result)["measures"][0]["mean"] == pytest.approx(mean, rel=1e-12)
+    assert [panel.get_xlabel() for panel in plot_study(result).axes] == ["drift [°/h]", "twice [°/h]"]
+    assert f"<td>{scale * mean:.6g}</td>" in result._repr_html_()
+    page = save_study_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
+    assert "≤ 15<" in page
+    assert result.digest in page
+    assert "at_most&quot; = 7.272" in page, "the file to repeat it has the units of the signals"
+
+
+def test_a_live_page_has_the_scales_of_the_units_that_are_asked_for() -> None:
+    model = live_model(graph_of(TEXT))
+    probe = next(one for one in model["loop"]["probes"] if one["signal"] == "rate.output")
+    for one in (probe, model["loop"]["measures"][0]):
+        (scale,) = model["units"][one["unit"]]
+        assert 10.0 ** -scale["exponent"] == pytest.approx(3600.0 * 180.0 / math.pi, rel=1e-12)
+        assert scale["text"] == "°/h"
 
 
 def test_what_was_written_stays_with_a_block_and_changes_nothing() -> None:

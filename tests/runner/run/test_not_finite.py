@@ -120,7 +120,7 @@ class TestNumbersThatAreNotFinite:
     def test_a_root_of_a_negative_number(self) -> None:
         text = self.refused(falling_to_zero(Root(), "root"))
         assert text.startswith("block.root: failed in tick 6, t = 0.6 s")
-        assert "ValueError: math domain error" in text
+        assert "ValueError: math domain error" in text or "ValueError: expected a nonnegative input, got -0.1" in text
 
     def test_one_that_ends_in_an_integer(self) -> None:
         graph = falling_to_zero(Root(), "root")

@@ -20,6 +20,15 @@ from proofmass.runner.targets.native import CompiledPlan
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 ENGINES: list[EngineName] = ["python", "compiled"]
+
+
+def root_of(negative: float) -> str:
+    """Python's words, which differ from version to version, for a root that is not real."""
+    with pytest.raises(ValueError) as refused:  # noqa: PT011 its words are what is asked for
+        math.sqrt(negative)
+    return str(refused.value)
+
+
 FILE = '''
 import math
 from typing import NamedTuple
@@ -84,7 +93,7 @@ FAULTS = {
     "entry": ("return line[x.count]", "pass", "level", "IndexError: there is no entry 60 among 60"),
     "stored": ("return input", "line[x.count] = input", "update", "IndexError: there is no entry 60 among 60"),
     "shift": ("return float(1 << (59 - x.count))", "pass", "level", "ValueError: a negative shift or power"),
-    "root": ("return min(math.sqrt(59.5 - input), 3.0)", "pass", "level", "ValueError: math domain error"),
+    "root": ("return min(math.sqrt(59.5 - input), 3.0)", "pass", "level", f"ValueError: {root_of(-0.5)}"),
     "long": (
         "for i in range(x.count * 279621):\n        if i > 9:\n            break\n    return input",
         "pass",

@@ -42,7 +42,6 @@ from proofmass.runner.analysis.linearisation.linearise import open_loop
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, periodic_point
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.plan.memory import start
-from proofmass.runner.plan.planned import without_noise
 from proofmass.runner.planning.plan import plan
 
 LIBRARY = Path(__file__).parents[4] / "graphs" / "library"
@@ -135,7 +134,7 @@ def test_the_orbit_closes_in_a_run(orbit: tuple[Graph, str, PeriodicPoint]) -> N
     graph, _, point = orbit
     assert point.misfit <= CLOSED
     before = point.memory.copy()
-    after = Forward(without_noise(plan(graph)), before.copy()).to(before.tick + point.ticks)
+    after = Forward(plan(graph).without_noise, before.copy()).to(before.tick + point.ticks)
     for name, state in before.states.items():
         if state is not None:
             assert after.states[name] == pytest.approx(state, rel=CLOSED, abs=CLOSED), name
@@ -144,7 +143,7 @@ def test_the_orbit_closes_in_a_run(orbit: tuple[Graph, str, PeriodicPoint]) -> N
 def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
     graph, _, point = orbit
     planned = plan(graph)
-    far = Forward(without_noise(planned), start(planned)).to(point.memory.tick)
+    far = Forward(planned.without_noise, start(planned)).to(point.memory.tick)
     for name, state in point.memory.states.items():
         if state is not None:
             assert far.states[name] == pytest.approx(state, rel=1e-6, abs=1e-8), name
@@ -157,7 +156,7 @@ def with_factor(
     name, _, port = wire.partition(".")
     planned, first = plan(graph), point.memory.tick
     stride = planned.stride((name, port))
-    run, values = Forward(without_noise(planned), point.memory.copy()), [0.0] * (point.ticks // stride)
+    run, values = Forward(planned.without_noise, point.memory.copy()), [0.0] * (point.ticks // stride)
     for tick in range(first, first + point.ticks, stride):
         values[tick // stride % len(values)] = run.to(tick + 1).wires[name, port]
     flat = flatten(graph)
@@ -205,7 +204,7 @@ def growth(
     memory = start(changed)
     memory.states.update(point.memory.states)
     memory.tick = point.memory.tick
-    run, sizes = Forward(without_noise(changed), memory), []
+    run, sizes = Forward(changed.without_noise, memory), []
     first = point.memory.tick
     for period in range(2 * periods):
         off = run.to(first + (period + 1) * point.ticks).wires["off", "output"]

@@ -75,6 +75,14 @@ def test_two_loops_of_a_graph_against_a_dense_sweep_by_slicot() -> None:
     assert found.complementary == pytest.approx(np.max(np.abs(np.eye(2) - matrices), axis=0), rel=1e-3)
 
 
+def test_what_goes_one_way_between_loops_moves_no_margin_at_any_frequency() -> None:
+    """Both loops are x / (z - 1) with a delay; however strong the way from the one to the other, each counts alone."""
+    a, b, c = np.array([[1.0, 0.0], [1e6, 1.0]]), np.diag([0.3, 0.4]), np.eye(2)
+    found = of_system(system_of(a, b, c, np.zeros((2, 2)), 1.0), ["x", "y"], [1, 1])
+    assert 1.0 / found.bounds == pytest.approx(np.min(1.0 / found.of_each, axis=0), rel=1e-4)
+    assert found.margin == pytest.approx(min(found.alone), rel=1e-6)
+
+
 def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:
     found = margins_together(GRAPH)
     assert found.reached == pytest.approx(found.margin, rel=1e-6)

@@ -112,7 +112,7 @@ def test_a_named_value_moves_what_follows_from_it_to_the_bits_of_the_command_lin
         page.keyboard.press("ArrowRight")
     after = digest(page, before)
     moved = float(page.input_value("[id='step']"))
-    page.click("summary:text-is('count.one')")
+    page.click("summary:has-text('count.one')")
     assert float(page.input_value("[id='count.one.value']")) == pytest.approx(4.0 * math.sqrt(moved), rel=1e-15)
     monkeypatch.chdir(folder)
     assert main(["run", "graph.toml", "--set", f"step={moved!r}", "--json"]) == 0
@@ -153,7 +153,7 @@ def test_a_walk_goes_tick_by_tick_and_takes_other_parameters_on_the_way(browser:
     step = 4.0 * math.sqrt(2.0)
     unit = "[data-of='count.sum.output']"
     assert float(page.text_content(unit).split()[0]) == pytest.approx(9.0 * step, rel=1e-4)
-    page.click("summary:text-is('count.one')")
+    page.click("summary:has-text('count.one')")
     page.fill("[id='count.one.value']", "-1")
     page.press("[id='count.one.value']", "Enter")
     page.wait_for_selector(".walk-line:has-text('were changed on the way')")

@@ -165,7 +165,7 @@ def test_a_study_file_stands_for_the_folder_it_ran_in_last(
     assert "wrote out/report.html: 6 of 6 runs" in capsys.readouterr().out
 
 
-def test_margins_of_the_runs_are_in_the_report(tmp_path: Path) -> None:
+def test_margins_of_the_runs_are_in_the_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Measures of the ledger that no signal has."""
     text = library_file("scale_factor_drift.toml").read_text().partition("[study]")[0]
     text = text.replace('duration = "0.3 s"', 'duration = "1 ms"').replace('from = "0.25 s"', 'from = "0 s"')
@@ -173,8 +173,12 @@ def test_margins_of_the_runs_are_in_the_report(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(text + more)
     made = run_study(read_study(tmp_path / "study.toml"), engine="python", folder=tmp_path / "out")
     assert kept_result(tmp_path / "out").digest == made.digest
-    assert main(["report", str(tmp_path / "out")]) == 0
+    capsys.readouterr()
+    assert main(["report", str(tmp_path / "out"), "--json"]) == 0
     assert "main.gain_margin" in texts((tmp_path / "out" / "report.html").read_text())
+    data = json.loads(capsys.readouterr().out)
+    assert (data["digest"], data["report"]) == (made.digest, str(tmp_path / "out" / "report.html"))
+    assert "main.gain_margin" in [measure["measure"] for measure in data["measures"]]
 
 
 def test_one_age_and_no_limits(tmp_path: Path) -> None:

@@ -1,11 +1,15 @@
 """Workers of this machine listen to the process that started them, and to nobody else."""
 
 import asyncio
+import socket
+from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 import distributed
 import pytest
 
+from proofmass.runner.run.faults import RunError
+from proofmass.runner.studies.workers import cluster
 from proofmass.runner.studies.workers.cluster import connected
 
 
@@ -19,7 +23,8 @@ def reached(address: str, **security: Any) -> bool:
         comm.abort()
 
     try:
-        asyncio.run(greet())
+        with ThreadPoolExecutor(1) as apart:
+            apart.submit(asyncio.run, greet()).result()
     except (TimeoutError, OSError, RuntimeError):
         return False
     return True
@@ -38,3 +43,17 @@ def test_strangers_are_not_answered_by_local_workers() -> None:
             assert not reached(address, **own)
         known = client.security.get_connection_args("client")
         assert reached(addresses[0], **known)
+
+
+@pytest.mark.defect("C6", before="RuntimeError of asyncio, in a notebook", after="no Dask scheduler answers")
+def test_in_a_notebook_whose_thread_has_a_running_loop(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.2)
+
+    async def cell() -> None:
+        with socket.create_server(("127.0.0.1", 0)) as silent:
+            place = f"tcp://127.0.0.1:{silent.getsockname()[1]}"
+            with pytest.raises(RunError, match="no Dask scheduler answers"), connected(place):
+                pass
+
+    with ThreadPoolExecutor(1) as apart:
+        apart.submit(asyncio.run, cell()).result()
