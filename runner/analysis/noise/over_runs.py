@@ -45,9 +45,9 @@ class ValueDeviation:
     """Standard deviation over runs of one value of an output, and of the parts of it that each block makes.
 
     >>> from proofmass import deviation_over_runs, read_graph
-    >>> estimate = deviation_over_runs(read_graph("library:quartz_feedback_noise"), "estimator.difference", until=100.0)
-    >>> estimate.output, estimate.deviation > 0.0
-    ('estimator.difference', True)
+    >>> last = deviation_over_runs(read_graph("library:recorded_motion"), "mean.mean", until="40 ms")
+    >>> last.output, f"{last.deviation:.4f} {last.unit}"
+    ('mean.mean', '0.0020 m/s^2')
     """
 
     output: str  # "block.port"
@@ -74,15 +74,16 @@ def deviation_over_runs(
 ) -> ValueDeviation:
     """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
 
-    `output` is "block.port"; the time `until` is in seconds, and the end of the graph's run unless said. Random numbers
-    count from tick 0 on, and roundings as in `noise`. Each tick is followed in Python, some 1 ms a tick.
+    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The time `until` is in
+    seconds, and the end of the graph's run unless said. Roundings count as in `noise`. Each tick is followed in Python,
+    in some 1 ms.
 
     Raises `ModelError` for a graph that cannot be linearised.
 
     >>> from proofmass import deviation_over_runs, read_graph
-    >>> carrier = deviation_over_runs(read_graph("library:recorded_motion"), "mean.mean", until="40 ms")
-    >>> carrier.unit, [block for block in carrier.sources][0]
-    ('m/s^2', 'amplifier')
+    >>> last = deviation_over_runs(read_graph("library:recorded_motion"), "mean.mean", until="40 ms")
+    >>> list(last.sources)
+    ['amplifier', 'gas', 'adc']
     """
     planned = plan(graph)
     ticks = planned.ticks() if until is None else tick_of(tick_at(planned, until))
