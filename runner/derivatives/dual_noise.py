@@ -193,7 +193,8 @@ class NoisyTicks(DualTicks):
         tick, given, key = self._last.get(owner, (-1, None, ("", "", 0)))
         same = tick == self._memory.tick and given == value and slopes_of(given, SIGNALS) == slopes_of(value, SIGNALS)
         if not same:
-            key = (owner, ROUNDING, sum(name == owner for name, _, _ in self.quantised))
+            key = (owner, ROUNDING, self._counts[owner, ROUNDING])
+            self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key
             self.quantised[key] = value
         return rule(value) + self._direction(key)

@@ -204,7 +204,22 @@ def noise(
     >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
     [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
-    planned = plan(graph)
+    return noise_of(
+        plan(graph), output, input=input, band=band, at=at, frequencies=frequencies, derivatives=derivatives
+    )
+
+
+def noise_of(
+    planned: Plan,
+    output: str,
+    *,
+    input: str = "",
+    band: tuple[float, float] | None = None,
+    at: str | float | Fraction | None = None,
+    frequencies: Sequence[float] = (),
+    derivatives: bool = False,
+) -> NoiseBudget:
+    """Return the budget of an output of a plan: of several outputs the operating point is looked for once."""
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
