@@ -18,7 +18,7 @@ from proofmass.runner.commands.failures import explain
 
 __all__ = ["cli", "main"]
 
-_COLLECTED = 50_000  # new objects between two looks for garbage: most of a command's live to its end
+_COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
 
 for command in (*ANALYSES, *BLOCKS, *COMPARISONS, fit, *DESIGN, live):
     cli.add_command(command)
@@ -32,7 +32,7 @@ def main(arguments: list[str] | None = None) -> int:
     try:
         return _answered(sys.argv[1:])
     finally:
-        gc.freeze()  # the process ends: nothing is looked for among what is taken down with it
+        gc.freeze()  # the process ends: collecting its objects would take time in vain
 
 
 def _answered(words: list[str]) -> int:
@@ -42,7 +42,7 @@ def _answered(words: list[str]) -> int:
         sys.stdout.flush()
         return code or DONE
     except SystemExit:
-        return DONE  # click's answer to a reader that has gone away, as in `proofmass blocks | head -1`
+        return DONE  # click raises so where the reader has gone away, as in `proofmass blocks | head -1`
     except BrokenPipeError:
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())  # Python flushes once more at its end
         return DONE

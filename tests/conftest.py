@@ -45,6 +45,7 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(DefectTable())
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices of tests are small: more threads would wait for each other
     os.environ.pop("PYTHONDONTWRITEBYTECODE", None)  # or hundreds of processes would each compile the package anew
     folder = tempfile.mkdtemp(prefix="proofmass-tests-")
     os.environ["PROOFMASS_CACHE"] = str(Path(folder) / "cache")

@@ -1,5 +1,6 @@
 """Exhaustive tests: left out unless they are asked for, and counted in the last line."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -31,9 +32,10 @@ def test_a_sample(number): ...
 def test_they_run_where_they_are_asked_for(options: list[str], passed: int, last: str, tmp_path: Path) -> None:
     (tmp_path / "test_some.py").write_text(TESTS)
     (tmp_path / "pytest.ini").write_text("[pytest]\nmarkers = exhaustive\n")
-    plugins = ["-p", "tests.exhaustive", "-p", "no:cacheprovider"]
+    plugins = ["-p", "xdist.plugin", "-p", "tests.exhaustive", "-p", "no:cacheprovider"]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # or each process imports every plugin
     command = [sys.executable, "-m", "pytest", *plugins, *options, "-c", str(tmp_path / "pytest.ini"), str(tmp_path)]
-    ran = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120)
+    ran = subprocess.run(command, cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120)
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert f"{passed} passed" in ran.stdout
     assert last in ran.stdout.splitlines()[-1]

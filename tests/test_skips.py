@@ -1,5 +1,6 @@
 """The line on skipped tests: alone at the end, with and without processes beside each other."""
 
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -28,9 +29,20 @@ def test_the_last_line_says_what_was_skipped_and_how_to_have_it(processes: int, 
     (tmp_path / "test_some.py").write_text(TESTS)
     (tmp_path / "test_whole.py").write_text(WHOLE)
     (tmp_path / "pytest.ini").write_text("[pytest]\n")
-    options = ["-p", "tests.skips", "-p", "no:cacheprovider", *(["-n", str(processes)] if processes else [])]
+    environment = os.environ | {"PYTEST_DISABLE_PLUGIN_AUTOLOAD": "1"}  # or each process imports every plugin
+    options = [
+        "-p",
+        "xdist.plugin",
+        "-p",
+        "tests.skips",
+        "-p",
+        "no:cacheprovider",
+        *(["-n", str(processes)] if processes else []),
+    ]
     command = [sys.executable, "-m", "pytest", *options, "--rootdir", str(tmp_path), "-c", str(tmp_path / "pytest.ini")]
-    ran = subprocess.run([*command, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, timeout=120)
+    ran = subprocess.run(
+        [*command, str(tmp_path)], cwd=ROOT, env=environment, capture_output=True, text=True, timeout=120
+    )
     assert ran.returncode == 0, ran.stdout + ran.stderr
     assert ran.stdout.splitlines()[-1] == (
         "skipped: 3 for want of Icarus Verilog (apt-get install iverilog), "

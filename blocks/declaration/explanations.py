@@ -185,7 +185,7 @@ EXPLANATIONS = (
         "P0502",
         "A run is too short, or of no stated length",
         r"how long|over after the tick at time 0|run ends before|is too short|short|no averaging time"
-        r"|no relative error",
+        r"|no relative error|no value before",
         "The duration is shorter than what is measured, or nothing says how long to run.",
         'Say duration = "2 s" in the file, or --duration "2 s".',
     ),

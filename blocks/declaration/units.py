@@ -153,6 +153,7 @@ def convert(text: str, target: str) -> float:
         raise UnitError("too large for a number") from None
 
 
+@lru_cache(4096)  # graphs repeat their quantities, and a file is often read again
 def convert_exactly(text: str, target: str) -> Fraction:
     """Convert without rounding; rates are kept like this."""
     number, symbol = split_quantity(text, target)

@@ -24,7 +24,7 @@ from docs.site.pictures import STEPS
 from docs.site.play import missing_lines, play
 
 ROOT = Path(__file__).parents[2]
-NEXT = "3.14"  # tried if it is there, though pyproject.toml does not name it yet
+NEXT = "3.15"  # tried if it is there, though pyproject.toml does not name it yet
 REPORT = Path("results", "report.html")
 
 

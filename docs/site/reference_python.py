@@ -13,7 +13,8 @@ GROUPS = {  # the heading of each name; a name that is nowhere ends the build
     "Blocks of your own": ("Block", "Input", "Buffer", "block", "param"),
     "Margins and linearisation": ("margins", "Margins", "linearise"),
     "Noise, spectra, Allan deviations": (
-        "noise", "NoiseBudget", "spectrum", "Spectrum", "tones", "Tones", "allan", "Allan", "read_series", "Series",
+        "noise", "NoiseBudget", "deviation_over_runs", "ValueDeviation", "spectrum", "Spectrum", "tones", "Tones",
+        "allan", "Allan", "read_series", "Series",
     ),
     "Tuning, fits, worst cases": (
         "tune", "read_tuning", "Tuned", "Tuning", "fit", "Fitted", "worst", "WorstCases", "margins_together",

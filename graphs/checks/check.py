@@ -30,7 +30,8 @@ from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output, find_target
 from proofmass.graphs.model.statistics import STATISTICS
 
-_OF_VALUES = ("the units", "the shapes", "the types", "the formats")  # what problems of parameters change
+# Beginnings of problems that depend on the values of parameters.
+_OF_VALUES = ("the units", "the shapes", "the types", "the formats")
 
 
 def check(graph: Graph) -> list[Problem]:
@@ -309,7 +310,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         except ModelError as error:
             counted_later = {
                 option.samples for option in STATISTICS[measure.statistic].times.values()
-            }  # once rates are
+            }  # counted in samples once the rates are known
             for problem in (problem for problem in error.problems if problem.path[0] not in counted_later):
                 yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
 
@@ -346,7 +347,7 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
                 hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
-            ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # where probes can be added
+            ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # the line at which a probe can be added
     yield from clocking_notes(graph)
     if graph.root.subgraphs:
         yield from unused_parts(graph)

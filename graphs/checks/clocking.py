@@ -68,7 +68,7 @@ class _Wiring:
     def held(self, name: str) -> bool:
         """Return whether the outputs of a block hold their values from tick to tick."""
         if name not in self._held:
-            self._held[name] = True  # the first guess: a loop of blocks without memory does not move by itself
+            self._held[name] = True  # first guess: a loop of blocks without memory stays at rest
             self._held[name] = self._is_held(self.flat.blocks[name], name)
         return self._held[name]
 

@@ -14,7 +14,7 @@ from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.graphs.model.rates import base_rate, with_offsets
 
-_NAMED = 40  # wires of a loop
+_NAMED = 40  # at most so many wires of a loop are named in a message
 
 
 class ConstantsOf(NamedTuple):
@@ -34,7 +34,7 @@ class Beat(NamedTuple):
         return -((self.phase - tick) // self.stride)
 
 
-Step: TypeAlias = Endpoint | ConstantsOf  # of a tick
+Step: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
 
 
 class Torn(NamedTuple):

@@ -6,9 +6,9 @@ from math import ceil
 from proofmass.graphs.drawing.items import Item, Net, NetName, Pin
 
 WIDEST = 1300  # pixels: what a page of 1400 shows without making its text smaller
-_ASPECT = 1.25  # width over height that a large diagram goes for
-_CROSSING = 0.015  # cost of a wire from row to row, in squares of the part by which a row differs from the wanted width
-_LONGEST = 1.35  # width of a row over the wanted one
+_ASPECT = 1.25  # preferred width over height of a large diagram
+_CROSSING = 0.015  # cost of a wire between rows; a row costs the square of its deviation from the preferred width
+_LONGEST = 1.35  # largest width of a row over the preferred one
 _TRIES = 5
 
 Rows = Sequence[tuple[int, int]]  # first layer of each row, and the first of the next
@@ -35,7 +35,7 @@ def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: 
     The sum over rows of (1 - width / wanted)^2, and of the wires between rows, is least.
     """
     count, ends = len(starts), [*starts[1:], width]
-    best: list[tuple[float, int]] = [(0.0, 0)]  # cost of the first layers, and where their last row begins
+    best: list[tuple[float, int]] = [(0.0, 0)]  # least cost of the first layers, and the start of their last row
     for last in range(count):
         options = []
         for first in range(last, -1, -1):

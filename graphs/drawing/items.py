@@ -20,7 +20,7 @@ class Shape:
     outputs: Mapping[str, int]
     driven: Mapping[str, int]
     label: int = 0  # room beside the outputs
-    exit: bool = False  # whether somebody looks at an output
+    exit: bool = False  # whether a probe or an export reads an output
     noise: bool = False
 
     def row(self, parameter: str) -> int:

@@ -61,7 +61,7 @@ class _Wiring:
             self.into[edge[1]].append(edge)
         self.signals = {(link.source, link.target) for link in links if not link.driven}
         self.back: set[Edge] = {edge for edge in self.edges if edge[0] == edge[1]}
-        self.cores: dict[frozenset[str], str] = {}  # loops that hang together, with the block each starts at
+        self.cores: dict[frozenset[str], str] = {}  # sets of connected loops, with the block at which each set starts
         self._cut(names)
         self.before = {name: sorted(edge[0] for edge in self.into[name] if edge not in self.back) for name in names}
         self.after = {name: sorted(after) for name, after in turned(self.before).items()}

@@ -127,7 +127,7 @@ class _Part:
         size = sum(len(column) for column in self.columns)
         best = self._state()
         for sweep in range(SWEEPS if size <= LARGEST_POLISHED else 2):
-            side = sweep % 2  # looking left while going right, and the other way round
+            side = sweep % 2  # a sweep to the right compares with the layer on its left, and vice versa
             for column in self.columns if side == 0 else reversed(self.columns):
                 wanted = {item: self._centre(item, side) for item in column}
                 column.sort(key=lambda item: wanted[item])

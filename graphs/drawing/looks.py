@@ -22,8 +22,8 @@ _SIGNS = {  # of circles, by input
     "Product": {"first": "×", "second": "×"},
     "Quotient": {"numerator": "×", "denominator": "÷"},
 }
-_TRIANGLES = {"Gain": "", "Negation": "\N{MINUS SIGN}1"}  # and what stands in them
-_SILENT = ("input", "output")  # ports whose names say nothing where they are alone on their side
+_TRIANGLES = {"Gain": "", "Negation": "\N{MINUS SIGN}1"}  # with the text inside
+_SILENT = ("input", "output")  # names that need not be written where the port is alone on its side
 
 
 @dataclass(frozen=True)

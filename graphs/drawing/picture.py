@@ -48,7 +48,7 @@ class Box:
             number = parameter.kind in (float, int) and value != parameter.default and not self.subgraph
             if number and name not in driven:
                 shown = in_print(value, short_unit(parameter.unit), 6)
-                said = name in (self.kind.lower(), f"{parameter.unit}s")  # already, by the kind or the unit
+                said = name in (self.kind.lower(), f"{parameter.unit}s")  # the kind or the unit says the name already
                 yield shown if said else f"{name} {shown}"
 
 
@@ -72,7 +72,7 @@ def picture_of(flat: FlatGraph, graph: Graph, path: str) -> Picture:
     """Return the picture of a graph inside another; `path` ends in a dot, or is empty for the whole."""
     wires = [(node_of(graph, wire.source), node_of(graph, wire.target)) for wire in graph.wires]
     probes = sorted({node_of(graph, probe.signal) for probe in graph.probes})
-    if path:  # those of the whole, which reach inside
+    if path:  # probes of the whole graph that reach inside
         below = (probe.signal.removeprefix(path) for probe in flat.probes if probe.signal.startswith(path))
         probes = sorted({node_of(graph, outside(graph, signal)) for signal in below})
     reached: dict[str, set[str]] = {name: set(part.exports) for name, part in graph.subgraphs.items()}

@@ -7,7 +7,7 @@ from typing import TypeVar
 
 GRID = 10
 Point = tuple[int, int]
-Tree = dict[Point, set[Point]]  # of the lines of one wire: for each point those that it is joined to
+Tree = dict[Point, set[Point]]  # lines of one wire: the neighbours of each point
 Key = TypeVar("Key", bound=Hashable)
 Heights = tuple[Sequence[int], Sequence[int]]  # of the pins of one net on the left and on the right side of a gap
 LARGEST_SIFTED = 150  # bars in one gap

@@ -23,9 +23,9 @@ from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.values import read_values
 
-_COMPARED = 1000  # files of a folder
-_OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # what wires and signals are judged by
-_ANY_RATE = "1 kHz"  # at which wires are looked at where the rate cannot be read
+_COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name
+_OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
+_ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires can be checked
 
 
 GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
@@ -157,7 +157,7 @@ def _wiring_beside(
     try:
         graph = Graph(blocks=reader.blocks, rates=rates, place=place, **{"name": "", "rate": _ANY_RATE, **readable})
     except ModelError:
-        return []  # what is wrong with the blocks themselves is told already
+        return []  # problems of the blocks themselves have been reported
     found = check_apart_from(graph, reader.doubtful)
     return [problem for problem in found if whole or problem.path[0] != "blocks"]
 
@@ -179,7 +179,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         raise _refused(file, line, "holds a NUL character", "save it as plain text")
     text = text.removeprefix("\ufeff").replace("\r\n", "\n")
     try:
-        lines = locate_keys(text)  # first: it refuses what the parser would take minutes for
+        lines = locate_keys(text)  # before the parser, which would take minutes for what is refused here
         return tomllib.loads(text), Place(file, lines, folder)
     except LimitError as error:
         raise _refused(file, error.line, str(error)) from None

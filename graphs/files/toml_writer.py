@@ -113,7 +113,7 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
 def _offset(graph: Graph, name: str) -> Iterator[str]:
     written = _formula(graph, f"{name}.{CLOCK_OFFSET}")
     if name in graph.subgraphs and written:
-        return  # it stands among the formulas
+        return  # it is written with the formulas
     if written or name in graph.offsets:
         yield f"{CLOCK_OFFSET} = {quoted(written or f'{graph.offsets[name]} s')}"
 

@@ -135,7 +135,7 @@ class _Parser:
         units = []
         while self.tokens[self.at][0] == "name" and self.tokens[self.at + 1][1] != "(":
             units.append(self.tokens[self.at][1] + self._unit_power())
-        known = unit("*".join(units) or "1")  # refuses what is no unit, with the nearest name
+        known = unit("*".join(units) or "1")  # raises for an unknown unit, and offers the nearest name
         return Number(_float(text, known.factor), known.exponents)
 
     def _unit_power(self) -> str:

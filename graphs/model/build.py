@@ -176,7 +176,7 @@ class Graph(Value):
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
         """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
         need("networkx")
-        import networkx  # here, since it takes longer to import than a graph to build
+        import networkx  # start-up time: importing it takes longer than building a graph
 
         flat = flatten(self)
         out: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=self.name)

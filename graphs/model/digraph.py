@@ -15,7 +15,7 @@ Node = TypeVar("Node", bound=Any)  # has a hash and an order
 def strongly_connected(edges: Mapping[Node, Iterable[Node]]) -> Iterator[set[Node]]:
     """Sets of nodes that all reach each other (Tarjan, 1972); a node in no loop is a set of its own."""
     number: dict[Node, int] = {}  # of each node in the order in which it was found
-    lowest: dict[Node, int] = {}  # of those that a node leads back to
+    lowest: dict[Node, int] = {}  # lowest number that a node leads back to
     open_nodes, waiting = set[Node](), list[Node]()
     for root in edges:
         path = [] if root in number else [(root, iter(edges[root]))]

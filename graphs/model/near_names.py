@@ -9,7 +9,7 @@ from proofmass.graphs.model.limits import NAME
 
 _OF_SIGNALS = ("not a wire", "not a probe", "not an output")
 _WORD = re.compile(r"[^\s.'\"{}=,>-]+")
-_LONGEST = 200  # characters of a text that is looked through
+_LONGEST = 200  # characters of a text that is searched for a name
 
 
 def with_nearest(problems: Iterable[Problem], blocks: Collection[str], wires: Iterable[object]) -> Iterator[Problem]:

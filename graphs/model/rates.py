@@ -12,9 +12,9 @@ Rate = Fraction | int | float | str
 LARGEST_RATIO = 10**6  # base ticks per tick of the slowest block
 LOWEST_RATE, HIGHEST_RATE = Fraction(1, 10**12), Fraction(10**15)
 LONGEST_DURATION = Fraction(10**15)  # seconds
-_ROUNDINGS = Fraction(1, 2**50)  # four of a float, relative
-_SHORTER = 1000  # times, of the denominator
-_LONGEST_INTEGER = 10**80  # above or below the line of a fraction
+_ROUNDINGS = Fraction(1, 2**50)  # relative error of a float after four roundings
+_SHORTER = 1000  # a nearby fraction is taken if its denominator is this many times smaller
+_LONGEST_INTEGER = 10**80  # largest numerator or denominator
 
 
 def read_rate(value: object) -> Fraction:

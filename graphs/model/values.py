@@ -120,7 +120,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: s
         needs = {name: others - unknown for name, others in needs.items() if name not in unknown}
     for name in TopologicalSorter(needs).static_order():
         if formulas[name].names & unknown:
-            unknown.add(name)  # what is wrong is said where it is
+            unknown.add(name)  # the problem is reported at the formula that names it
             continue
         try:
             read[name] = resolved(formulas[name], read)

@@ -122,7 +122,7 @@ def schema(own: Own | None = None) -> Schema:
                 "properties": {key: {"description": doc, **values[key]} for key, doc in TOP_KEYS.items()},
                 **_GRAPH,
             },
-            # a reference with keys beside it: what is not said here is the study's
+            # keys beside a reference add to it: all others are those of the study
             STUDY_FILE: {"title": "proofmass study", "$ref": "#/$defs/study", "required": ["graph"]},
             "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
             "formula": {"type": "string", "pattern": r"^\s*=", "maxLength": LENGTH + 2},

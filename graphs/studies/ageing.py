@@ -54,7 +54,7 @@ NEEDED_BY = {
     **{key: key.removesuffix("_spread") for key in _SPREAD},
 }
 NO_MISSIONS: Mapping[str, Mission] = MappingProxyType({})
-_NUMBERS = {  # beside the laws: unit, default, least
+_NUMBERS = {  # settings beside the laws: unit, default, least value
     "onset": ("s", 86400.0, 1e-3),
     "temperature": ("K", 298.15, 1.0),
     "reference_temperature": ("K", 298.15, 100.0),
@@ -67,7 +67,7 @@ _UNITS = {key: unit for key, (unit, _, _) in _NUMBERS.items()}
 _LEAST = {key: least for key, (_, _, least) in _NUMBERS.items()}
 
 
-_LATER = {  # laws that are not told where they are as by default
+_LATER = {  # settings that are not written where they have these values
     "cycles": 0.0,
     "cycles_spread": 0.0,
     "cycle_range": _DEFAULTS["cycle_range"],

@@ -25,7 +25,7 @@ NOTHING: Tables = MappingProxyType({})
 SCALES = ("linear", "logarithmic")
 STARTS, SAMPLES = 4, 64
 MOST_STARTS, MOST_SAMPLES = 100, 100_000
-_WIDE = 8.0  # ratio of two bounds, from which on the axis is logarithmic unless said
+_WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by default
 
 
 def tuning_of(

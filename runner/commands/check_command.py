@@ -22,11 +22,11 @@ def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json:
     graph, problems, study = check_file(path, own_blocks(own), lambda graph: changed(graph, changes))
     alone = graph is not None and not _wrong(problems) and runs_alone(flatten(graph))
     if graph is not None and alone:
-        from proofmass.runner.studies.whole.ready import unready  # NumPy, which a wrong graph does not wait for
+        from proofmass.runner.studies.whole.ready import unready  # start-up time: NumPy
 
         problems += unready(graph, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
-            # start-up time: NumPy, for which a wrong graph does not wait
+            # start-up time: a wrong graph is refused without NumPy
             from proofmass.runner.commands.missed_margins import missed_margins
 
             problems += missed_margins(graph)

@@ -40,7 +40,7 @@ def print_codes(problems: "Sequence[Problem]") -> None:
 
 
 def _message(error: Exception) -> str:
-    from proofmass.runner.run.faults import RunError  # brings NumPy, which `proofmass --help` does not wait for
+    from proofmass.runner.run.faults import RunError  # start-up time: `proofmass --help` needs no NumPy
 
     if isinstance(error, RunError):
         return f"the run failed\n{error}"

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 def margins_tab(graph: Graph) -> Answer:
     """Margins of every loop, with Bode, Nyquist and step response."""
-    # start-up time: analyses and matplotlib, of which a page without this tab needs nothing
+    # start-up time: a page without this tab needs neither analyses nor matplotlib
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.stability import all_margins
     from proofmass.runner.commands.texts.margins import margins_text

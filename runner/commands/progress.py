@@ -12,7 +12,7 @@ from proofmass.runner.commands.texts.times import time_text
 ROWS = 8  # of results so far, at most
 
 
-PATIENCE = 0.5  # seconds without a word on the screen
+PATIENCE = 0.5  # seconds before anything is shown
 PREPARING = "preparing: a graph is planned and compiled before its first run"
 
 

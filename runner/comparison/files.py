@@ -44,7 +44,7 @@ def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterat
     """Yield what all variants differ by once, then what each of them differs by, below its name."""
     both = [name for name in first if name in second]
     apart = {n: [*differences(first[n].graph, second[n].graph), *study_differences(first[n], second[n])] for n in both}
-    if not both:  # one has no variants, or others: the first of each stand for them
+    if not both:  # without common variants the first of each are compared
         ends = [next(iter(studies.values())) for studies in (first, second)]
         apart = {"": [*differences(ends[0].graph, ends[1].graph), *study_differences(ends[0], ends[1])]}
     of_all = [d for d in next(iter(apart.values())) if all(d in others for others in apart.values())]

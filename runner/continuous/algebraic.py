@@ -20,10 +20,10 @@ Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 ITERATIONS = 50
 NUDGE = 1e-7  # for the derivatives
-CONVERGED = 1e-8  # change, from which on the next that gets no closer is rounding
-EXACT = 1e-15  # distance from u to g(u), from which on no change is tried
+CONVERGED = 1e-8  # below this change a step that gets no closer counts as rounding
+EXACT = 1e-15  # distance from u to g(u) at which no further change is tried
 AGREED = 1e-6  # distance of a solution: more is a jump of g
-FARTHEST = 1e6  # change: derivatives by differences cannot tell a loop gain that near to one from one
+FARTHEST = 1e6  # largest change: by differences a loop gain so near to one cannot be told from one
 SHORTEST = 1e-9  # s
 
 

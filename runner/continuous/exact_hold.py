@@ -19,9 +19,7 @@ Product = Callable[[Flat, Flat, int, Flat], None]
 
 TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
 LARGEST_SCALE = 2.0**300
-MANY_COLUMNS = (
-    24  # of a matrix, beyond which NumPy makes its products in plain Python, and a loop its sums in a program
-)
+MANY_COLUMNS = 24  # largest matrix whose products plain Python and programs write out; NumPy and loops take larger ones
 SCRATCH = 3  # sequences as large as the matrix that `matrix_exponential` needs
 
 

@@ -62,7 +62,7 @@ def integrate(
                 if size < period * SHORTEST:
                     return STEPS_TOO_SHORT
                 continue
-        elif not _is_finite(moved):  # a stage beyond the end of physics, which an event may lie before
+        elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
             if size < period * SHORTEST:
                 return STEPS_TOO_SHORT
@@ -85,7 +85,7 @@ def integrate(
             allowed -= 1
         allowed = _settled(clearances, then, context, start + done, x, clear, side, events, allowed)
         corners += 1 if event >= events else 0
-        if corners > MOST_CORNERS:  # a motion along a jump, which steps would never leave
+        if corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
             for i in range(len(side)):
                 side[i] = 0.0
     return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear, side, events)

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 Rates = Callable[[Sequence[float]], list[float]]  # of states and inputs, one behind the other
 
 _SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
-_NEAR_SCALES = (-1.0, 2.0, 2.0**-10, 2.0**10)  # where something is taken off, which leaves a rounding
+_NEAR_SCALES = (-1.0, 2.0, 2.0**-10, 2.0**10)  # for functions that subtract a constant, which leaves rounding
 _SIGNS = ((1.0, 1.0), (1.0, -1.0), (-1.0, 1.0, 1.0))
 _FACTORS = (0.625, -1.75, 3.0)
 _ROUNDING = 1e-9

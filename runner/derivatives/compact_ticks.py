@@ -18,7 +18,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.memory import Rows
 
 EVERY = 8  # ticks
-_LIVE = "lasts"  # in the place of a port, as none may be called
+LIVE = "lasts"  # stands where a port's name would: no port may be called so
 
 Key = tuple[str, str, int]
 
@@ -68,7 +68,7 @@ class CompactTicks(NoisyTicks):
             if not slopes:
                 return value
             gathered.append(slopes)
-            return dual(value_of(value, SIGNALS), {("", _LIVE, len(gathered) - 1): 1.0}, SIGNALS)
+            return dual(value_of(value, SIGNALS), {("", LIVE, len(gathered) - 1): 1.0}, SIGNALS)
 
         self._replace(gather)
         self._rows = self._product(gathered)
@@ -85,14 +85,14 @@ class CompactTicks(NoisyTicks):
         """Slopes by the present directions as a matrix by the first ones: S G + R."""
         entries = [(row, key, value) for row, each in enumerate(slopes) for key, value in each.items()]
         for _, key, _ in entries:
-            if key[1] != _LIVE:
+            if key[1] != LIVE:
                 self._columns.setdefault(key, len(self._columns))
         wide = np.zeros((len(self._rows), len(self._columns)))
         wide[:, : self._rows.shape[1]] = self._rows
         self._rows = wide
         parts = []
         for live, width in ((True, len(wide)), (False, len(self._columns))):
-            chosen = [entry for entry in entries if (entry[1][1] == _LIVE) is live]
+            chosen = [entry for entry in entries if (entry[1][1] == LIVE) is live]
             own = [(row, key[2] if live else self._columns[key], v) for row, key, v in chosen]
             r, c, v = zip(*own, strict=True) if own else ((), (), ())
             parts.append(scipy.sparse.csr_array((v, (r, c)), shape=(len(slopes), width)))
@@ -103,7 +103,7 @@ class CompactTicks(NoisyTicks):
         memory = self._memory
         for table in (memory.states, self._constants):
             for name, values in table.items():
-                if isinstance(values, tuple):  # not what has no state, nor constants that each tick makes anew
+                if isinstance(values, tuple):  # skips blocks without state, and constants that each tick makes anew
                     table[name] = type(values)(*map(transform, values))
         for held in memory.of_blocks().values():
             if isinstance(held, list):

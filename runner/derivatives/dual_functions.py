@@ -14,7 +14,7 @@ from typing import Any
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
 
-dual_math: Any = types.SimpleNamespace(**vars(math))  # what stands for `math`; filled below
+dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
 
 
 @functools.cache
@@ -24,7 +24,8 @@ def for_duals(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 _RULES = (rounding.round_half_even, rounding.round_down)
-LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_level)  # of these two may be all there are
+# Rules by which quantisers choose a level; some quantisers have two levels.
+LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_level)
 
 
 def quantises(function: Callable[..., Any]) -> bool:
@@ -123,7 +124,7 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
         value = apply(x.value)
         try:
             return chained(x.level, value, (slope(x.value), x.slopes))
-        except (ZeroDivisionError, ValueError):  # as the square root at 0: there is a value, and no slope
+        except (ZeroDivisionError, ValueError):  # as for the square root at 0, which has a value and no slope
             return chained(x.level, value, (UNDEFINED, x.slopes))
 
     return apply

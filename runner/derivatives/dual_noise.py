@@ -23,7 +23,7 @@ from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
 from proofmass.runner.plan.planned import Plan
 
-DEVIATE, ROUNDING = "normal", "rounding error"  # in the place of a port, as none may be called
+DEVIATE, ROUNDING = "normal", "rounding error"  # stand where a port's name would: no port may be called so
 ONE_BIT = "error of one bit"
 _ROLES = ("update", "derivative")
 
@@ -193,7 +193,8 @@ class NoisyTicks(DualTicks):
         tick, given, key = self._last.get(owner, (-1, None, ("", "", 0)))
         same = tick == self._memory.tick and given == value and slopes_of(given, SIGNALS) == slopes_of(value, SIGNALS)
         if not same:
-            key = (owner, ROUNDING, sum(name == owner for name, _, _ in self.quantised))
+            key = (owner, ROUNDING, self._counts[owner, ROUNDING])
+            self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key
             self.quantised[key] = value
         return rule(value) + self._direction(key)

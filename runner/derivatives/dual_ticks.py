@@ -81,7 +81,7 @@ class DualTicks(Interpreter):
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
         reference: Callable[..., Any] = self.filled.digital[name].steps[function].reference
-        return reference  # what saturates there is told by no counter: a limit counts as what it is
+        return reference  # no counter shows saturation there, so a limit has the slope of a limit
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         return for_duals(behaviour.function)

@@ -17,9 +17,7 @@ class Assumptions:
     def __init__(self) -> None:
         self._known: dict[Operation, Interval] = {}
         self._found: dict[Operation, Interval] = {}
-        self._first = (
-            NEVER  # number of the first operation of which anything is assumed: none before it depends on that
-        )
+        self._first = NEVER  # number of the first operation with an assumption: no earlier one depends on it
 
     def clear(self) -> None:
         """Assume nothing."""

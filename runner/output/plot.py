@@ -26,14 +26,14 @@ BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, distinct for every kind
 MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
 _DOTTED = 120  # rows up to which each has a dot
-_BAND = 0.25  # mean height of a stretch, in parts of that of the picture, from which on a line would be a band
+_BAND = 0.25  # mean height of a stretch, over that of the picture, above which a line would look like a band
 _MANY = 120  # crossings of the middle from which on a line is a band
 _DETAIL = 0.24  # part of the width that shows the last rows of a band
 _TURNS, _FEWEST, _LOOKED_AT = 6, 30, 20_000  # turns of a signal that are shown, fewest rows, rows that are looked at
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
 _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
 STYLE: Any = {
-    "font.size": 10.8,  # raised figures, which are smaller by a third, still have ten pixels
+    "font.size": 10.8,  # exponents, smaller by a third, still have ten pixels
     "font.family": ["sans-serif"],
     "font.sans-serif": ["DejaVu Sans"],
     "axes.edgecolor": INK,
@@ -181,7 +181,7 @@ def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> N
     with matplotlib.rc_context(STYLE | style):
         figure.savefig(written, format=kind, dpi=150, metadata=_NO_DATE[kind])
     data = written.getvalue()
-    if kind == "svg":  # names of clips follow from the last digits of a layout that is found by iteration
+    if kind == "svg":  # matplotlib names clips by the last digits of a layout that it iterates
         for number, name in enumerate(dict.fromkeys(re.findall(rb'"(p[0-9a-f]{10})"', data))):
             data = data.replace(name, b"clip_%d" % number)
     file.write(data)

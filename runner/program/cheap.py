@@ -2,7 +2,7 @@
 
 from proofmass.runner.program.form import Compute, Constant, Get, Load, Region, Statement
 
-_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too dear to do in vain
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too slow to be done in vain
 _MANY = 12  # statements that must not run in vain
 
 

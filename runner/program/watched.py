@@ -19,7 +19,8 @@ def watched(plan: Plan) -> frozenset[Endpoint]:
     """Outputs to check in every tick: if they are finite, so are those left out."""
     order = outputs_of(plan.schedule.order)
     solved = {node for loop in plan.schedule.loops for node in (*loop.tears, *loop.others)}
-    of_groups = {node for solver in plan.solvers for node in solver.group.inputs}  # in the state of a group, for good
+    # A number that is not finite there stays in the state of its group.
+    of_groups = {node for solver in plan.solvers for node in solver.group.inputs}
     floats = {node for node in order if type(plan.blocks[node[0]]).outputs[node[1]].dtype is float}
     passed, plain = set[Endpoint](), floats - solved
     for node in plain:
@@ -57,7 +58,7 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
     try:
         value = function(constants_class(**constant_values), *numbers.values())
         return isinstance(value[0] if form and form.fails else value, _NotFinite)
-    except Exception:  # it compares a number, passes it to a library, or raises
+    except Exception:  # the function compares a number, passes it to a library, or raises
         return False
 
 

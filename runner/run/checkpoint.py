@@ -108,7 +108,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
     writer = Recorder(probe, rows, folder)
     head = path.read_bytes()
     with aside.open("r+b") as file:
-        file.write(head)  # of the whole run: that of the interrupted run told fewer rows
+        file.write(head)  # that of the whole run; the interrupted run's told fewer rows
         file.truncate(len(head) + _bytes(probe, rows_kept))
     aside.replace(path)
     writer.count = rows_kept
@@ -117,7 +117,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
 
 def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     """Return what two runs must share to give the same bits."""
-    # start-up time: only checkpoints of compiled runs need the program
+    # start-up time: only checkpoints need the program
     from proofmass.runner.program.tick import write_tick
     from proofmass.runner.targets.content import content_of
 

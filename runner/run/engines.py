@@ -6,16 +6,16 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 
-INTERPRETED_PART = 0.5  # of what compiling takes: what plain Python may take for a run before compiling is worth it
-COMPILING_SECONDS = 0.1  # about what compiling takes, and so what plain Python may take for like runs together
-_KNOWING_SECONDS = 0.03  # about what it takes to know whether a plan has been compiled before
+INTERPRETED_PART = 0.5  # part of the compiling time that a run in plain Python may take before compiling pays
+COMPILING_SECONDS = 0.1  # about the time of compiling, which like runs in plain Python may take together
+_KNOWING_SECONDS = 0.03  # about the time to find out whether a plan has been compiled before
 _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s for the 31 graphs of the library
-_INTERPRETED_STEP = 1.5e-6  # seconds a function and tick in plain Python, measured
-_INTERPRETED_ENTRY = 0.15e-6  # and an entry of a buffer
-_INTERPRETED_PRODUCT = 0.1e-6  # and a product of a matrix
-_ARRAY_PRODUCT = 2e-9  # and where NumPy makes the products of large matrices
-_PRODUCTS = 30.0  # of matrices in an exponential, about
-_INTERPRETED_LINE = 0.5e-6  # and a line of integer code, which the reference takes apart in `FixedValue`
+_INTERPRETED_STEP = 1.5e-6  # seconds per function and tick in plain Python, measured
+_INTERPRETED_ENTRY = 0.15e-6  # the same per entry of a buffer
+_INTERPRETED_PRODUCT = 0.1e-6  # the same per product of a matrix
+_ARRAY_PRODUCT = 2e-9  # the same where NumPy multiplies large matrices
+_PRODUCTS = 30.0  # products of matrices in an exponential, about
+_INTERPRETED_LINE = 0.5e-6  # seconds per line of integer code, which the reference runs in `FixedValue`
 
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
 

@@ -15,8 +15,8 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import INTERPRETED_PART, choose, compiling_seconds, make_engine
 
 LOOKING_SECONDS = 0.4  # at most, before the first tick, to know whether the machine code is in the cache
-_LARGE = 1.0  # seconds of compiling, from which on that is not known soon
-_PATIENCE = 7.0  # parts of the time that belong to the compiler, to one of plain Python: they share a lock, and cores
+_LARGE = 1.0  # seconds of compiling above which the answer takes too long
+_PATIENCE = 7.0  # time of the compiler per time of plain Python, since they share a lock and cores
 _LONGEST_WAIT = 0.2  # seconds, after which Ctrl-C and rows have their turn
 
 

@@ -29,7 +29,7 @@ from proofmass.runner.targets.native import settings
 from proofmass.runner.targets.profiled import ProfiledLoop, can_profile
 
 STRETCHES = 80  # of ticks that are timed
-STRETCH = 0.002  # seconds of each, about: seldom interrupted
+STRETCH = 0.002  # seconds of each, about, so that few are interrupted
 FIRST = 64  # ticks of the first one, which is not counted
 _MOST_ROWS = 1 << 22  # numbers that a stretch may record
 _OF_QUARTILE = 1.3626  # standard error of a quartile of normal numbers, over that of their mean

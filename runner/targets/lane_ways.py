@@ -20,7 +20,7 @@ from proofmass.runner.targets.lane_arrays import LaneArrays
 from proofmass.runner.targets.llvm_operations import splat
 from proofmass.runner.targets.turns import written_out
 
-_LIGHT = 12  # operations that are rather done for nothing than jumped over
+_LIGHT = 12  # so few operations are done in vain rather than jumped over
 _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
 
 

@@ -29,7 +29,7 @@ _loaded: dict[str, tuple[Any, Any]] = {}  # key: engine, which owns the code, an
 class Settings(NamedTuple):
     """Settings of LLVM's passes."""
 
-    level: int = 1  # a higher one takes half as long again, and its code is not faster
+    level: int = 1  # higher levels compile half as long again, and the code is no faster
     rows: bool = False  # gather numbers into short vectors
     loops: bool = True  # make vectors of loops
     wide: bool = False  # as wide as the processor has them
@@ -194,7 +194,7 @@ def _address_in_c(name: str) -> int:
 
 
 def _linked(code: bytes, prototype: Any) -> tuple[Any, Callable[..., Any]]:
-    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine_of())  # which takes the machine over
+    engine = llvm.create_mcjit_compiler(llvm.parse_assembly(""), machine_of())  # which takes ownership of the machine
     engine.add_object_file(llvm.ObjectFileRef.from_data(code))
     engine.finalize_object()
     return engine, prototype(engine.get_function_address(ENTRY))

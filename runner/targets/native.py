@@ -82,7 +82,7 @@ class CompiledLoop:
             node: compiled.vector(memory, node, kind)
             for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
         }
-        self._scratch = np.full(written.scratch + 1, np.nan)  # what nothing has been computed from yet
+        self._scratch = np.full(written.scratch + 1, np.nan)  # no number has been computed from it yet
         states = [
             written.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
         ]

@@ -141,7 +141,7 @@ class Lanes:
             for first in range(self.tick, last, step):
                 if stop is not None and stop.is_set():
                     raise StoppedError
-                self._scratch.fill(np.nan)  # what nothing has been computed from yet
+                self._scratch.fill(np.nan)  # no number has been computed from it yet
                 self._compiled.loop(first, min(first + step, last), self._seed, *pointers)
         self.tick = last
 

@@ -54,7 +54,18 @@ def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> Non
     """Only the dependencies come from this environment; a file `runner.py` and a folder `graphs` are in the way."""
     venv.create(tmp_path / "environment", symlinks=True)
     python = tmp_path / "environment" / "bin" / "python"
-    install = [sys.executable, "-m", "pip", "--python", str(python), "install", "--quiet", "--no-deps", str(wheel)]
+    install = [
+        sys.executable,
+        "-m",
+        "pip",
+        "--python",
+        str(python),
+        "install",
+        "--quiet",
+        "--no-compile",
+        "--no-deps",
+        str(wheel),
+    ]
     environment = {name: value for name, value in os.environ.items() if name != "PYTHONPATH"}
     subprocess.run(install, check=True, timeout=300, env=environment)
     packages = next((tmp_path / "environment" / "lib").glob("python*/site-packages"))

@@ -23,10 +23,10 @@ from proofmass.runner.analysis.spectrum.windows import window
 
 NAMES = ("N", "B", "K", "Q")
 CONFIDENCE = 0.95
-_COMMON = 35.0 / 18.0  # variance of a mean over neighbouring lines of a Hann window, by that of independent ones
-_FIRST = 2  # line above zero: the window lets the mean and its neighbours into the first
+_COMMON = 35.0 / 18.0  # variance of a mean of neighbouring lines of a Hann window, over that of independent lines
+_FIRST = 2  # first line that counts: the window leaks the mean into those below
 _PER_DECADE = 40  # groups of lines
-_MANY = 16  # lines of a group, whose mean scatters little
+_MANY = 16  # lines that a group needs, so that its mean scatters little
 _ITERATIONS = 50
 _NOTHING = 1e-30  # of the highest line
 _EDGE = 1e-3  # to which the ends of intervals are found

@@ -41,7 +41,7 @@ class Forward:
     def to(self, last: int, of: int = 0) -> Memory:
         """Run to the start of the tick `last` and return the memory there; raises `TickError` if a tick fails."""
         if self._engine.name == "python" and last - self.tick > self._asked:
-            self._asked = last - self.tick  # to ask costs as much as some ticks: not for each of many short parts
+            self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
             if choose(self._plan, self._asked, "auto") == "compiled":
                 self._compile()
         while self.tick < last:
@@ -64,7 +64,7 @@ class Forward:
         return self._engine.memory().copy()
 
     def _compile(self) -> None:
-        if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # values beyond 64 bits prevent it
+        if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # not with values beyond 64 bits
             self._engine = self._machine_code(self._engine.memory())
 
     def _python(self, memory: Memory) -> Engine:

@@ -17,6 +17,7 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.poles import judged
 
 _UNSEEN = 1e-9  # part of the largest possible coupling below which a mode counts as unseen
+_TOGETHER = 1e-11  # difference in size below which two modes are one
 _schur: Any = scipy.linalg.schur
 
 
@@ -26,6 +27,8 @@ class Lasting:
     def __init__(self, a: Array) -> None:
         _, poles = judged(a, True)
         count = sum(pole.verdict != "stable" for pole in poles)
+        while 0 < count < len(poles) and abs(poles[count - 1].value) - abs(poles[count].value) < _TOGETHER:
+            count += 1  # rounding cannot part them
         self.largest = abs(poles[0].value) if poles else 0.0
         self._right = self._left = np.zeros((len(a), 0), dtype=complex)
         self.others = np.eye(len(a))
@@ -33,9 +36,8 @@ class Lasting:
             return
         alike, scale = balanced(a)
         least = 0.5 * (abs(poles[count - 1].value) + (abs(poles[count].value) if count < len(poles) else 0.0))
-        right, left = _invariant(alike, least), _invariant(alike.T, least).conj()
         self._scale, self._alike = scale, alike
-        self._right, self._left = right, np.linalg.solve(left.T @ right, left.T).T
+        self._right, self._left = _invariant(alike, least)
         within = np.real(self._right @ self._left.T)
         self.others = np.eye(len(a)) - within * scale[:, None] / scale
 
@@ -75,8 +77,13 @@ class Lasting:
         return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
 
 
-def _invariant(a: Array, least: float) -> Complex:
-    """Return an orthonormal basis of the invariant subspace of eigenvalues above a size."""
-    _, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
-    basis: Complex = turned[:, :count]
-    return basis
+def _invariant(a: Array, least: float) -> tuple[Complex, Complex]:
+    """Return bases of the right and the left invariant subspace of eigenvalues above a size, with W V = 1.
+
+    Both follow from one Schur form, with W = [1 Y] of T11 Y - Y T22 = T12. The subspaces of A and of A', looked for
+    apart, need not have as many dimensions where eigenvalues lie close together.
+    """
+    form, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
+    more = scipy.linalg.solve_sylvester(form[:count, :count], -form[count:, count:], form[:count, count:])
+    left = np.hstack([np.eye(count), more]) @ turned.conj().T
+    return turned[:, :count], left.T

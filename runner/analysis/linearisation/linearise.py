@@ -188,10 +188,11 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
 
 def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
     """The base tick of a time, or of the rest of the loops, or an orbit that closes."""
-    if at == SETTLED:
-        return settled_tick(planned.without_noise)
-    if at == PERIODIC:
-        return periodic_point(planned)
+    if at in (SETTLED, PERIODIC):
+        if _Latest.plan is not planned or _Latest.at != at:
+            point = settled_tick(planned.without_noise) if at == SETTLED else periodic_point(planned)
+            _Latest.plan, _Latest.at, _Latest.point = planned, at, point
+        return _Latest.point
     try:
         return int(read_duration(at) * planned.schedule.base_rate)
     except Refusal as error:
@@ -205,6 +206,14 @@ def tick_at(planned: Plan, at: str | float | Fraction) -> Point:
                 )
             ]
         ) from None
+
+
+class _Latest:
+    """The last point that was looked for, since each loop and each output of a plan asks for it."""
+
+    plan: Plan | None = None
+    at: str | float | Fraction = ""
+    point: Point = 0
 
 
 def _crossing(found: LoopGroup) -> Problem:

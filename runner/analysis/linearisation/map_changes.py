@@ -13,6 +13,7 @@ from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+Parts = tuple[Array, Array, Array, Array]
 
 
 def pole_rates(of_period: PeriodMap) -> Array:
@@ -52,16 +53,14 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     between = {*first.between().states, *second.between().states}
     kept = [i for i, state in enumerate(first.states) if state in between]
     first, second = first.kept(kept), second.kept(kept)
-    before, changes = _responses(first, first.matrix, z), [0.0]
+    changes = [0.0]
     for r in _groups(first.states, first.outputs):
         for c in _groups(first.states, first.inputs):
             pair = np.ix_(r, c)
             if (first.matrix[pair] != second.matrix[pair]).any():
                 mixed = first.matrix.copy()
                 mixed[pair] = second.matrix[pair]
-                after = _responses(first, mixed, z)
-                size = np.maximum(np.linalg.norm(before, axis=(1, 2)), np.linalg.norm(after, axis=(1, 2)))
-                moved = np.linalg.norm(after - before, axis=(1, 2))
+                size, moved = _norms(first.parts(), first.parts(mixed), z)
                 changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
 
@@ -89,10 +88,31 @@ def variation(closed: Array, later: Sequence[Array]) -> Array:
     return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
 
 
-def _responses(found: PeriodMap, matrix: Array, z: Complex) -> Complex:
-    """The response of a map at points of the unit circle."""
-    a, b, c, d = found.parts(matrix)
-    return np.array([c @ np.linalg.solve(point * np.eye(len(a)) - a, b.astype(complex)) + d for point in z])
+def _norms(first: Parts, second: Parts, z: Complex) -> tuple[Array, Array]:
+    """Return the larger norm of two responses at points of the unit circle, and that of their difference.
+
+    C (z - A)^-1 B has the norm of R (z - A)^-1 S, with R and S as small as there are states. A period of noise has
+    thousands of inputs and outputs.
+    """
+    (a, b, c, d), (e, f, g, h) = first, second
+    n, change = len(a), h - d
+    rows, columns = np.linalg.qr(np.hstack([c, g]))[1], np.linalg.qr(np.vstack([b, f]).T)[1].T
+    before, after, apart = np.sum(d**2), np.sum(h**2), np.sum(change**2)
+    products = b @ d.T @ c, f @ h.T @ g, b @ change.T @ c, f @ change.T @ g
+    sizes, moves = list[float](), list[float]()
+    for point in z:
+        x, y = (np.linalg.inv(point * np.eye(n) - each) for each in (a, e))
+        one, two = rows[:, :n] @ x @ columns[:n], rows[:, n:] @ y @ columns[n:]
+        old, new, by_old, by_new = (
+            2.0 * float(np.real(np.sum(each * product.T))) for each, product in zip((x, y, x, y), products, strict=True)
+        )
+        sizes.append(max(_square(one) + old + before, _square(two) + new + after, 0.0))
+        moves.append(max(_square(two - one) + by_new - by_old + apart, 0.0))
+    return np.sqrt(sizes), np.sqrt(moves)
+
+
+def _square(matrix: Complex) -> float:
+    return float(np.sum(np.abs(matrix) ** 2))
 
 
 def _scales(size: Array, n: int) -> tuple[Array, Array]:

@@ -7,10 +7,10 @@ import numpy as np
 
 from proofmass.runner.plan.memory import Memory
 
-_BACK = 0.1  # of its swing, by which a number may miss where it was when an orbit closes
-_TRIES = 6  # of numbers of periods
+_BACK = 0.1  # part of its swing by which a number may miss its old value when an orbit closes
+_TRIES = 6  # numbers of periods that are tried
 _ROUNDING = 1e-12
-_STILL = 1e-3  # of its size, below which the swing of a number is dither
+_STILL = 1e-3  # part of its size below which the swing of a number counts as dither
 
 
 class Orbit:
@@ -27,7 +27,7 @@ class Orbit:
         values = np.array([[row[key] for key in keys] for row in rows], dtype=float).reshape(len(rows), len(keys))
         swing, size = np.ptp(values, axis=0), np.max(np.abs(values), axis=0)
         steps = np.diff(values, axis=0)
-        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases and counts, and what settles
+        straight = (steps >= 0.0).all(axis=0) | (steps <= 0.0).all(axis=0)  # phases, counts, settling
         largest = np.array([(sizes or {}).get(key, 0.0) for key in keys])
         moving = (swing > _STILL * size) & (swing > _ROUNDING * largest)
         self._paired = paired

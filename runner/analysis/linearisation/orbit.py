@@ -42,12 +42,12 @@ from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
-SAME = 1e-9  # relative change of a map that is rounding
-FROZEN, NOTED = 0.02, 1e-3  # largest change of a loop in the time of its lowest crossover, and without a note
-LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks, and periods, of a map over several
-_WAITED = 2  # periods that a switch stands still, at least
+SAME = 1e-9  # relative change of a map that counts as rounding
+FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
+LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
+_WAITED = 2  # least number of periods that a waiting switch stands still
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
-_BACK = 0.1  # by which the map of noise over several periods may differ from that of the next ones
+_BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
 
 
@@ -251,9 +251,9 @@ class _Search:
         if crossovers:
             return speed / (2.0 * math.pi * crossovers[0] * self._period)
         rates, rates_later = pole_rates(of_period), pole_rates(following)
-        if len(rates) != len(rates_later):  # something begins to move, or comes to rest
+        if len(rates) != len(rates_later):  # some state begins to move or comes to rest
             rates_later = rates
-        # What is much nearer to neutral later, such as the phase of an oscillation that settles, is neutral.
+        # A pole that comes much nearer to neutral later, as the phase of an oscillation that settles, is neutral.
         slow = (rates > SAME) & ((rates >= NEAR) | (rates_later > 0.5 * rates))
         return speed * periods / _slowest(rates[slow])
 

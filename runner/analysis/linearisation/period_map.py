@@ -32,10 +32,10 @@ from proofmass.runner.reference.interpret import TickError
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
-HELD = -2  # in the place of the index: what a wire holds as the period begins, of a block with a clock offset
+HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
-_MANY = 64  # base ticks, from which on the directions of noise are gathered
+_MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
 @dataclass(frozen=True)

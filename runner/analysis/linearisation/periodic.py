@@ -25,17 +25,17 @@ from proofmass.runner.analysis.linearisation.period_map import HELD, Array, Entr
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
-PERIODIC = "periodic"  # an operating point: where the graph comes back to after a period
-CLOSED = 1e-10  # of the size of the states, by which an orbit may miss where it was
+PERIODIC = "periodic"  # an operating point: an orbit that repeats after a period
+CLOSED = 1e-10  # part of the size of the states by which an orbit may miss its start
 LONGEST = 10_000  # base ticks of a period
-_SPANS = (100, 2000)  # common periods of a run, in which it may come back
-_LONG, _FEW = 100, 4  # common periods, beyond which only the closest orbit is tried, in a few steps
+_SPANS = (100, 2000)  # common periods of the two runs in which an orbit is looked for
+_LONG, _FEW = 100, 4  # beyond so many common periods only the closest orbit is tried, in so few steps
 _SETTLING = 20_000  # base ticks of a run before the search, at most
-_LOOKS = 500  # at a run of the longest period, at most, for what moves slowly
+_LOOKS = 500  # most comparisons over the longest run, for slow movements
 _STEPS = 30  # of Newton's method
-_NULL = 1e-11  # of the largest singular value: a number that no other one depends on, as a phase
+_NULL = 1e-11  # part of the largest singular value: a direction on which nothing depends, as a phase
 _FAR = 0.1  # of its size, by which a state may differ from that of a run
-_SAME = 1e-8  # by which the map of the following period may differ
+_SAME = 1e-8  # relative difference allowed between the maps of two periods
 
 
 @dataclass(frozen=True)
@@ -46,7 +46,7 @@ class PeriodicPoint:
     ticks: int
     misfit: float  # of the size of the states
     steps: int
-    moving: str = ""  # a signal that goes one way meanwhile
+    moving: str = ""  # a signal that moves one way instead of repeating
 
     def note(self, period: float) -> str:
         """Return what is said of it in an analysis."""
@@ -101,7 +101,7 @@ class _Shooting:
             self._span = span
             vars(self).pop("_orbit", None)
             several = [periods for periods in self._orbit.returns() if periods not in tried]
-            several = several if span <= _LONG else several[-1:]  # the closest comes last
+            several = several if span <= _LONG else several[-1:]  # the last one is the closest
             tried |= {*several}
             yield from several
 

@@ -19,8 +19,8 @@ from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 
-MOST_TICKS = 20_000  # of blocks, that are run in dual numbers
-_AT_REST = 1e-6  # of the size of a state, by which it may move in a period
+MOST_TICKS = 20_000  # ticks of blocks that are run in dual numbers, at most
+_AT_REST = 1e-6  # part of its size by which a state at rest may move in a period
 
 
 def slopes_near_start(plan: Plan, blocks: set[str], tick: int) -> PointSlopes | None:
@@ -31,7 +31,7 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int) -> PointSlopes | 
     try:
         engine = DualTicks(moved, start(moved), blocks, (), (), False, True)
         engine.advance(tick, ())
-    except (TickError, ModelError):  # bits are taken from a number that parameters move
+    except (TickError, ModelError):  # the bits of a number depend on parameters
         return None
     memory, slopes = engine.memory(), dict[Entry, Mapping[str, float]]()
     for name in blocks:

@@ -22,14 +22,14 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
 
 Verdict = Literal["stable", "marginal", "unstable"]
-_ROUNDINGS = 8  # error of each number of a loop, a tick
-_EXACT_BITS = 12  # a number of so few bits is exact: 0, 1, 1/2, not the result of arithmetic
+_ROUNDINGS = 8  # roundings of each number of a loop in a tick
+_EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, and not the result of arithmetic
 _SETTLING = 10.0  # time constants of the slowest other mode, within which an operating point may still move
 _EPSILON = float(np.finfo(float).eps)
-_LARGEST = 1e-12  # by which roundings move a pole
-_SLOWEST = 1e-5  # distance of a mode by which an operating point settles
-_MOVING = 1e-2  # the same of an operating point that moves
-_APART = 2.0**-150  # from a pole, to solve for its vectors
+_LARGEST = 1e-12  # largest distance by which roundings move a pole
+_SLOWEST = 1e-5  # distance from the boundary of stability above which a mode lets the operating point settle
+_MOVING = 1e-2  # largest distance by which a moving operating point moves a pole
+_APART = 2.0**-150  # offset from a pole at which its vectors are solved for
 _eig: Any = scipy.linalg.eig
 
 

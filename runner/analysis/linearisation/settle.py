@@ -24,7 +24,8 @@ from proofmass.runner.reference.interpret import TickError
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
-GROWN, ENOUGH = math.log(1e6), math.log(1e60)  # of an unstable mode, before it counts, and until it is given up
+# Growth from which on an unstable mode counts, and at which the search ends.
+GROWN, ENOUGH = math.log(1e6), math.log(1e60)
 LONGEST_LOOK = 10_000  # base ticks of a period that is linearised on the way
 Number = tuple[str, str, int]  # block, field or buffer, and index in the buffer
 

@@ -23,9 +23,9 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 
-_CHANGES, _LOOKS = 3, 8  # of one number that are compared, and of all
-_SHORT, _SHORT_TURN = 1024, 32  # base ticks, and periods, that are looked at first
-_ROUNDING = 1e-9  # of the size of a number, below which a change is none
+_CHANGES, _LOOKS = 3, 8  # compared changes of one number, and comparisons in all
+_SHORT, _SHORT_TURN = 1024, 32  # base ticks and periods of the first search
+_ROUNDING = 1e-9  # part of the size of a number below which a change counts as rounding
 
 
 class Waiting:
@@ -66,9 +66,9 @@ class Waiting:
         if periods < 2 or not self._wires:
             return doubled
         moved = self._moved(min(periods, max(2, _SHORT // self._ticks)))
-        if len(moved) < periods and not moved.all():  # something stands still for now
+        if len(moved) < periods and not moved.all():  # some number stands still for now
             moved = self._moved(periods)
-        events = moved[1:] & ~moved[:-1]  # after it stood still
+        events = moved[1:] & ~moved[:-1]  # movements after a standstill
         order = np.cumsum(events, axis=0) * events
         found = [np.flatnonzero((order == k).any(axis=1)) + 2 for k in range(1, _CHANGES + 1)]
         return sorted({*doubled, *dict.fromkeys(np.concatenate(found).tolist()[:_LOOKS])})

@@ -54,7 +54,7 @@ def phase_crossings(loop: Rational) -> list[Crossing]:
     turned = no * de - ne * do
     real = ne * de + flint.fmpz_poly([0, 1]) * no * do
     separate = turned
-    if turned.degree() < 0:  # L is real everywhere: no frequency is one where it crosses
+    if turned.degree() < 0:  # L is real everywhere and crosses the axis nowhere
         separate = flint.fmpz_poly([1])
     while (common := separate.gcd(real)).degree() > 0:  # where L is zero or infinite it has no sign
         separate = separate // common

@@ -24,9 +24,9 @@ from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sw
 
 LARGEST_DELAY = 64  # samples
 MOST_VALUES = 128  # of the wire in a period
-_SURPLUS = 1e-2  # by which a norm is bounded from above
-_NEAR_AXIS = 1e-5  # of an eigenvalue that counts as imaginary; an extra one does no harm
-_PEAK = 1e-9  # to which the height of a peak is found
+_SURPLUS = 1e-2  # relative surplus of the upper bound of a norm
+_NEAR_AXIS = 1e-5  # relative distance of an imaginary eigenvalue from the axis; an extra one does no harm
+_PEAK = 1e-9  # relative accuracy of the height of a peak
 _SHORTEST = 1e-11  # step towards a critical factor
 _MOST_STEPS = 2000
 _OUTSIDE = 1.0 + 1e-12

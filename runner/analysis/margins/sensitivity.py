@@ -26,7 +26,7 @@ from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefi
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.plan.planned import Plan
 
-_NEXT = 1e-6  # to the unit circle: what a critical factor puts there
+_NEXT = 1e-6  # distance from the unit circle of a pole that a critical factor puts there
 
 
 @dataclass(frozen=True)
@@ -152,7 +152,7 @@ def _critical(
     Where its frequency is not known, it is that of all poles next to the unit circle which the factor moves most: the
     others are hidden, as the phase of an oscillation is.
     """
-    eigen: Any = scipy.linalg.eig  # its type does not tell what it returns with both vectors
+    eigen: Any = scipy.linalg.eig  # its declared type leaves out the result with both vectors
     poles, left, right = eigen(system.closed(factor), left=True, right=True)
     if near is None:
         moved = np.abs(np.einsum("ij,ik,kj->j", left.conj(), by_factor, right) / np.sum(left.conj() * right, axis=0))

@@ -26,7 +26,7 @@ from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_sensitivity
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains
+from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
@@ -204,13 +204,28 @@ def noise(
     >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
     [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
-    planned = plan(graph)
+    return noise_of(
+        plan(graph), output, input=input, band=band, at=at, frequencies=frequencies, derivatives=derivatives
+    )
+
+
+def noise_of(
+    planned: Plan,
+    output: str,
+    *,
+    input: str = "",
+    band: tuple[float, float] | None = None,
+    at: str | float | Fraction | None = None,
+    frequencies: Sequence[float] = (),
+    derivatives: bool = False,
+) -> NoiseBudget:
+    """Return the budget of an output of a plan: of several outputs the operating point is looked for once."""
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
     noisy = noise_blocks(planned)
     tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     noisy = with_gains(planned, noisy, [target], tick)
-    whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
+    whole = with_spectra(map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives), noisy)
     to_output = noise_map(whole, target)
     _refuse_growth(planned, output, to_output)
     _refuse_silence(planned, output, to_output)
@@ -317,7 +332,7 @@ def _notes(
     decided = [(name, one) for name in sorted(made) for one in noisy[name]]
     notes += [one.note(name) for name, one in decided if isinstance(one, OneBit)]
     if decided and derivatives:
-        notes.append("derivatives take the gains of one-bit quantisers as fixed")
+        notes.append("derivatives take gains and errors of one-bit quantisers as fixed")
     if not to_output.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes

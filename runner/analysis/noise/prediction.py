@@ -11,9 +11,9 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.period_map import Array
 
-_TURNS, _STEPS = 8.0, 1024  # of sin^4 that are followed, and points on them
-_LOW = 1e-4  # of 1 / tau, below which there is nothing
-_POINTS = 400  # above
+_TURNS, _STEPS = 8.0, 1024  # periods of sin^4 that are integrated, and points in them
+_LOW = 1e-4  # part of 1 / tau below which the integral is negligible
+_POINTS = 400  # points above these periods
 
 
 def allan_deviation(frequencies: Array, density: Array, period: float, taus: Array) -> Array:
@@ -21,7 +21,7 @@ def allan_deviation(frequencies: Array, density: Array, period: float, taus: Arr
     logarithms = np.log(np.maximum(density, 1e-300))
 
     def at(f: Array) -> Array:
-        below = np.maximum(0.0, np.log(frequencies[0] / f))  # it goes on as it began
+        below = np.maximum(0.0, np.log(frequencies[0] / f))  # below the first frequency the density keeps its slope
         slope = (logarithms[1] - logarithms[0]) / np.log(frequencies[1] / frequencies[0])
         return np.asarray(np.exp(np.interp(np.log(f), np.log(frequencies), logarithms) - slope * below))
 

@@ -51,8 +51,8 @@ class Together:
     loops: tuple[str, ...]
     open_at: tuple[str, ...]
     verdict: Verdict
-    margin: float | None  # up to here every combination of factors leaves the loops stable; None if they are not stable
-    reached: float | None  # here some combination makes them unstable
+    margin: float | None  # every combination of factors up to it leaves the loops stable; None if they are not stable
+    reached: float | None  # a combination of factors of this size makes them unstable
     frequency: float | None  # Hz, where the margin is least
     factors: tuple[complex, ...]  # of that combination, a factor for each wire
     alone: tuple[float, ...]  # disk margin of each loop

@@ -22,8 +22,8 @@ HARMONICS = 9  # above the tone
 _NEIGHBOURS = 8  # lobes, on each side of a tone
 _BESIDE = 2  # lobes on either side of a tone, by whose lines the noise beneath it is known
 _OUTSTANDING = 30.0  # a line of white noise is as high above its median once in 1e9
-_ROOM = 3  # lobes, in which a tone, zero and noise find place
-COHERENT = 1e-2  # of a cycle, by which a tone in a whole number of cycles may be off
+_ROOM = 3  # lobes that a tone, the mean and noise need
+COHERENT = 1e-2  # part of a cycle by which a coherent tone may miss a whole number of cycles
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     step = of.step
     floor = float(np.mean(of.density[rest]))
     noise = float(np.sum(np.where(rest, of.density, _beneath(of, rest, lobe))[of.within(band)])) * step
-    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # of noise; another tone lifts the mean
+    beneath = min(floor, float(np.median(of.density[rest])) / math.log(2.0))  # another tone lifts the mean
     signal = _above(of, main_lobe, beneath)
     distortion = _above(of, harmonic, beneath)
     beside = np.where(inside & ~main_lobe, power, -1.0)
@@ -150,7 +150,7 @@ def _frequency(of: Spectrum, power: Array, middle: int) -> float:
     if not 0 < middle < len(power) - 1:
         return float(of.frequencies[middle])
     left, top, right = (float(power[middle + i]) for i in (-1, 0, 1))
-    if of.window == "rectangular":  # amplitudes of the two lines about a tone are as its distances from them
+    if of.window == "rectangular":  # the amplitudes of the two nearest lines give the distance of the tone from them
         beside = math.sqrt(max(left, right))
         apart = math.copysign(beside / (beside + math.sqrt(top)), right - left)
     else:  # a parabola through the logarithms

@@ -19,15 +19,15 @@ from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unkno
 from proofmass.runner.run.result import Array
 
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
-_FIRST_STEP = 1e-4  # of an unknown, before its standard error is known
-_SMALLEST, _LARGEST = 1e-7, 1e-2  # of an unknown, between which steps lie
-_MOVED, _CODES = 3e-3, 10.0  # of the size of an output, and codes, that a step moves it by
-_FEW_CODES = 0.5  # of the rows: fewer values than that are those of a converter
-_PASSES, _SETTLED = 4, 0.01  # of the estimate of the noise
-_WEAK = 3.0  # sizes of an unknown, by which it strays from its start where recordings do not hold it
-_POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # steps; of a step, in units of the noise; of the sum of squares
-_STILL = 0.1  # of a step, in units of the noise: it is the last
-_TINY, _TIMES = 1e-3, 3.0  # of a step that only rounding answers; of what it answers, as the most that it may
+_FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
+_SMALLEST, _LARGEST = 1e-7, 1e-2  # bounds of the relative step of an unknown
+_MOVED, _CODES = 3e-3, 10.0  # a step moves an output by this part of its size, or by this many codes
+_FEW_CODES = 0.5  # an output with fewer values than this part of its rows comes from a converter
+_PASSES, _SETTLED = 4, 0.01  # passes of the estimate of noise, and its last relative change
+_WEAK = 3.0  # an unknown that the recordings do not determine may stray by this many times its size
+_POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; their length in units of the noise; increase of squares
+_STILL = 0.1  # a step this small, in units of the noise, is the last
+_TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
 
@@ -78,7 +78,7 @@ class Solver:
         self.raw(begin)
         self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
         self._steps = self._suited(begin)
-        self._stop = stop  # from here on Ctrl-C leaves something to go by
+        self._stop = stop  # from here on Ctrl-C leaves a usable result
 
     @property
     def runs(self) -> int:

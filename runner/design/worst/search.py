@@ -19,8 +19,8 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
 from proofmass.runner.design.worst.ranges import Range
 
-_UNDEFINED = 1e6  # times the value at the start of a descent: where a loop is unstable, before its growth is added
-_LARGEST = 5e5  # the same of a value
+_UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
+_LARGEST = 5e5  # largest finite value, as such a multiple
 _DESCENTS = 2  # bounded descents of each quantity
 _TURNS = 20  # corners that derivatives may name in a row
 _SWEEPS = 4  # rounds in which every parameter is tried at its other end

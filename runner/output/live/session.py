@@ -46,7 +46,7 @@ class Session:
         study: Background | None = None,
     ) -> None:
         self.path, self.tabs, self._study = path, tabs, study
-        self._changes: dict[str, object] = {}  # of parameters that the loop does not take anew
+        self._changes: dict[str, object] = {}  # changes of parameters that need a new plan
         self._study_stop = threading.Event()
         self._study_shown: dict[str, Any] | None = None
         self._long_wish: tuple[Any, ...] | None = None
@@ -80,7 +80,7 @@ class Session:
                 self._graph, self._shown = graph, shown
             self._tell(shown if shown and not problems else {"kind": "problems", "problems": self._problems})
         if not problems and graph is not None:
-            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces, which are waited for
+            diagram = {"kind": "diagram", "svg": svg(graph)}  # after the traces, for which people wait
             with self._lock:
                 self._diagram = diagram
                 self._tell(diagram)

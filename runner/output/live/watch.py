@@ -22,7 +22,7 @@ def watch(files: Callable[[], Iterable[Path]], saved: Callable[[], object], stop
             return
         saved()
         known = dict(zip(names, now, strict=True))
-        names = tuple(files())  # another part, perhaps
+        names = tuple(files())  # an edit may have added a part
         before = tuple(known.get(name) or _facts(name) for name in names)
 
 

@@ -124,7 +124,7 @@ def _built(reference: Reference, verilog: str, wrapper: str, compiler: str) -> b
         commands = ["read_verilog module.v", f"hierarchy -check -top {reference.name}"]
         run_yosys(folder, [*commands, "write_cxxrtl -O6 -g0 module.cc"])
         once = "bool converged = true;" in (folder / "module.cc").read_text()
-        assert once  # without loops of gates one evaluation settles all, and `model_clock` does no more
+        assert once  # without combinational loops one evaluation settles everything, and `model_clock` does one
         arguments = [compiler, *_FLAGS, f"-I{runtime}", "model.cc", "-o", "model.so"]
         ended = subprocess.run(arguments, cwd=folder, capture_output=True, text=True, check=False)
         if ended.returncode:

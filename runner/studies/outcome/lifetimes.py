@@ -83,7 +83,7 @@ def _of(result: StudyResult, name: str, first: int, good: Array) -> Lifetimes:
     sensors = len(good)
     alive = never_left.sum(axis=0)
     edges, left = ages, (-np.diff(alive)).tolist()
-    if ages[0] > 0.0:  # who has left by then did so after it was new; a new sensor that is bad has no lifetime
+    if ages[0] > 0.0:  # a sensor that is bad when new has no lifetime; all others leave after that
         edges, left = (0.0, *ages), [sensors - int(alive[0]), *left]
     spans = np.diff(ages)
     out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(sensors)

@@ -29,7 +29,7 @@ from proofmass.runner.studies.outcome.result import StudyResult
 
 MOST_RUNS = 20_000  # whose parameters are drawn again, the first ones
 TOGETHER = 0.9  # correlation beyond which two factors are one
-_ERRORS = 3.0  # standard errors by which it must exceed that
+_ERRORS = 3.0  # standard errors by which the correlation must exceed that
 _RESAMPLES = 400
 
 

@@ -21,7 +21,7 @@ from proofmass.runner.studies.workers.worker import run_chunk
 
 CHUNK_SECONDS = 0.25  # of runs in a chunk: a task costs Dask about a millisecond
 GROWTH = 8  # of a chunk to the next, at most
-AHEAD = 2  # chunks a thread of a worker that wait or run
+AHEAD = 2  # chunks per thread of a worker that wait or run
 LOOKS = 0.01  # seconds between looks at what has arrived
 COUNTS = 1.0  # seconds between counts of the workers
 NO_WORKER_SECONDS = 60.0  # to wait for workers
@@ -126,7 +126,7 @@ class _Chunks:
             if some == self._alone:
                 hint = f"replay one of them alone: --run {some[0]}"
                 raise self._failed(f"workers die as they begin with {_named(some)}", str(error), hint) from None
-            self._suspects.append(some)  # or it waited on a worker that another chunk killed
+            self._suspects.append(some)  # or it waited at a worker that another chunk killed
             return None
         except FutureCancelledError as error:
             raise self._failed("the scheduler dropped the study", str(error)) from None

@@ -2,7 +2,6 @@
 
 from typing import Any
 
-import jsonschema
 import pytest
 
 from proofmass.blocks import Gain, ShiftRegister, UnitDelay
@@ -14,7 +13,7 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.loops import Loop
-from proofmass.graphs.schema.schema import schema
+from tests.by_hand.graph_schema import VALIDATOR
 
 TEXT = """\
 rate = "1 kHz"
@@ -46,7 +45,7 @@ def test_a_loop_with_requirements() -> None:
     }
     assert check(graph) == []
     assert read_graph_text(write_graph(graph)) == graph
-    assert jsonschema.Draft202012Validator(schema()).is_valid(_table(TEXT))
+    assert VALIDATOR.is_valid(_table(TEXT))
 
 
 def _table(text: str) -> Any:

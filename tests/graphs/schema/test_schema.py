@@ -15,11 +15,10 @@ from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.schema.schema import FILE, schema
 from proofmass.runner.commands.schema_command import SCHEMA_FILE
+from tests.by_hand.graph_schema import PLAIN, SCHEMA, VALIDATOR
 from tests.by_hand.graph_texts import LIBRARY, SMALL, STUDIES, changed
 from tests.by_hand.study_texts import RICH, STUDY
 
-SCHEMA = schema()
-VALIDATOR = jsonschema.Draft202012Validator(SCHEMA)
 KINDS = all_blocks()
 
 
@@ -29,6 +28,12 @@ def valid(text: str) -> bool:
 
 def test_it_is_a_schema() -> None:
     jsonschema.Draft202012Validator.check_schema(SCHEMA)
+
+
+@pytest.mark.parametrize("kind", ["Gain", "Gian"])
+def test_the_validator_of_these_tests_answers_as_a_plain_one(kind: str) -> None:
+    table = tomllib.loads(SMALL.replace('"Gain"', f'"{kind}"'))
+    assert PLAIN.is_valid(table) == VALIDATOR.is_valid(table) == (kind == "Gain")
 
 
 @pytest.mark.parametrize("path", [*LIBRARY, *STUDIES], ids=lambda path: path.stem)

@@ -3,16 +3,15 @@
 import tomllib
 from pathlib import Path
 
-import jsonschema
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.schema.schema import schema
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.reader import read_tuning
 from tests.by_hand.design_texts import INTEGRATING, TUNE
+from tests.by_hand.graph_schema import VALIDATOR
 from tests.by_hand.graph_texts import changed, problems_of
 
 TEXT = INTEGRATING + TUNE
@@ -69,10 +68,9 @@ def test_a_graph_without_the_table_says_what_to_add(tmp_path: Path) -> None:
 
 
 def test_the_schema_takes_it_and_refuses_misspellings() -> None:
-    validator = jsonschema.Draft202012Validator(schema())
-    assert validator.is_valid(tomllib.loads(TEXT))
+    assert VALIDATOR.is_valid(tomllib.loads(TEXT))
     for old, new in (("at_most", "atmost"), ("figure", "figur"), ("maximise", "maximize"), ("goals", "gaols")):
-        assert not validator.is_valid(tomllib.loads(TEXT.replace(old, new))), new
+        assert not VALIDATOR.is_valid(tomllib.loads(TEXT.replace(old, new))), new
 
 
 def test_python_tables_are_those_of_the_file() -> None:
@@ -115,4 +113,4 @@ limits = { end = { at_least = 0.9 } }
     read = read_tuning(again)
     assert read == tuning
     assert (read.at, read.seed, read.study) == ("5 ms", 3, tuning.study)
-    jsonschema.validate(tomllib.loads(again.read_text()), schema())
+    assert VALIDATOR.is_valid(tomllib.loads(again.read_text()))

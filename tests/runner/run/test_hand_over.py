@@ -13,10 +13,9 @@ from typing import Any
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.files.library import library_file, library_files
+from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.model.build import Graph
-from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -29,6 +28,7 @@ from proofmass.runner.run.hand_over import HandOver
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
+from tests.by_hand.graph_texts import ALONE
 from tests.by_hand.hand_over import ReadyAfter, as_text, handed_over, run
 
 SEVERAL_RATES = read_graph_text("""
@@ -86,13 +86,6 @@ def of_library(name: str) -> Graph:
     return read_graph(library_file(f"{name}.toml"))
 
 
-def alone() -> list[str]:
-    """Names of the graphs that run alone."""
-    paths = (path for path in library_files().values() if path.suffix == ".toml")
-    graphs = [path for path in paths if "[blocks" in path.read_text(encoding="utf-8")]
-    return [path.stem for path in graphs if runs_alone(read_graph(path))]
-
-
 def same_at(graph: Graph, hand_overs: list[tuple[int, ...]], last: int) -> None:
     """The same rows and memory as of either engine alone, wherever the chunks of plain Python end."""
     planned = plan(graph)
@@ -128,7 +121,7 @@ class TestBits:
         same_at(of_library(name), [(), (1,), (13, 29)], 60)
 
     @pytest.mark.exhaustive
-    @pytest.mark.parametrize("name", alone())
+    @pytest.mark.parametrize("name", [path.stem for path in ALONE])
     def test_of_every_graph_of_the_library(self, name: str) -> None:
         same_at(of_library(name), [(tick,) for tick in (1, 2, 3, 5, 8, 13, 21, 34, 55, 89)], 100)
 

@@ -9,7 +9,6 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.exports import runs_alone
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -22,16 +21,15 @@ from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
-from tests.by_hand.graph_texts import OF_SAME_PARTS
+from tests.by_hand.graph_texts import ALONE, OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
 from tests.by_hand.ptxas import assembled, needs_ptxas
 
 TICKS = 500
 SEED, RUN = 5, 2
 GRAPHS = [
-    pytest.param(name, id=name, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())
-    for name, path in library_files().items()
-    if path.suffix == ".toml" and "[blocks" in path.read_text(encoding="utf-8") and runs_alone(read_graph(path))
+    pytest.param(path.name, id=path.name, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())
+    for path in ALONE
 ]
 
 

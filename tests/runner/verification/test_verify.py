@@ -166,7 +166,7 @@ MISTAKES = {
         "did you mean integrator?",
     ),
     'above = { quantity = "main.stable", at_least = "firm" }': ("there is no such verdict", "the verdicts: unstable"),
-    'above = { quantity = "main.stable", at_least = 1, at = "soon" }': ("not a number followed by a unit", "1.5 s"),
+    'above = { quantity = "main.stable", at_least = 1, at = "soon" }': ("not a number followed by a unit", "20 ms"),
 }
 
 

@@ -2,7 +2,7 @@
 
 import pytest
 
-from benchmarks.noise_budgets import CASES, Case, row
+from benchmarks.noise_comparison import CASES, Case, row
 
 FAST = ("recorded_motion.toml", "quartz_feedback_noise.toml", "temperature_compensation_m1.toml")
 

@@ -7,21 +7,17 @@ import pytest
 
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.welch import spectrum
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.output.live.model import live_model
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.graph_texts import ALONE
 from tests.by_hand.live_node import run_carried
 from tests.by_hand.node import needs_node
 
 TICKS = 2100
-GRAPHS = [
-    name
-    for name, path in library_files().items()
-    if path.suffix == ".toml" and "[blocks" in path.read_text(encoding="utf-8") and runs_alone(read_graph(path))
-]
+GRAPHS = [path.name for path in ALONE]
 FEW = ("vibratory_gyroscope.toml", "self_calibration_fixed.toml")  # steps of a nonlinear group; registers
 WITH_VALUES = [name for name in GRAPHS if "[values]" in library_files()[name].read_text(encoding="utf-8")]
 FEW_WITH_VALUES = ("force_balance_seismometer.toml", "fibre_optic_gyroscope.toml")

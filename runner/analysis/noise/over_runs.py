@@ -1,0 +1,288 @@
+"""The standard deviation of one value over runs that differ in their random numbers: of an estimate, a result, a test.
+
+A budget is that of an output that goes on for ever. A value at one time of a run, such as what a calibration has found
+at its end, has a variance alone. It follows from all that happened since tick 0, by the exact derivatives along the run
+without noise:
+
+    P[n+1] = S P[n] S' + R V R'
+
+P is the covariance of what lasts from tick to tick, S and R are its slopes by that and by new random numbers of the
+variances V. Nothing need repeat or settle (Gelb, Applied Optimal Estimation, 1974, section 4.1).
+"""
+
+import math
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from fractions import Fraction
+from typing import Any
+
+import numpy as np
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
+from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.period_map import Array, blocks_of_map
+from proofmass.runner.analysis.linearisation.periodic import tick_of
+from proofmass.runner.analysis.noise.noise_map import variance
+from proofmass.runner.analysis.noise.one_bit import with_gains
+from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Key
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.plan.memory import Rows, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.run.faults import failed
+
+
+@dataclass(frozen=True)
+class ValueDeviation:
+    """Standard deviation over runs of one value of an output, and of the parts of it that each block makes.
+
+    >>> from proofmass import deviation_over_runs, read_graph
+    >>> last = deviation_over_runs(read_graph("library:recorded_motion"), "mean.mean", until="40 ms")
+    >>> last.output, f"{last.deviation:.4f} {last.unit}"
+    ('mean.mean', '0.0020 m/s^2')
+    """
+
+    output: str  # "block.port"
+    unit: str  # of the output
+    time: float  # seconds
+    value: float  # there, without noise
+    deviation: float  # over runs
+    sources: Mapping[str, float]  # deviation by block, the largest first
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "output": self.output,
+            "unit": self.unit,
+            "time_s": self.time,
+            "value": self.value,
+            "deviation": self.deviation,
+            "sources": dict(self.sources),
+        }
+
+
+def deviation_over_runs(
+    graph: GraphSource, output: str, *, until: str | float | Fraction | None = None
+) -> ValueDeviation:
+    """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
+
+    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The time `until` is in
+    seconds, and the end of the graph's run unless said. Roundings count as in `noise`. Each tick is followed in Python,
+    in some 1 ms.
+
+    Raises `ModelError` for a graph that cannot be linearised.
+
+    >>> from proofmass import deviation_over_runs, read_graph
+    >>> last = deviation_over_runs(read_graph("library:recorded_motion"), "mean.mean", until="40 ms")
+    >>> list(last.sources)
+    ['amplifier', 'gas', 'adc']
+    """
+    planned = plan(graph)
+    ticks = planned.ticks() if until is None else tick_of(tick_at(planned, until))
+    return deviations(planned, [output], ticks)[0]
+
+
+def deviations(planned: Plan, outputs: Sequence[str], ticks: int) -> list[ValueDeviation]:
+    """Return those of the last values before a tick of several outputs."""
+    nodes = [node_of(planned, output) for output in outputs]
+    engine = _followed(planned, nodes, ticks, {})
+    early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in engine.last), None)
+    if early is not None:
+        raise ModelError([planned.graph.placed(_early(early, ticks * planned.period))])
+    return [_deviation(planned, *each, engine.last[each[1]]) for each in zip(outputs, nodes, strict=True)]
+
+
+def densities(
+    planned: Plan, outputs: Sequence[str], ticks: int, window: Array
+) -> list[tuple[ValueDeviation, Array, Array]]:
+    """Return the deviations, frequencies and mean one-sided densities of the last values before a tick.
+
+    There are as many of them as weights in the window. A line is the mean over runs of |sum of w y exp(-2 pi i f t)|^2.
+    """
+    nodes = [node_of(planned, output) for output in outputs]
+    strides = {node: planned.stride(node) for node in nodes}
+    # a value is recorded in each tick of its block from tick 0 on
+    firsts = {node: -(-ticks // stride) - len(window) for node, stride in strides.items()}
+    stretches = {node: _Stretch(window, firsts[node]) for node in nodes}
+    engine = _followed(planned, nodes, ticks, stretches)
+    answers = []
+    for output, node in zip(outputs, nodes, strict=True):
+        rate = float(planned.schedule.base_rate) / strides[node]
+        lines = np.arange(len(window) // 2 + 1) * rate / len(window)
+        density = stretches[node].power * (2.0 / (rate * float(np.sum(window**2))))
+        answers.append((_deviation(planned, output, node, engine.last[node]), lines, density))
+    return answers
+
+
+def _early(output: str, time: float) -> Problem:
+    message, expected = f"{output} has no value before that time", "a time after its first tick"
+    return Problem(message=message, key="until", got=f"{time:g} s", expected=expected, hint="name a later time")
+
+
+def _followed(
+    planned: Plan, nodes: Sequence[Endpoint], ticks: int, stretches: "Mapping[Endpoint, _Stretch]"
+) -> "_CovarianceTicks":
+    noisy = with_gains(planned, noise_blocks(planned), list(nodes), 0)
+    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(planned.without_noise)
+    engine = _CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
+    try:
+        engine.advance(ticks, ())
+    except TickError as error:
+        raise ModelError([failed(planned, error)]) from error
+    return engine
+
+
+def _deviation(planned: Plan, output: str, node: Endpoint, last: "_Last") -> ValueDeviation:
+    block = planned.blocks[node[0]]
+    parts = sorted(((math.sqrt(v), name) for name, v in last.variances.items() if v > 0.0), reverse=True)
+    return ValueDeviation(
+        output=output,
+        unit=short_unit(unit_of(block, type(block).outputs[node[1]])),
+        time=last.tick * planned.period,
+        value=last.value,
+        deviation=math.sqrt(sum(last.variances.values())),
+        sources={name: deviation for deviation, name in parts},
+    )
+
+
+@dataclass(frozen=True)
+class _Last:
+    """The last value of an output: its tick, and the variance that each block makes."""
+
+    tick: int
+    value: float
+    variances: Mapping[str, float]
+
+
+class _Stretch:
+    """The mean power of the lines of some successive values, a sum Z of w y exp(-2 pi i f t) for each.
+
+    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2] follow.
+    """
+
+    def __init__(self, window: Array, first: int) -> None:
+        self._window, self._first = window, first
+        self._lines = np.arange(len(window) // 2 + 1)
+        self._shared: Any = None  # E[Z x']
+        self.power = np.zeros(len(self._lines))
+
+    def moved(self, number: int, slopes: "_Slopes", rows: range, covariance: Array) -> None:
+        """Count values from a number on, some rows of slopes; the last of these are what lasts from now on."""
+        numbers = np.arange(number, number + len(rows)) - self._first
+        inside = (numbers >= 0) & (numbers < len(self._window))
+        if self._shared is None and not inside.any():
+            return
+        turns = np.exp(-2j * np.pi * np.outer(self._lines, numbers) / len(self._window))
+        turns *= np.where(inside, self._window[np.clip(numbers, 0, len(self._window) - 1)], 0.0)
+        old, new = turns @ slopes.lasting[rows.start : rows.stop], turns @ slopes.fresh[rows.start : rows.stop]
+        shared = np.zeros_like(old) if self._shared is None else self._shared
+        self.power += 2.0 * np.sum(old * shared.conj(), axis=1).real
+        self.power += np.sum((old @ covariance) * old.conj(), axis=1).real + np.sum(np.abs(new) ** 2, axis=1)
+        after = slopes.memory
+        self._shared = (shared + old @ covariance) @ slopes.lasting[after:].T + new @ slopes.fresh[after:].T
+
+
+@dataclass(frozen=True)
+class _Slopes:
+    """Slopes by what lasts, and by new random numbers times their deviations: of outputs, then of the memory."""
+
+    lasting: Array
+    fresh: Array
+    columns: Mapping[str, list[int]]  # new random numbers of each block
+    memory: int  # first row of the memory
+
+
+class _CovarianceTicks(CompactTicks):
+    """Ticks that keep the covariance of what lasts, by the blocks that make it."""
+
+    def __init__(self, *arguments: Any, noise: Noisy, stretches: Mapping[Endpoint, _Stretch]) -> None:
+        self._covariances: dict[str, Array] = {}
+        self._alive = 0
+        self._stretches, self._numbers = stretches, Counter[Endpoint]()
+        self.last: dict[Endpoint, _Last] = {}
+        super().__init__(*arguments, noise=noise)
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `TickError`."""
+        while self._memory.tick < last:
+            NoisyTicks.advance(self, min(self._memory.tick + EVERY, last), rows)
+            self._gather()
+        return True
+
+    def _gather(self) -> None:
+        """Give each number that lasts one direction, and move the covariances on."""
+        recorded = {node: list(values) for node, values in self.recorded.items()}
+        gathered: list[Mapping[Key, float]] = []
+
+        def gather(value: Any) -> Any:
+            slopes = slopes_of(value, SIGNALS)
+            if not slopes:
+                return value
+            gathered.append(slopes)
+            return dual(value_of(value, SIGNALS), {("", LIVE, len(gathered) - 1): 1.0}, SIGNALS)
+
+        self._replace(gather)
+        outputs = [slopes_of(value, SIGNALS) for values in recorded.values() for value in values]
+        slopes = self._slopes([*outputs, *gathered], len(outputs))
+        self._keep(recorded, slopes)
+        after = slopes.memory
+        self._covariances = {
+            name: _moved(slopes, slice(after, None), self._covariances.get(name), columns)
+            for name, columns in self._by_block(slopes)
+        }
+        self._alive = len(gathered)
+        for kept in (self.quantised, self.sources, self._known, self._counts, self._last, *self.recorded.values()):
+            kept.clear()
+
+    def _keep(self, recorded: Mapping[Endpoint, list[Any]], slopes: _Slopes) -> None:
+        """Keep the last value of each output with its variances, and count all in their stretches."""
+        first, whole = 0, sum(self._covariances.values(), np.zeros((self._alive, self._alive)))
+        for node, values in recorded.items():
+            rows, first = range(first, first + len(values)), first + len(values)
+            if node in self._stretches:
+                self._stretches[node].moved(self._numbers[node], slopes, rows, whole)
+            self._numbers[node] += len(values)
+            if values:
+                row = slice(rows[-1], rows[-1] + 1)
+                variances = {
+                    name: float(_moved(slopes, row, self._covariances.get(name), columns)[0, 0])
+                    for name, columns in self._by_block(slopes)
+                }
+                self.last[node] = _Last(self._memory.tick - 1, float(plain(values[-1])), variances)
+
+    def _by_block(self, slopes: _Slopes) -> Iterator[tuple[str, list[int]]]:
+        for name in {**self._covariances, **slopes.columns}:
+            yield name, slopes.columns.get(name, [])
+
+    def _slopes(self, rows: Sequence[Mapping[Key, float]], memory: int) -> _Slopes:
+        lasting = np.zeros((len(rows), self._alive))
+        columns, owners = dict[Key, int](), dict[str, list[int]]()
+        new: list[tuple[int, int, float]] = []
+        for row, each in enumerate(rows):
+            for key, value in each.items():
+                if key[1] == LIVE:
+                    lasting[row, key[2]] = value
+                    continue
+                if key not in columns:
+                    columns[key] = len(columns)
+                    owners.setdefault(key[0], []).append(columns[key])
+                new.append((row, columns[key], value * math.sqrt(variance(key[1]))))
+        fresh = np.zeros((len(rows), len(columns)))
+        for row, column, value in new:
+            fresh[row, column] = value
+        return _Slopes(lasting, fresh, owners, memory)
+
+
+def _moved(slopes: _Slopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
+    """Return S P S' + R R' of some rows, for the random numbers in some columns."""
+    lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
+    old = 0.0 if covariance is None else lasting @ covariance @ lasting.T
+    return np.asarray(old + fresh @ fresh.T)

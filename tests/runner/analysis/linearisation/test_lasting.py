@@ -1,0 +1,39 @@
+"""Modes that do not decay, and the system without them."""
+
+import numpy as np
+import pytest
+
+from proofmass.runner.analysis.linearisation.lasting import Lasting
+
+
+@pytest.mark.parametrize("second", [1.0, 1.0 - 3e-13, 0.999, 0.9])
+def test_two_modes_that_rounding_may_part(second: float) -> None:
+    """Two neutral modes last together, however rounding moves them; what is left is the decaying part."""
+    random = np.random.default_rng(3)
+    poles = np.array([1.0, second, 0.5, 0.1])
+    basis = random.normal(size=(4, 4))
+    a = basis @ np.diag(poles) @ np.linalg.inv(basis)
+    left, right = Lasting(a).reduction
+    decaying = poles[poles < 1.0 - 1e-12]
+    assert left.shape == (len(decaying), 4)
+    assert np.sort(np.linalg.eigvals(left @ a @ right).real) == pytest.approx(np.sort(decaying), abs=1e-9)
+
+
+def test_the_trim_of_a_gyroscope_at_rest() -> None:
+    """A ramp and a trim that nothing drives: their subspaces, looked for apart, were of unlike size."""
+    a = np.array([
+        [7.6125789510323618e-08, 1.0100526738946347, 1.7126755506377146e-04, 9.3814507938302858e-06,
+         1.0074571806799023e-04, -3.5949561437181310e-01],
+        [4.7047068645273239e-08, 9.9999053919667280e-01, 1.6956138938253282e-04, 9.3195078602018857e-06,
+         9.9742090335007861e-05, -2.2217461500409735e-01],
+        [-2.7746517477375023e-04, -3.0615294751303850e-03, -5.1912210272594869e-07, 3.3084957330112162e-03,
+         -2.7052637059797772e-07, 1.3102980360151930e+03],
+        [7.6125833558420122e-08, 1.0100531928254206, 1.7126764305522890e-04, 8.8676895459210080e-06,
+         1.0074576404372000e-04, -3.5949579914897190e-01],
+        [7.8252109956210812e-09, 9.2188441741891544e-02, 1.5631748155288870e-05, -9.1270069522344316e-02,
+         8.1676227402335578e-06, -3.2825959656975101e-02],
+        [-2.1175728025381506e-07, -2.4127045375228865e-08, -4.0910540401768957e-12, 2.3564397231990610e-07,
+         -1.5910917026909462e-12, 1.0000000085869332],
+    ])  # fmt: skip
+    left, right = Lasting(a).reduction
+    assert np.max(np.abs(np.linalg.eigvals(left @ a @ right))) < 1e-4
