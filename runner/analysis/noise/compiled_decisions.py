@@ -102,7 +102,7 @@ def _sources(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str]) -
 def _telling(block: Block, port: str) -> Block:
     """Return the same block with an output for what the quantiser of another output is given, in the same units."""
     kind = type(block)
-    own = Kind(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__module__": kind.__module__})
+    own: Any = Kind(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__module__": kind.__module__})
     declared = kind.__declaration__
     own.__declaration__ = replace(
         declared, outputs=dict(declared.outputs), output_functions=dict(declared.output_functions)
@@ -110,7 +110,8 @@ def _telling(block: Block, port: str) -> Block:
     function = _without_levels(kind.output_functions[port].function)
     function.__name__ = _PORT
     own.output("1")(function)
-    return own(**vars(block))
+    told: Block = own(**vars(block))
+    return told
 
 
 def _value(value: float, last: float) -> float:

@@ -121,8 +121,8 @@ def is_white(values: Array) -> bool:
     if not np.any(lines):
         return True
     edges = np.unique(np.round(_LEAST * 2.0 ** np.arange(0.0, math.log2(max(len(lines) / _LEAST, 2.0)), 1.0 / _BANDS)))
-    edges = np.concatenate([[0], edges[edges < len(lines) - _LEAST], [len(lines)]]).astype(int)
-    power = np.add.reduceat(lines / lines.mean(), edges[:-1])
+    edges = np.concatenate([[0], edges[edges < len(lines) - _LEAST], [len(lines)]]).astype(np.intp)
+    power = np.add.reduceat(lines / lines.mean(), edges[:-1].tolist())
     m = np.diff(edges)
     likely = scipy.stats.gamma.cdf(power, m)
     return bool(np.all(np.minimum(likely, 1.0 - likely) > 0.5 * _DOUBT / len(m)))
