@@ -3,6 +3,7 @@
 import gc
 import os
 import shutil
+import signal
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -43,6 +44,8 @@ def pytest_configure(config: pytest.Config) -> None:
     config.pluginmanager.register(skips)
     if config.getoption("--defects"):
         config.pluginmanager.register(DefectTable())
+    if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as of what a shell starts in the background
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):  # such a process: the folder is there
         return
     os.environ["OPENBLAS_NUM_THREADS"] = "1"  # matrices of tests are small: more threads would wait for each other

@@ -28,8 +28,11 @@ MODULES = modules()
 
 @cache
 def nodes(module: str) -> tuple[ast.AST, ...]:
-    """All nodes of the syntax tree of a module."""
-    return tuple(ast.walk(ast.parse(MODULES[module].read_text(encoding="utf-8"))))
+    """All statements of a module, and what stands between them; no expression holds an import."""
+    below: list[ast.AST] = [ast.parse(MODULES[module].read_text(encoding="utf-8"))]
+    for node in below:
+        below += [child for child in ast.iter_child_nodes(node) if not isinstance(child, ast.expr)]
+    return tuple(below)
 
 
 def imported(module: str) -> Iterator[str]:

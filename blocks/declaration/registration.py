@@ -141,9 +141,9 @@ def _refuse_twice(kind: Facts, name: str) -> None:
 
 def _in_the_loop(kind: Facts) -> set[str]:
     """Arguments of functions that run in the loop; where `formats` come first, the parameters are one of them."""
-    fixed = {Meaning.STATE, Meaning.TIME, Meaning.TICK, Meaning.DEVIATE, Meaning.OUT}
-    fixed |= {Meaning.PARAMETERS} if "formats" in kind.functions else set()
-    return {*(meaning.argument for meaning in fixed), *kind.buffers, *kind.inputs}
+    left_out = {Meaning.PERIOD} if "formats" in kind.functions else {Meaning.PERIOD, Meaning.PARAMETERS}
+    fixed = {meaning.argument for meaning in Meaning if meaning.argument and meaning not in left_out}
+    return {*fixed, *kind.buffers, *kind.inputs}
 
 
 def _bound(kind: Facts, function: Callable[..., Any], known: set[str]) -> Behaviour:

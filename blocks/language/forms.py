@@ -6,7 +6,7 @@ import inspect
 import types
 from collections.abc import Iterator
 from dataclasses import replace
-from typing import Any, assert_never
+from typing import Any
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
@@ -88,11 +88,9 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
 
 def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:
     """Return the type of an argument."""
+    if meaning.number is not None:
+        return meaning.number
     match meaning:
-        case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
-            return float
-        case Meaning.TICK:
-            return int
         case Meaning.STATE:
             return type_of(kind.state_class())
         case Meaning.OUT:
@@ -105,7 +103,7 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
         case Meaning.PARAMETERS:
             return Unknown()
         case _:
-            assert_never(meaning)
+            raise TypeError(f"{meaning.name} has no type")
 
 
 def _plain(behaviour: Behaviour) -> types.FunctionType:

@@ -2,9 +2,12 @@
 
 import re
 from collections.abc import Iterable, Sequence
+from pathlib import Path
 
 _DIAGRAM = re.compile(r'<svg [^>]*class="proofmass[ "][^>]*width="(\d+)"')
-_COLUMN, _LEAST = 744, 0.72  # pixels of the text beside a picture; how much a diagram may shrink to fit in there
+_PLOT = re.compile(rb'<svg [^>]*width="([\d.]+)pt"')
+_POINT, _DOTS = 96.0 / 72.0, 150.0  # pixels of a point, dots of an inch of a PNG file
+_WIDTH_OF_PNG = slice(16, 20)
 _FULL = 85  # letters of a line of a docstring that was broken for want of room
 
 
@@ -29,18 +32,24 @@ def fence(language: str, text: str) -> list[str]:
 
 
 def diagram_attributes(picture: str) -> str:
-    """Return the attributes of a diagram that `draw` made: its size in the page; empty for other pictures.
+    """Return the attributes of a diagram that `draw` made: its own size in the page; empty for other pictures.
 
-    It shrinks to the column as far as its letters can be read, scrolls beyond that, and a click shows it alone.
+    Its smallest letters have 10 pixels. It scrolls where the page is narrower, and a click shows it alone.
 
     >>> diagram_attributes('<svg class="proofmass" width="1000" height="9">')
-    '{.diagram width=744px}'
+    '{.diagram width=1000px}'
     """
     size = _DIAGRAM.match(picture)
-    if not size:
-        return ""
-    own = int(size[1])
-    return f"{{.diagram width={min(own, max(_COLUMN, round(_LEAST * own)))}px}}"
+    return f"{{.diagram width={size[1]}px}}" if size else ""
+
+
+def picture_attributes(path: Path) -> str:
+    """Return the attributes of a diagram or a plot: its own size in the page, as of a diagram."""
+    data = path.read_bytes()
+    if path.suffix == ".png":
+        return f"{{.plot width={round(int.from_bytes(data[_WIDTH_OF_PNG]) * _POINT * 72.0 / _DOTS)}px}}"
+    size = _PLOT.search(data)
+    return f"{{.plot width={round(float(size[1]) * _POINT)}px}}" if size else diagram_attributes(data.decode())
 
 
 def plain(text: str) -> str:

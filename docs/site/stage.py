@@ -8,7 +8,7 @@ from pathlib import Path, PurePosixPath
 
 from docs.site.alive import live_page, with_frame
 from docs.site.gallery import gallery_pages, gallery_pictures
-from docs.site.markdown import diagram_attributes
+from docs.site.markdown import picture_attributes
 from docs.site.reference import contents, reference_pages
 
 ROOT = Path(__file__).parents[2]
@@ -125,8 +125,7 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
         return start + _relative(_place(there), name) + anchor + end
     if there.is_relative_to(DOCS / "pictures"):
         place = _relative(f"pictures/{there.relative_to(DOCS / 'pictures').as_posix()}", name)
-        attributes = diagram_attributes(there.read_text(encoding="utf-8")) if there.suffix == ".svg" else ""
-        return start + place + end + attributes
+        return start + place + end + picture_attributes(there)
     place = f"files/{there.relative_to(ROOT).as_posix()}"
     (target / place).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(there, target / place)

@@ -89,9 +89,13 @@ class WebAssembly(Foreign):
             ],
         }
         (folder / "told.json").write_text(json.dumps(settings), encoding="utf-8")
-        _done([self.command, "run.mjs"], folder)
+        self.execute(folder)
         for number, content in enumerate(contents):
             content.read((folder / f"memory_{number}").read_bytes())
+
+    def execute(self, folder: Path) -> None:
+        """Run the script in a folder."""
+        _done([self.command, "run.mjs"], folder)
 
 
 FOREIGN: tuple[Foreign, ...] = (C99(), WebAssembly())

@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Mapping
-from typing import assert_never, get_type_hints
+from typing import get_type_hints
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
@@ -35,25 +35,26 @@ def function_formats(
     first = next(iter(inspect.signature(behaviour.function).parameters))
     formats = {first: constants, "return": None}
     for argument, meaning in zip(behaviour.arguments, behaviour.meanings, strict=True):
+        if meaning.number is int:
+            formats[argument] = int
+            continue
+        if meaning.number is float:
+            hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
+            message = f"{argument} is a floating-point number, and the block works in fixed point"
+            raise ModelError([Problem(message=message, key=name, hint=hint)])
         match meaning:
             case Meaning.STATE:
                 formats[argument] = state_formats(block, ranges)
             case Meaning.PARAMETERS:
                 formats[argument] = Constant(block)
-            case Meaning.TICK:
-                formats[argument] = int
             case Meaning.OUT:
                 formats[argument] = port_formats(block, kind.outputs[name])
             case Meaning.BUFFER:
                 formats[argument] = port_formats(block, kind.buffers[argument], ranges)
             case Meaning.INPUT:
                 formats[argument] = port_formats(block, kind.inputs[argument], ranges)
-            case Meaning.TIME | Meaning.DEVIATE | Meaning.PERIOD:
-                hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
-                message = f"{argument} is a floating-point number, and the block works in fixed point"
-                raise ModelError([Problem(message=message, key=name, hint=hint)])
             case _:
-                assert_never(meaning)
+                raise TypeError(f"{meaning.name} has no format")
     if behaviour is kind.output_functions.get(name):
         port = kind.outputs[name]
         formats["return"] = None if port.shape else port_formats(block, port)

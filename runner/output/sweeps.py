@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.shown_units import display, pretty
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.plot import BLUE, STYLE, headed
@@ -21,8 +21,12 @@ if TYPE_CHECKING:
 
 def sweep_lines(sweep: Sweep, measures: Sequence[str]) -> list[str]:
     """Return a line for each point: the values of the parameters, then the measures."""
-    head = [*sweep.values, *(_named(name, sweep.measures[name]) for name in measures)]
-    rows = [[_text(value) for value in row.values()] for row in sweep.rows(measures)]
+    scales = {name: _scale(sweep, name) for name in measures}
+    head = [*sweep.values, *(_named(name, unit) for name, (_, unit) in scales.items())]
+    rows = [
+        [_text(value * scales[name][0] if name in scales else value) for name, value in row.items()]
+        for row in sweep.rows(measures)
+    ]
     return text_table([head, *rows], left=())
 
 
@@ -47,11 +51,18 @@ def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
         panels = figure.subplots(len(measures), 1, sharex=True, squeeze=False)[:, 0]
         name, (places, unit) = next(iter(sweep.values)), axis_of(next(iter(sweep.values.values())))
         for panel, measure in zip(panels, measures, strict=True):
+            factor, unit_of_measure = _scale(sweep, measure)
             for label, curve in _curves(sweep, measure):
                 panel.plot(
-                    places, curve, "o-", markersize=4.0, linewidth=1.2, label=label, color=None if label else BLUE
+                    places,
+                    factor * curve,
+                    "o-",
+                    markersize=4.0,
+                    linewidth=1.2,
+                    label=label,
+                    color=None if label else BLUE,
                 )
-            panel.set_ylabel(_named(measure, pretty(sweep.measures[measure])))
+            panel.set_ylabel(_named(measure, pretty(unit_of_measure)))
             panel.grid(visible=True, alpha=0.4)
         panels[-1].set_xlabel(_named(name, pretty(unit)))
         if not unit and not all(isinstance(value, int | float) for value in next(iter(sweep.values.values()))):
@@ -75,6 +86,12 @@ def axis_of(values: Sequence[object]) -> tuple[list[float], str]:
         return [float(convert_exactly(str(value), unit or "1")) for value in values], unit
     except (UnitError, OverflowError):
         return [float(place) for place in range(len(values))], ""
+
+
+def _scale(sweep: Sweep, measure: str) -> tuple[float, str]:
+    """Return the factor and the unit of a measure for people: those that the graph asks for, such as deg/h."""
+    own, asked = sweep.measures[measure], sweep.results[0].measures[measure].shown_in
+    return (display(own, asked, 1.0)[0], asked) if asked else (1.0, own)
 
 
 def _curves(sweep: Sweep, measure: str) -> Iterator[tuple[str, Any]]:

@@ -1,34 +1,44 @@
 """The tutorial, followed from an empty folder: every file is written, every command answers as its page says."""
 
+import contextlib
 from pathlib import Path
+from typing import NamedTuple
 
 import pytest
 
 from docs.site.pictures import DIAGRAMS, PLOTS, STEPS
-from docs.site.play import missing_lines, play
+from docs.site.play import Command, missing_lines, play
 from proofmass.graphs.drawing.diagram import svg
 from proofmass.graphs.files.toml_reader import read_graph
 
 PICTURES = Path(__file__).parents[2] / "docs" / "pictures"
 
 
+class Tutorial(NamedTuple):
+    """The one folder of the reader, and what the commands of each step answered in it."""
+
+    folder: Path
+    answers: dict[Path, list[Command]]
+
+
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The one folder of the reader, in which each step finds what the steps before it wrote."""
-    return tmp_path_factory.mktemp("tutorial")
+def tutorial(tmp_path_factory: pytest.TempPathFactory) -> Tutorial:
+    """All steps, one after the other: each finds what those before it wrote."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    with contextlib.chdir(folder):
+        return Tutorial(folder, {step: list(play(step)) for step in STEPS})
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.stem)
-def test_step(step: Path, folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.chdir(folder)
-    commands = list(play(step))
-    assert commands
-    for command in commands:
+def test_step(step: Path, tutorial: Tutorial) -> None:
+    assert tutorial.answers[step]
+    for command in tutorial.answers[step]:
         assert command.status == command.expected_status, f"{command.text}\n{command.output}"
         assert missing_lines(command.output, command.promised) == [], f"{command.text}\n{command.output}"
 
 
-def test_pictures_are_those_of_the_files(folder: Path) -> None:
+def test_pictures_are_those_of_the_files(tutorial: Tutorial) -> None:
+    folder = tutorial.folder
     for file, picture in DIAGRAMS.items():
         assert (PICTURES / picture).read_text(encoding="utf-8") == svg(read_graph(folder / file)), picture
     for file, picture in PLOTS.items():

@@ -6,6 +6,7 @@ u is the signal at the readers of the wire, y the signal of its source; A, B, C 
 functions of the group at the operating point. Signals from discrete blocks are held: loops through them are open.
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
@@ -16,7 +17,10 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, plan_graph
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, blocks_of_map, common_period, plan_graph
+from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
@@ -53,15 +57,56 @@ def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap
     memory = memory_at(plan.without_noise, tick)
     analog = _linearised(plan, group, node, memory)
     later = _linearised(plan, group, node, Forward(plan.without_noise, memory).to(tick + 1))
-    size = np.maximum(np.abs(analog.matrix[:, :-1]), np.abs(later.matrix[:, :-1]))
-    moved = np.abs(analog.matrix - later.matrix)[:, :-1]
-    change = float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+    change = _change(analog, later)
     notes = [_moving(tick, change)] if change > _MOVED else []
+    notes += _switched(plan, group, node, analog, memory_at(plan.without_noise, tick))
     behind = _downstream(plan, node)
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
     return replace(analog, notes=tuple(notes))
+
+
+def _change(first: PeriodMap, second: PeriodMap) -> float:
+    """Return the largest relative change of an entry."""
+    size = np.maximum(np.abs(first.matrix[:, :-1]), np.abs(second.matrix[:, :-1]))
+    moved = np.abs(first.matrix - second.matrix)[:, :-1]
+    return float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
+
+
+def _switched(plan: Plan, group: Group, node: Endpoint, analog: PeriodMap, memory: Memory) -> list[str]:
+    """Return a note on a switch that waits, if it changes the loop within the time in which that would matter."""
+    upstream, moving = blocks_of_map(plan, [node], [node], False)
+    ticks = common_period(plan, [node], [node], everything=True)
+    quiet = plan.without_noise
+    run, known = Forward(quiet, memory.copy()), {0: memory}
+
+    def after(periods: int) -> Memory:
+        if periods not in known:
+            tick = memory.tick + periods * ticks
+            ahead = run if run.tick <= tick else Forward(quiet, memory.copy())
+            known[periods] = ahead.to(tick)
+        return known[periods]
+
+    horizon = int(min(LONGEST_ORBIT // ticks, _matters(analog) / (ticks * plan.period)))
+    for periods in Waiting(quiet, upstream, moving, memory, ticks).changes(after, horizon):
+        later = _linearised(plan, group, node, after(periods))
+        if periods > WAITED and _change(analog, later) > FROZEN:
+            return [switch_note(periods * ticks * plan.period)]
+    return []
+
+
+def _matters(analog: PeriodMap) -> float:
+    """Return the seconds within which a change of a loop matters: some turns at its lowest crossover."""
+    system = OpenLoop(analog.between(), continuous=True)
+    rates = np.abs(system.poles)
+    rates = rates[rates > 0.0]
+    if not len(rates):
+        return math.inf
+    w = np.geomspace(1e-3 * rates.min(), 1e3 * rates.max(), 900)
+    above = np.abs(system.response(w)) > 1.0
+    crossed = w[:-1][above[:-1] != above[1:]]
+    return float(1.0 / (FROZEN * (crossed[0] if len(crossed) else rates.min())))
 
 
 class _Instant(Outputs):

@@ -81,3 +81,11 @@ def wires_of(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, 
     for (name, port), held in memory.wires.items():
         if name in names and not isinstance(held, list):
             yield (name, port, -1), held
+
+
+def time_text(seconds: float) -> str:
+    """Return a time with the largest unit of which there is one."""
+    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
+        if seconds >= size * (1.0 - 1e-12):
+            return f"{seconds / size:.6g} {unit}"
+    return f"{seconds * 1e9:.6g} ns"

@@ -25,7 +25,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS, NEAR, change_between, effect, pole_rates
-from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
+from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
     Array,
@@ -37,7 +37,7 @@ from proofmass.runner.analysis.linearisation.period_map import (
 )
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
-from proofmass.runner.analysis.linearisation.waiting import Waiting
+from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -45,7 +45,7 @@ from proofmass.runner.plan.planned import Plan
 SAME = 1e-9  # relative change of a map that counts as rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
-_WAITED = 2  # least number of periods that a waiting switch stands still
+WAITED = 2  # least number of periods that a waiting switch stands still
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
@@ -336,7 +336,7 @@ class _Search:
             if self._noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
-                once, whole = _time(self._period), _time(periods * self._period)
+                once, whole = time_text(self._period), time_text(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
                 return _Point(closed, periods, (note, *_moving(change)), (after,))
         return None
@@ -350,8 +350,8 @@ class _Search:
         """Return what is to be said of a switch that has waited, if it matters."""
         shown = self._shown(first)
         for look in switched[:1]:
-            if look > _WAITED and change_between(shown, self._shown(maps[look])) > FROZEN:
-                return (f"a switch changes it within {_time(look * self._period)}: this is what holds until then",)
+            if look > WAITED and change_between(shown, self._shown(maps[look])) > FROZEN:
+                return (switch_note(look * self._period),)
         return ()
 
     def _start_up(self) -> str:
@@ -364,7 +364,7 @@ class _Search:
         turning = any(True for _ in orbit.turning)
         crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
         crossed = crossed and f", which would put crossovers at {crossed}"
-        period, longest = _time(self._period), _time(self._most * self._period)
+        period, longest = time_text(self._period), time_text(self._most * self._period)
         return Problem(
             message=f"the operating point does not repeat in {period}, the period of the schedule",
             key=f"blocks.{name}",
@@ -387,10 +387,3 @@ def _slowest(rates: Array) -> float:
 
 def _moving(change: float) -> tuple[str, ...]:
     return (f"the operating point moves: the loop is wrong by some {100.0 * change:.1g} %",) if change > NOTED else ()
-
-
-def _time(seconds: float) -> str:
-    for unit, size in (("s", 1.0), ("ms", 1e-3), ("us", 1e-6)):
-        if seconds >= size * (1.0 - 1e-12):
-            return f"{seconds / size:.6g} {unit}"
-    return f"{seconds * 1e9:.6g} ns"

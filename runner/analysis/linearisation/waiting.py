@@ -15,7 +15,7 @@ import numpy.typing as npt
 
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.numbers import states_of
+from proofmass.runner.analysis.linearisation.numbers import states_of, time_text
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.derivatives.dual_noise import changing, given, reached
 from proofmass.runner.plan.bindings import Buffer, Deviate, State, Tick, Time
@@ -102,6 +102,11 @@ class Waiting:
 
     def _integers(self, memory: Memory) -> list[int]:
         return [value for _, value in states_of(memory, self._others) if isinstance(value, int)]
+
+
+def switch_note(seconds: float) -> str:
+    """Return the note on a switch that waits for some seconds."""
+    return f"a switch changes it within {time_text(seconds)}: this is what holds until then"
 
 
 def _turning(values: Array) -> npt.NDArray[np.bool_]:

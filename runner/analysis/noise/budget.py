@@ -27,7 +27,7 @@ from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_sensitivity
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains
+from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
@@ -227,7 +227,7 @@ def noise_of(
     noisy = noise_blocks(planned)
     tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
     noisy = with_gains(planned, noisy, [target], tick)
-    whole = map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives)
+    whole = with_spectra(map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives), noisy)
     to_output = noise_map(whole, target)
     _refuse_growth(planned, output, to_output)
     _refuse_silence(planned, output, to_output)
@@ -336,7 +336,7 @@ def _notes(
     decided = [(name, one) for name in sorted(made) for one in noisy[name]]
     notes += [one.note(name) for name, one in decided if isinstance(one, OneBit)]
     if decided and derivatives:
-        notes.append("derivatives take the gains of one-bit quantisers as fixed")
+        notes.append("derivatives take gains and errors of one-bit quantisers as fixed")
     if not to_output.settles and band is None:
         notes.append("the output wanders without bound: its rms is that of the band named above")
     return notes

@@ -30,10 +30,12 @@ from proofmass.runner.analysis.linearisation.state_space import Matrices, StateS
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 
+FILTER = "filter of an error"  # in the place of a field of a state
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # distance of the spectral radius below one
 _NEUTRAL = 1e-9  # distance above one to which rounding may move a pole on the unit circle
+_FADING = 0.999  # factor in a period, for the units of states that may wander
 
 
 def variance(part: str) -> float:
@@ -48,6 +50,7 @@ class NoiseMap(StateSpace):
     inputs: tuple[Entry, ...]  # a column each
     values: int  # of the output in a period
     slopes: Mapping[str, Matrices]  # derivatives of the matrices by each parameter
+    filtered: bool = False  # some of the states are those of filters before the sources
 
     @property
     def rate(self) -> float:
@@ -125,9 +128,19 @@ class NoiseMap(StateSpace):
     @cached_property
     def _schur(self) -> tuple[Complex, Array, Complex]:
         """Schur form of the transposed A, in units of the states that make it alike."""
-        alike, scale = balanced(self.matrices[0])
+        alike, scale = self._in_rms() if self.filtered else balanced(self.matrices[0])
         form, basis, *_ = scipy.linalg.schur(alike.T, output="complex")
         return np.asarray(form), np.asarray(scale), np.asarray(basis)
+
+    def _in_rms(self) -> tuple[Array, Array]:
+        """Return A in units of the rms of each state, and these units. Balancing would tear a chain of filters apart.
+
+        States that wander have the rms that they reach in some periods.
+        """
+        a, b, _, _ = self.matrices
+        squares = np.diag(summed(a * _FADING, b * self.variances @ b.T))
+        scale = np.sqrt(np.where(squares > 0.0, squares, 1.0))
+        return a * scale / scale[:, None], scale
 
     def _by_source(self, columns: Array) -> Array:
         """Sums over the columns of each source."""
@@ -144,7 +157,8 @@ def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     left, right = (identity, identity) if lasting.passes(b, c) else lasting.reduction
     slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
     reduced = _reduced((a, b, c, d), left, right)
-    return NoiseMap(reduced, to_output.period, to_output.inputs, len(to_output.outputs), slopes)
+    filtered = any(part.startswith(FILTER) for _, part, _ in to_output.states)
+    return NoiseMap(reduced, to_output.period, to_output.inputs, len(to_output.outputs), slopes, filtered)
 
 
 def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:

@@ -1,68 +1,71 @@
-"""Gains of quantisers of one bit, from a run: v = K y + e with the K that makes the mean of e^2 least.
+"""Quantisers of one bit in a budget: v = K y + e, with K and the spectrum of e from two runs of the graph.
 
-    K = E[y v] / E[y^2],   var e = E[v^2] - K^2 E[y^2]
+The runs have different noise. Half the power of what they differ by is that of the noise, without signals, and without
+what repeats itself from run to run:
 
-without the means of y and v (Booton, IRE Trans. Circuit Theory 1, 1954, 9; Ardalan and Paulos, IEEE Trans. Circuits and
-Systems 34, 1987, 593). e is uncorrelated with y, and counts as white. For a Gaussian y and levels of +-1 both have a
-closed form, K = sqrt(2 / pi) exp(-erfinv(m)^2) / sigma about a mean level m. What integrators hold is not Gaussian, so
-that it would be wrong by some dB: the moments are those of a run of the graph with its noise.
+    K = E[z v] / E[z y],   e = v - K y
+
+(Booton, IRE Trans. Circuit Theory 1, 1954, 9; Ardalan and Paulos, IEEE Trans. Circuits and Systems 34, 1987, 593). That
+is exact whatever K is, if e is what it is in the run. So e has the spectrum that it has there, unless it is white, and
+K is such that e has nothing in common with the other sources of noise: z is what they make of y. Where they make
+little, z is y itself.
 """
 
-from collections.abc import Callable
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import memory_at
-from proofmass.runner.analysis.linearisation.period_map import Array, blocks_of_map, plan_graph
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, blocks_of_map, plan_graph
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
-from proofmass.runner.derivatives.dual_functions import LEVELS, compared, reaches, with_functions
-from proofmass.runner.derivatives.dual_noise import Gain, Noisy
-from proofmass.runner.plan.memory import Memory
+from proofmass.runner.analysis.noise.compiled_decisions import Decisions
+from proofmass.runner.analysis.noise.decisions import recorded
+from proofmass.runner.analysis.noise.noise_map import FILTER
+from proofmass.runner.analysis.noise.shaping import Shaping, is_white, shaping
+from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, Gain, Noisy
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter, TickError
+from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
 
-DECISIONS, SETTLING = 16_384, 2_048  # of a quantiser that are counted, and before them
-_MOST_CALLS = 4_000_000  # of functions of blocks
-_WINDOW = 256  # decisions over which signals count as constant: their means are subtracted
-_LAGS = 64  # most decisions after which an error may repeat
-_LONG, _LOW = 2048, slice(4, 24)  # decisions of a segment, and its lines at low frequencies
-COLOURED = 1.0  # dB by which the density at low frequencies may differ without a note
-REPEATS = 0.2  # autocorrelation of the error from which on it is not white
+_WINDOW = 256  # decisions over which signals hardly move: their means are subtracted
+_LAGS = 64  # decisions, the longest lag of the autocorrelation
+_VALUES = 1 << 14  # values of the output in a reference run
+_ALONE = 1 << 14  # decisions from which the whole error of one run is estimated
+_MEMORY = 64  # decisions, the longest lag between a source and its effect on y
+_SHOWS = 10.0  # ratio to the effect expected by chance, above which a source counts
+_SAME = 0.2  # part of the error's mean square; two runs that differ by less count as the same
+_TOLD = 0.05  # part of the error that repeats, from which on the note gives it
 
 
 @dataclass(frozen=True)
 class OneBit(Gain):
-    """Gain and error of a quantiser of one bit, as a run shows them."""
+    """Gain and error of a quantiser of one bit, as runs show them."""
 
-    mean: float  # of its levels
-    decisions: int
-    correlation: float  # the largest of e with itself
-    lag: int  # decisions after which the correlation is reached
-    low: float  # dB, density of e from 0.2 % to 1.2 % of the rate against that of white noise
+    decisions: int  # of a run
+    shaping: Shaping | None  # None for a white error
+    repeating: float  # part of the mean square of the error that is the same in both runs
+    correlation: float = 0.0  # the largest of e with itself, if all of e repeats
+    lag: int = 0  # decisions after which the correlation is reached
 
     def note(self, block: str) -> str:
-        """Return what is said of it in a budget."""
-        told = f"{block}: one bit counts as a gain of {self.gain:.3g}, by a run of {self.decisions:,} decisions"
-        if abs(self.low) > COLOURED:
-            told += (
-                f"; from 0.2 % to 1.2 % of its rate its error has {self.low:+.1f} dB against white noise, left out here"
+        """Return the note of a budget on this quantiser."""
+        told = f"{block}: one bit counts as a gain of {self.gain:.3g}, by two runs of {self.decisions:,} decisions; "
+        if self.repeating == 1.0:
+            after = "from one to the next" if self.lag == 1 else f"after {self.lag} of them"
+            return (
+                f"{told}its error is the same in both, whatever the noise, so that it repeats itself. It counts as"
+                f" white, but is not white, with a correlation of {self.correlation:.2f} {after}: its density has"
+                " tones, and holds as a mean over wide bands"
             )
-        if abs(self.correlation) < REPEATS:
+        told += "its error passes for white" if self.shaping is None else "its error has the spectrum of these runs"
+        if self.repeating < _TOLD:
             return told
-        after = "from one to the next" if self.lag == 1 else f"after {self.lag} of them"
-        return (
-            f"{told}; its error is not white, with a correlation of {self.correlation:.2f} {after}: its density"
-            " has tones, and holds as a mean over wide bands"
-        )
+        return f"{told}, without {100.0 * self.repeating:.0f} % of its mean square that repeat with the signals"
 
 
 def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) -> Noisy:
@@ -72,13 +75,50 @@ def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) 
     if not deciding:
         return noise
     begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(plan.without_noise, point)
-    decisions = _Decisions(plan, begin.copy(), upstream, deciding)
     try:
-        records = decisions.taken()
+        records = recorded(plan, begin, upstream, deciding, _VALUES * max(map(plan.stride, outputs)))
     except TickError as error:
         raise ModelError([failed(plan, error)]) from error
-    found = {name: tuple(map(_one_bit, several)) for name, several in records.items()}
+    found = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}
     return dict(sorted({**noise, **found}.items()))
+
+
+def with_spectra(whole: PeriodMap, noise: Noisy) -> PeriodMap:
+    """Return the map from white noise, with filters before the errors that have a spectrum of their own."""
+    for name, several in noise.items():
+        for number, one in enumerate(several):
+            if isinstance(one, OneBit) and one.shaping is not None:
+                own = [
+                    whole.order + column
+                    for column, entry in enumerate(whole.inputs)
+                    if entry[:2] == (name, ONE_BIT) and entry[2] % len(several) == number
+                ]
+                whole = _filtered(whole, own, one.shaping, name, number)
+    return whole
+
+
+def _filtered(whole: PeriodMap, columns: list[int], by: Shaping, name: str, number: int) -> PeriodMap:
+    """Return the map whose columns are the outputs of a filter."""
+    a, b, c, d = by.over(len(columns))
+    n, more = whole.order, len(a)
+
+    def extended(matrix: Array) -> Array:
+        through = matrix[:, columns]
+        matrix = matrix.copy()
+        matrix[:, columns] = through @ d
+        wide = np.hstack([matrix[:, :n], through @ c, matrix[:, n:]])
+        return np.vstack([wide[:n], np.zeros((more, wide.shape[1])), wide[n:]])
+
+    matrix = extended(whole.matrix)
+    matrix[n : n + more, n : n + more] = a
+    matrix[n : n + more, [more + column for column in columns]] = b
+    return replace(
+        whole,
+        states=(*whole.states, *((name, f"{FILTER} {number}", i) for i in range(more))),
+        matrix=matrix,
+        slopes={parameter: extended(slope) for parameter, slope in whole.slopes.items()},
+        point=(*whole.point, *(0.0 for _ in range(more))) if whole.point else (),
+    )
 
 
 def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:
@@ -95,71 +135,46 @@ def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -
     return deciding
 
 
-class _Decisions(Interpreter):
-    """A run with noise that notes what quantisers of one bit are given, and the levels that they choose."""
-
-    def __init__(self, plan: Plan, memory: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str]) -> None:
-        self._deciding, self._owner = deciding, ""
-        self._several: dict[str, list[list[tuple[float, float]]]] = {}
-        self._seen: dict[str, tuple[int, list[float]]] = {}
-        solvers = tuple(solver for solver in plan.solvers if not upstream.isdisjoint(solver.group.blocks))
-        super().__init__(replace(plan, solvers=solvers, probes=()), plan.graph.seed, memory=memory)
-        self._outputs = [each for each in self._outputs if each[0][0] in upstream]
-        self._updates = [update for update in self._updates if update[0] in upstream]
-
-    def taken(self) -> dict[str, list[Array]]:
-        """Return input and level of each decision, a row each: of each block those of its quantisers of one bit."""
-        common = max(self.filled.schedule.divisors[name] for name in self._deciding)
-        self.advance(self._memory.tick + common, ())
-        own = [self.filled.schedule.divisors[name] for name in self._several]
-        if not own:  # all have more levels
-            return {}
-        calls = max(1, len(self._outputs) + len(self._updates))
-        ticks = min((DECISIONS + SETTLING) * max(own), _MOST_CALLS // calls)
-        first = ticks * SETTLING // (DECISIONS + SETTLING)
-        self.advance(self._memory.tick + first, ())
-        for several in self._several.values():
-            for decisions in several:
-                decisions.clear()
-        self.advance(self._memory.tick + ticks - first, ())
-        return {name: [np.array(each) for each in several if each] for name, several in self._several.items()}
-
-    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
-        self._owner = name
-        return super()._bound(name, function)
-
-    def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
-        if self._owner not in self._deciding:
-            return super()._callable(block, behaviour)
-        return with_functions(behaviour.function, {rule: self._noting(self._owner, rule) for rule in LEVELS})
-
-    def _noting(self, owner: str, rule: Callable[..., Any]) -> Callable[[Any, Any], Any]:
-        def decide(first: Any, second: Any) -> Any:
-            level, value = rule(first, second), compared(rule, first, second)
-            if value is second or second == 1.0:
-                self._note(owner, value, float(level))
-            return level
-
-        return decide
-
-    def _note(self, owner: str, value: float, level: float) -> None:
-        tick, known = self._seen.get(owner, (-1, []))
-        if tick != self._memory.tick:
-            known = []
-            self._seen[owner] = self._memory.tick, known
-        if value in known:
-            return
-        known.append(value)
-        several = self._several.setdefault(owner, [])
-        if len(several) < len(known):
-            several.append([])
-        several[len(known) - 1].append((value, level))
+def _one_bit(first: Decisions, second: Decisions) -> OneBit:
+    """Return the gain that comes closest to the decisions of two runs, and the error that is left."""
+    count = min(len(first.rows), len(second.rows))
+    alone = _of_one_run(first.rows[:_ALONE])
+    y, v = (_apart(first.rows[:count, i], second.rows[:count, i]) for i in (0, 1))
+    gain = _gain(y, v, [_apart(*both) for both in zip(first.sources.T, second.sources.T, strict=True)])
+    e = v - gain * y
+    variance = float(np.mean(e**2))
+    if variance <= _SAME * alone.variance:
+        return alone
+    repeating = max(0.0, 1.0 - variance / alone.variance) if alone.variance else 0.0
+    return OneBit(gain, variance, count, None if is_white(e) else shaping(e), repeating)
 
 
-def _one_bit(decisions: Array) -> OneBit:
-    """Return the gain that comes closest to the decisions, and how white what is left is."""
+def _apart(first: Array, second: Array) -> Array:
+    return np.ascontiguousarray((first - second) / np.sqrt(2.0))
+
+
+def _gain(y: Array, v: Array, sources: list[Array]) -> float:
+    """Return K for which e has least in common with the sources; where they hardly show in y, with y itself.
+
+    The effect of a source on y within some decisions is an instrument, as in econometrics: K = E[z v] / E[z y]. The
+    part that finite means have by chance is subtracted.
+    """
+    square, product = float(np.mean(y**2)), float(np.mean(y * v))
+    shared, both, chance = 0.0, 0.0, 0.0
+    for source in sources:
+        n, power = len(source), float(np.mean(source**2))
+        for lag in range(_MEMORY if power else 0):
+            entry = source[: n - lag]
+            by_y, by_v = (float(entry @ of[lag:n]) / (n - lag) for of in (y, v))
+            shared, both, chance = shared + by_y**2 / power, both + by_y * by_v / power, chance + 1.0 / n
+    if shared > _SHOWS * chance * square:
+        return (both - chance * product) / (shared - chance * square)
+    return product / square if square else 0.0
+
+
+def _of_one_run(decisions: Array) -> OneBit:
+    """Return gain and error of a run that is like every other, without what moves slowly."""
     whole = len(decisions) // _WINDOW * _WINDOW or len(decisions)
-    mean = float(decisions[:, 1].mean())
     windows = decisions[:whole].reshape(-1, min(_WINDOW, whole), 2)
     moving = windows - windows.mean(axis=1, keepdims=True)
     lost = moving.shape[1] / max(moving.shape[1] - 1, 1)
@@ -171,16 +186,4 @@ def _one_bit(decisions: Array) -> OneBit:
     lags = range(1, min(_LAGS, moving.shape[1] - 1) + 1)
     known = [float(np.mean(e[:, lag:] * e[:, :-lag])) / variance if variance else 0.0 for lag in lags]
     lag = int(np.argmax(np.abs(known))) if known else 0
-    low = _low(decisions - decisions.mean(axis=0), gain, variance)
-    return OneBit(gain, variance * lost, mean, whole, known[lag] if known else 0.0, lag + 1, low)
-
-
-def _low(decisions: Array, gain: float, variance: float) -> float:
-    """Return the density of the error at low frequencies against its mean density, in dB."""
-    count = len(decisions) // _LONG
-    if not count or not variance:
-        return 0.0
-    e = (decisions[:, 1] - gain * decisions[:, 0])[: count * _LONG].reshape(count, _LONG)
-    window = np.hanning(_LONG)
-    lines = np.abs(np.fft.rfft(e * window, axis=1)) ** 2 / np.sum(window**2)
-    return float(10.0 * np.log10(np.mean(lines[:, _LOW]) / variance + 1e-30))
+    return OneBit(gain, variance * lost, whole, None, 1.0, known[lag] if known else 0.0, lag + 1)

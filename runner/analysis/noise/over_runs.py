@@ -239,8 +239,9 @@ class _CovarianceTicks(CompactTicks):
             for name, columns in self._by_block(slopes)
         }
         self._alive = len(gathered)
-        for kept in (self.quantised, self.sources, self._known, self._counts, self._last, *self.recorded.values()):
-            kept.clear()
+        done: list[Any] = [self.quantised, self.sources, self._known, self._counts, self._last]
+        for each in [*done, *self.recorded.values()]:
+            each.clear()
 
     def _keep(self, recorded: Mapping[Endpoint, list[Any]], slopes: _Slopes) -> None:
         """Keep the last value of each output with its variances, and count all in their stretches."""

@@ -60,7 +60,7 @@ def _signal(options: dict[str, Any]) -> Any:
 @click.option(
     "--segment",
     type=Whole(0),
-    help="Use segments of this many values; 0 for one of all (default: about an eighth).",
+    help="Use segments of this many values; 0 for a single one (default: about an eighth).",
 )
 @click.option(
     "--band", nargs=2, metavar="FROM TO", help='Compute rms, noise and slope within this band, as "1 Hz" "100 Hz".'
@@ -143,7 +143,7 @@ def allan(**options: Any) -> int:
 def noise(**options: Any) -> int:
     """Show the noise budget of an output.
 
-    It says what each source contributes, and what that amounts to at an input.
+    It shows what each source contributes at the output and, with --input, at an input.
 
     \b
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
@@ -208,7 +208,7 @@ def response(**options: Any) -> int:
 
     Gain, phase, bandwidth, delay and the figures of a step, for small signals;
     with --simulate also by runs of the graph itself.
-    INPUT and OUTPUT are outputs of blocks: what is added to the one moves the other.
+    INPUT and OUTPUT are outputs of blocks; a change of INPUT moves OUTPUT.
 
     \b
     proofmass response sensor.toml acceleration.output adc.number --plot response.png

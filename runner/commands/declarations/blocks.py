@@ -47,7 +47,7 @@ def explain(code: tuple[str, ...], as_json: bool) -> int:
 @click.command()
 @click.argument("kind", required=False, shell_complete=of_names(kinds))
 @click.option("--find", "words", metavar="WORDS", help="List only blocks that all these words describe.")
-@click.option("--example", is_flag=True, help="Print a small graph around the block that runs, instead.")
+@click.option("--example", is_flag=True, help="Print a small runnable graph around the block instead.")
 @blocks_option
 @json_option
 def blocks(**options: Any) -> int:
@@ -71,7 +71,7 @@ def blocks(**options: Any) -> int:
 @click.argument("name", required=False, shell_complete=of_names(exhibits))
 @json_option
 def gallery(name: str | None, as_json: bool) -> int:
-    """List the graphs that come along, or describe one.
+    """List the graphs of the library, or describe one.
 
     Each is a sensor, or a part of one, to run as it is or to start from with `proofmass new --from`.
 
@@ -98,7 +98,7 @@ def new(file: Path, name: str | None) -> int:
     """Write a graph to start from.
 
     It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too, and so is
-    proofmass-graph.json, by which editors complete it. A file that exists is not overwritten.
+    proofmass-graph.json, with which editors complete it. A file that exists is not overwritten.
 
     \b
     proofmass new sensor.toml && proofmass run sensor.toml

@@ -78,8 +78,8 @@ def diff(**options: Any) -> int:
 def verify(**options: Any) -> int:
     """Check a graph against its requirements and golden results.
 
-    Requirements are those of the table [requirements] and of the loops; a run, margins and the study are computed where
-    one asks for them. Exit code 1 if one is missed.
+    Requirements are those of the table [requirements] and of the loops; a run, margins and the study are computed if
+    one needs them. Exit code 1 if one is missed.
 
     \b
     proofmass verify sensor.toml --junit findings.xml

@@ -32,8 +32,8 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 )
 @plot_option("picture", "Draw parameters, goals and loops before and after")
 @click.option("--starts", type=Whole(1, 100), help="Start from this many samples (default: as the graph says).")
-@click.option("--samples", type=Whole(1, 100_000), help="Try this many points first (default: as it says).")
-@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed these points (default: as it says).")
+@click.option("--samples", type=Whole(1, 100_000), help="Try this many points first (default: as the graph says).")
+@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed these points (default: as the graph says).")
 @set_option
 @quiet_option
 @blocks_option
@@ -137,9 +137,9 @@ def tune(**options: Any) -> int:
 @click.option(
     "--runs",
     type=Whole(1, 10**9),
-    help="Run this many sensors of the study and show their yields beside (default: none).",
+    help="Run this many sensors of the study and show their yields too (default: none).",
 )
-@plot_option("picture", "Draw what each parameter does alone, and all together")
+@plot_option("picture", "Draw the effect of each parameter alone, and of all together")
 @set_option
 @quiet_option
 @blocks_option
@@ -147,9 +147,9 @@ def tune(**options: Any) -> int:
 def worst(**options: Any) -> int:
     """Find how bad a graph can get within tolerances.
 
-    SOURCE is a graph, or a study: the spread of its parameters counts as tolerances, of normal ones three standard
-    deviations. The answer has the worst case of each quantity, what each parameter does alone, and how much was
-    looked at. Without a quantity the gain and phase margins of all named loops are looked at.
+    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
+    The answer has the worst case of each quantity, the effect of each parameter alone, and the number of points tried.
+    Without a quantity it takes the gain and phase margins of all named loops.
 
     \b
     proofmass worst graphs/library/accelerometer/margin_tolerance_study.toml

@@ -126,10 +126,10 @@ def _options(command: Any) -> Any:
 def fit(**options: Any) -> int:
     """Fit a graph to recordings, or a temperature law to a table.
 
-    With --data, parameters of the graph SOURCE are found so that it gives what was recorded: values with intervals,
-    correlations, whether what is left is white, and what is not identifiable.
-    Without, SOURCE is a table or a graph that is run, and two exponentials are fitted to its output over temperature,
-    with polynomials to compare.
+    With --data, parameters of the graph SOURCE are fitted to recordings. The answer has their values with intervals,
+    their correlations, whether the residuals are white, and which parameters are not identifiable.
+    Without --data, SOURCE is a table, or a graph that is run. Two exponentials are fitted to its output over
+    temperature, and compared with polynomials.
 
     \b
     proofmass fit sensor.toml --data record.csv --input force.output=force --output readout.voltage=volts \\

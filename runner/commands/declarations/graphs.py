@@ -81,7 +81,11 @@ def cli(traceback: bool) -> None:
     shell_complete=outputs,
     help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
 )
-@click.option("--resume", is_flag=True, help="Only continue an interrupted run in --out, which a run does by itself.")
+@click.option(
+    "--resume",
+    is_flag=True,
+    help="Continue the interrupted run in --out (default: if there is one).",
+)
 @click.option("--restart", is_flag=True, help="Remove an interrupted run in --out and start at tick 0.")
 @click.option(
     "--sweep",
@@ -263,7 +267,7 @@ def draw(**options: Any) -> int:
 )
 @plot_option("picture", "Draw fans and histograms of the measures")
 @click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")
-@click.option("--run", type=Whole(0), help="Replay this run with the traces of all probes, instead.")
+@click.option("--run", type=Whole(0), help="Replay only this run, with the traces of all probes.")
 @click.option(
     "--epoch",
     type=Whole(0),
@@ -300,9 +304,9 @@ def montecarlo(**options: Any) -> int:
 def report(study: Path, output: Path | None, own: Path | None, as_json: bool) -> int:
     """Write a study as one HTML file.
 
-    The page has tables, histograms, fans, a tornado, and the runs to look at. STUDY is the folder of `proofmass
-    montecarlo --out`, even of a study under way, or the study file: then the folder is the one in which it ran
-    last, beside the file or here.
+    The page has tables, histograms, fans, a tornado, and the runs worth a look. STUDY is the folder of `proofmass
+    montecarlo --out`, even while the study runs, or the study file. Of a file it takes the folder of the last run,
+    beside the file or here.
 
     \b
     proofmass report drift
@@ -370,7 +374,7 @@ def rtl(**options: Any) -> int:
 def schema(output: Path | None, own: Path | None, as_json: bool) -> int:
     """Write the JSON Schema of graphs and studies.
 
-    Editors complete and check files by it.
+    Editors use it to complete and check files.
 
     \b
     proofmass schema -o proofmass-graph.json

@@ -21,10 +21,10 @@ from proofmass.runner.commands.declarations.options import blocks_option, graph_
 @click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in a browser.")
 @blocks_option
 def live(**options: Any) -> int:
-    """Show a graph in the browser, anew after every save.
+    """Show a graph in the browser, and update it after every save.
 
     The page has a slider for each parameter; traces, spectra, measures, margins and noise follow. It is served to this
-    machine alone. What is wrong with the file is shown on it, with its line, above the last good run.
+    machine alone. Mistakes in the file are shown with their lines, above the last good run.
 
     \b
     proofmass live sensor.toml

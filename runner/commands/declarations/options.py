@@ -115,7 +115,7 @@ def engine_option(studies: bool = False) -> Decorator:
         type=click.Choice(engine_choices(studies)),
         default="auto",
         show_default=True,
-        help="Choose an engine; auto takes plain Python, and machine code once that is ready. The bits are the same.",
+        help="Choose an engine; all give the same bits. auto begins in plain Python and goes on in machine code.",
     )
 
 

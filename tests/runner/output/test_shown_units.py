@@ -5,6 +5,7 @@ import pickle
 import re
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.instance import written
@@ -22,7 +23,9 @@ from proofmass.runner.commands.texts.study import study_text
 from proofmass.runner.output.live.model import live_model
 from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.output.report import save_report
+from proofmass.runner.output.sweeps import plot_sweep, sweep_lines
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.sweep import sweep
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
@@ -133,6 +136,19 @@ def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_
     assert "≤ 15<" in page
     assert result.digest in page
     assert "at_most&quot; = 7.272" in page, "the file to repeat it has the units of the signals"
+
+
+def test_a_sweep_is_shown_in_the_units_of_its_measures() -> None:
+    graph = graph_of(TEXT)
+    swept = sweep(graph, {"lag.corner_frequency": [1.0, 3.0]}, engine="python")
+    head, *rows = (re.split(r"  +", line.strip()) for line in sweep_lines(swept, ["drift", "twice"]))
+    assert head == ["lag.corner_frequency", "drift [deg/h]", "twice [deg/h]"]
+    for row, corner in zip(rows, (1.0, 3.0), strict=True):
+        drift = 15.0 * -math.expm1(-2 * math.pi * corner)
+        assert [float(cell) for cell in row] == pytest.approx([corner, drift, 2.0 * drift], rel=1e-8)
+    (panel, other) = plot_sweep(swept, ["drift", "twice"]).axes
+    assert (panel.get_ylabel(), other.get_ylabel()) == ("drift [°/h]", "twice [°/h]")
+    assert np.asarray(panel.lines[0].get_ydata())[0] == pytest.approx(15.0 * -math.expm1(-2 * math.pi), rel=1e-8)
 
 
 def test_a_live_page_has_the_scales_of_the_units_that_are_asked_for() -> None:

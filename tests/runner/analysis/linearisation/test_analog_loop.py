@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, Gain, LowPass, Product, Sum, TransferFunction, UnitDelay
+from proofmass.blocks import Constant, Difference, Gain, LowPass, Product, Pulse, Sum, TransferFunction, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
@@ -54,6 +54,27 @@ def test_a_servo_of_third_order(wire: str) -> None:
     assert np.sort(found.poles) == pytest.approx(np.sort(np.roots([1.0, 11.0, 10.0, 10.0])), rel=1e-9)
     disk = control.disk_margins(control.ss(10 / (s * (s + 1) * (s + 10))), np.geomspace(1e-2, 1e2, 20_001), skew=0.0)
     assert found.disk_margin == pytest.approx(float(disk[0]), rel=1e-5)
+
+
+@pytest.mark.defect("S95", before="stable, without a word", after="a note says until when")
+def test_a_switch_that_waits_is_told() -> None:
+    """A weight of 1 becomes 20 after 2 s, above the limit of 11: a run settles until then, and grows afterwards."""
+    graph = servo()
+    blocks = {**graph.blocks, "weight": Pulse(amplitude=19.0, offset=1.0, repetition=100.0, delay=2.0)}
+    blocks["amplifier"] = Product()
+    wires = [wire for wire in map(str, graph.wires) if "amplifier.input" not in wire]
+    wires += ["error.output -> amplifier.first", "weight.output -> amplifier.second"]
+    switched = Graph(name="servo", rate=1000, blocks=blocks, wires=wires, probes=["error.output"])
+    found = proofmass.margins(switched, "error.output")
+    assert found.gain_margin == pytest.approx(11.0, rel=1e-9)
+    (told,) = (note for note in found.system.map.notes if "switch" in note)
+    assert "a switch changes it within 2 s" in told
+    after = proofmass.margins(switched, "error.output", at="2.1 s")
+    assert after.verdict == "unstable"
+    assert not any("switch" in note for note in after.system.map.notes)
+    trace = np.abs(proofmass.simulate(switched, samples=12_000)["error.output"].values)
+    assert trace[1500:2000].max() < trace[:500].max() < trace[11_000:].max()
+    assert trace[11_000:].max() > 3.0 * trace[7_000:8_000].max()
 
 
 def test_all_wires_are_found() -> None:

@@ -1,0 +1,159 @@
+"""Runs in machine code of a graph whose quantisers of one bit also say what they choose a level from.
+
+Such a block is given one more output. Its function is that of an output that is a level as it is chosen, where each
+rule that chooses returns its argument instead.
+"""
+
+import builtins
+import types
+from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Set as AbstractSet
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from proofmass.blocks.arithmetic.rounding import nearest_even_level, nearest_level, two_level
+from proofmass.blocks.declaration.declare import Block, Kind
+from proofmass.graphs.model.build import read_probe
+from proofmass.graphs.model.graph import split
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
+from proofmass.runner.derivatives.dual_noise import given
+from proofmass.runner.plan.bindings import Deviate
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan as planned
+from proofmass.runner.run.engines import choose
+from proofmass.runner.run.result import Result
+from proofmass.runner.run.simulate import RunOptions, simulate_plan
+
+FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
+_MOST_CALLS = 200_000_000  # of functions of blocks
+_SHOWN = 1 << 19  # decisions whose sources of noise are kept
+_PORT = "value_that_is_quantised"
+
+
+class Decisions(NamedTuple):
+    """Inputs of a quantiser with the levels that it chooses, a row each, and the first values of some sources."""
+
+    rows: Array  # value and level
+    sources: Array  # noise as it is drawn, a column each
+
+
+def level_port(kind: Kind) -> str | None:
+    """Return an output that is a level as it is chosen, if there is one."""
+    ports = kind.output_functions.items()
+    levels = (n for n, of in ports if of.returns is float and reaches(of.function, LEVELS))
+    return next(levels, None)
+
+
+def compiled_runs(
+    plan: Plan,
+    tick: int,
+    upstream: AbstractSet[str],
+    ports: Mapping[str, str],
+    seeds: tuple[int, ...],
+    span: int,
+) -> list[dict[str, Decisions]] | None:
+    """Return the decisions of each block from a tick on, (value, level) a row, with each seed.
+
+    The runs last for a `span` of base ticks, if that is not too few decisions, or too many. None for a graph that
+    machine code cannot run.
+    """
+    watching, ticks = _watching(plan, upstream, ports, span)
+    if choose(watching, tick + ticks, "auto") != "compiled":
+        return None
+    runs = []
+    for seed in seeds:
+        options = RunOptions(samples=tick + ticks, seed=seed)
+        result = simulate_plan(watching, watching.graph.root, options)
+        runs.append({name: _decisions(watching, result, name, ports[name], tick) for name in ports})
+    return runs
+
+
+def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], span: int) -> tuple[Plan, int]:
+    """Return the plan of what is upstream alone, with the further outputs, and how many ticks it should run."""
+    flat = plan.graph
+    blocks = {name: plan.blocks[name] for name in upstream}
+    blocks |= {name: _telling(blocks[name], port) for name, port in ports.items()}
+    signals = [f"{name}.{port}" for name in ports for port in (_PORT, ports[name])]
+    graph = flat.as_graph().bare(
+        blocks=blocks,
+        wires=tuple(wire for wire in flat.wires if {split(wire.source)[0], split(wire.target)[0]} <= upstream),
+        rates={name: rate for name, rate in flat.rates.items() if name in upstream},
+        offsets={name: offset for name, offset in flat.offsets.items() if name in upstream},
+        probes=tuple(map(read_probe, (*signals, *_sources(plan, upstream, ports)))),
+    )
+    watching = planned(graph)
+    slowest = max(watching.schedule.divisors[name] for name in ports)
+    decisions = min(max(span // slowest, FEWEST), MOST) + SETTLING
+    return watching, min(decisions * slowest, _MOST_CALLS // max(1, len(watching.schedule.order)))
+
+
+def _sources(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str]) -> Iterator[str]:
+    """Yield the outputs of blocks that draw random numbers as often as every quantiser decides."""
+    beats = {plan.beat((name, port)) for name, port in ports.items()}
+    for name in sorted(given(plan, (Deviate,)) & upstream):
+        for port, declared in type(plan.blocks[name]).outputs.items():
+            if declared.dtype is float and not declared.shape and beats == {plan.beat((name, port))}:
+                yield f"{name}.{port}"
+
+
+def _telling(block: Block, port: str) -> Block:
+    """Return the same block with an output for what the quantiser of another output is given, in the same units."""
+    kind = type(block)
+    own: Any = Kind(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__module__": kind.__module__})
+    declared = kind.__declaration__
+    own.__declaration__ = replace(
+        declared, outputs=dict(declared.outputs), output_functions=dict(declared.output_functions)
+    )
+    function = _without_levels(kind.output_functions[port].function)
+    function.__name__ = _PORT
+    own.output("1")(function)
+    told: Block = own(**vars(block))
+    return told
+
+
+def _value(value: float, last: float) -> float:
+    return value
+
+
+def _second(on: bool, value: float) -> float:
+    return value
+
+
+_INSTEAD: Mapping[Any, Any] = {nearest_level: _value, nearest_even_level: _value, two_level: _second, int: float}
+
+
+def _without_levels(function: Any) -> Any:
+    """Return a copy of a function that calls none of the rules that choose a level, but has their argument."""
+    names = dict(function.__globals__)
+    for name in function.__code__.co_names:
+        value = names.get(name, getattr(builtins, name, None))
+        if isinstance(value, Callable) and value in _INSTEAD:  # type: ignore[arg-type]
+            names[name] = _INSTEAD[value]
+        elif isinstance(value, types.FunctionType) and reaches(value, LEVELS):
+            names[name] = _without_levels(value)
+    code, defaults = function.__code__, function.__defaults__
+    copy = types.FunctionType(code, names, function.__name__, defaults, function.__closure__)
+    copy.__doc__, copy.__kwdefaults__ = function.__doc__, function.__kwdefaults__
+    copy.__annotations__ = {**function.__annotations__, "return": float}  # also that of a number of a level
+    return copy
+
+
+def _decisions(watching: Plan, result: Result, name: str, port: str, tick: int) -> Decisions:
+    """Return the decisions from a tick on, in units of levels that the rule chooses."""
+    values, levels = (result[f"{name}.{each}"].values for each in (_PORT, port))
+    first = min(tick // result[f"{name}.{port}"].stride + SETTLING, len(values) // 2)
+    low, high = float(levels.min()), float(levels.max())
+    signs = reaches(type(watching.blocks[name]).output_functions[port].function, {two_level})
+    step = (high - low) / (2.0 if signs else 1.0) or 1.0
+    rows = np.column_stack([values[first:], levels[first:]])
+    rows -= low
+    rows /= step
+    if signs:
+        rows -= 1.0
+    telling = {p.node[0] for p in watching.probes if p.node[1] == _PORT}
+    sources = [p.signal for p in watching.probes if p.node[0] not in telling]
+    shown = [result[signal].values[first : first + _SHOWN] for signal in sources]
+    return Decisions(rows, np.column_stack(shown) if shown else np.zeros((0, 0)))
