@@ -1,4 +1,4 @@
-"""Whether noise is small: where it moves the operating point, the map there must do the same to it.
+"""A check that noise is small: where it moves the operating point, the map there must do the same to it.
 
 A product of two noises, or the root of a sum of squares of what is noise alone, has a slope that noise itself sets. The
 map is taken again at what a run with noise gets to, and its rms is compared.
@@ -11,6 +11,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
+from proofmass.runner.analysis.noise.one_bit import with_spectra
 from proofmass.runner.derivatives.dual_noise import Noisy
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -27,15 +28,16 @@ def strained(planned: Plan, target: Endpoint, noisy: Noisy, whole: PeriodMap, to
     run = Forward(planned, memory_at(planned.without_noise, whole.tick).copy())
     try:
         memory = run.to(whole.tick + max(1, _TICKS // ticks) * ticks)
-        moved = noise_map(period_map(planned, [], [target], noise=noisy, memory=memory, span=ticks), target)
+        there = with_spectra(period_map(planned, [], [target], noise=noisy, memory=memory, span=ticks), noisy)
+        moved = noise_map(there, target)
     except (ModelError, TickError):  # a refusal there is not one of the budget
         return ""
     if not moved.settles:
         return ""
-    here, there = (math.sqrt(float(sum(of.mean_squares()))) for of in (to_output, moved))
-    if abs(there - here) <= _APART * here:
+    rms, after = (math.sqrt(float(sum(of.mean_squares()))) for of in (to_output, moved))
+    if abs(after - rms) <= _APART * rms:
         return ""
     return (
-        f"noise is not small here: where a run with noise gets to, its rms is {there:.3g}, and {here:.3g} without; a"
+        f"noise is not small here: where a run with noise gets to, its rms is {after:.3g}, and {rms:.3g} without; a"
         " study of many runs says what it is"
     )
