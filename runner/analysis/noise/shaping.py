@@ -11,6 +11,7 @@ stretched at low frequencies, where decimation listens, and then, of what is lef
 import cmath
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -69,9 +70,11 @@ class Shaping:
             x = np.linalg.solve(resolvent, np.broadcast_to(b + 0j, (len(z), *b.shape)))[:, :, 0] * entry[:, None]
             states.append(x)
             entry = x @ c[0] + d * entry
-        rows, wanted = np.hstack(states), self._response(z) - self.gain
+        rows: Complex = np.hstack(states)
+        wanted = self._response(z) - self.gain
         parts = np.vstack([rows.real, rows.imag]), np.concatenate([wanted.real, wanted.imag])
-        return np.asarray(scipy.linalg.lstsq(*parts, lapack_driver="gelsy")[0])
+        solved: Any = scipy.linalg.lstsq(*parts, lapack_driver="gelsy")
+        return np.asarray(solved[0])
 
     def over(self, values: int) -> Matrices:
         """Return A, B, C and D of so many values in a row."""
@@ -106,7 +109,7 @@ def _all_pass(pole: complex) -> tuple[Array, Array, Array, float]:
         return np.array([[s]]), np.array([[rest]]), np.array([[rest]]), -s
     turning, entry = np.array([[s, w], [-w, s]]), np.array([[1.0], [0.0]])
     root = np.linalg.cholesky(scipy.linalg.solve_discrete_lyapunov(turning, entry @ entry.T))
-    a, b = np.linalg.solve(root, turning @ root), np.linalg.solve(root, entry)
+    a, b = (np.asarray(np.linalg.solve(root, right), dtype=float) for right in (turning @ root, entry))
     row = np.linalg.svd(np.hstack([a, b]))[2][-1]
     return a, b, row[None, :2], float(row[2])
 
