@@ -26,7 +26,18 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from noise_comparison import AtEnd, Case, NothingToCompareError, Row, Subject, at_end, noisy_graphs, row, scatters
+from noise_comparison import (
+    LARGE_NOISE,
+    AtEnd,
+    Case,
+    NothingToCompareError,
+    Row,
+    Subject,
+    at_end,
+    noisy_graphs,
+    row,
+    scatters,
+)
 
 import proofmass
 from proofmass import ModelError
@@ -80,7 +91,7 @@ def compared(path: Path, outputs: Sequence[str]) -> list[Compared]:
     rows = [line.row for line in lines.values() if line.row]
     for one, errors in zip(rows, scatters(subject, rows) if rows else (), strict=True):
         lines[one.case.output] = replace(lines[one.case.output], errors=errors)
-    left = [output for output, line in lines.items() if not line.row and line.kind != ROUNDING]
+    left = [output for output, line in lines.items() if not line.row and line.kind not in (ROUNDING, LARGE_NOISE)]
     if left:
         for output, answer in zip(left, _last_values(subject, left), strict=True):
             line = lines[output]

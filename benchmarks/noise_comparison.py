@@ -43,6 +43,7 @@ END = "end"  # of the graph's own run
 POINTS = (None, "periodic", "settled", END)  # operating points, the first that stands still, else the first
 FEW_RUNS, SHORTEST, LONGEST = 200, 32, 512  # of the spectra of last values, and how many these are
 MOVES = "operating point moves"  # of a note
+LARGE_NOISE = "noise is not small"  # of a note, and a reason
 DECISIONS = "runs differ by the decisions that it moves"
 LEAST = 1e-4  # of the largest density, below which there is what noise does to noise, and what a window leaks
 _LINES = slice(3, -2)  # the mean is taken off, and the window leaks it into those beside
@@ -196,6 +197,9 @@ def row(case: Case, subject: Subject | None = None) -> Row:
     began = time.process_time()
     budget, at = subject.budget(case.output, frequencies=fine.tolist())
     seconds = time.process_time() - began
+    strained = [note for note in budget.notes if note.startswith(LARGE_NOISE)]
+    if strained:
+        raise NothingToCompareError(LARGE_NOISE, strained[0])
     noise = _noise(subject.graph, case, budget, values * stride)
     if not np.any(noise.values):
         raise NothingToCompareError("runs are alike", "two runs of different seeds are the same")

@@ -5,11 +5,14 @@ from dataclasses import dataclass
 from fractions import Fraction
 from pathlib import Path
 
+import click
+
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
+from proofmass.runner.analysis.noise.over_runs import ValueDeviation, deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
@@ -34,6 +37,7 @@ class NoiseRequest:
     band: tuple[str, str] | None
     at: str | None
     derivatives: bool
+    until: str | None
     picture: Path | None
     changes: tuple[str, ...]
     own: Path | None
@@ -43,6 +47,8 @@ class NoiseRequest:
 def show_noise(request: NoiseRequest) -> int:
     """Show a noise budget and return the exit code."""
     graph = graph_of(request.graph, request.own, request.changes)
+    if request.until is not None:
+        return _show_value(request, graph)
     point = _settled(graph, request.as_json) if request.at == SETTLED else request.at
     budget = noise(
         graph,
@@ -59,6 +65,40 @@ def show_noise(request: NoiseRequest) -> int:
     if request.picture is not None:
         print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
     return DONE
+
+
+def _show_value(request: NoiseRequest, graph: Graph) -> int:
+    """Show how far one value differs from run to run."""
+    given = {
+        "--input": request.source,
+        "--band": request.band,
+        "--at": request.at,
+        "--derivatives": request.derivatives,
+        "--plot": request.picture,
+    }
+    wrong = [name for name, value in given.items() if value]
+    if wrong:
+        raise click.UsageError(f"{', '.join(wrong)}: with --until there is one value, and no spectrum; leave it out")
+    with progress(request.as_json) as bar:
+        value = deviation_over_runs(graph, request.output, until=request.until, progress=bar)
+    if request.as_json:
+        print_json(value.as_data())
+    else:
+        print_text([value_text(value)])
+    return DONE
+
+
+def value_text(found: ValueDeviation) -> str:
+    """Return the value of an output at a time with its deviation over runs, and that of each source, for people."""
+    unit = f" {found.unit}" if found.unit != "1" else ""
+    whole = found.deviation**2
+    lines = [
+        f"{found.output} at {found.time:.6g} s: {found.value:.6g}{unit},"
+        f" from run to run +-{found.deviation:.4g}{unit} rms",
+        f"  {'source':<28} {'rms' + unit:>16} {'share':>8}",
+    ]
+    lines += [f"  {name:<28} {rms:16.5g} {100.0 * rms**2 / whole:7.2f} %" for name, rms in found.sources.items()]
+    return "\n".join(lines)
 
 
 def _settled(graph: Graph, as_json: bool) -> Fraction:

@@ -21,6 +21,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, common_period
+from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.band import mean_squares
@@ -29,6 +30,7 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
+from proofmass.runner.analysis.noise.small_signals import strained
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import Plan
@@ -236,6 +238,8 @@ def noise_of(
     densities = to_output.densities(shown)
     sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole)))
     total = float(np.sum(squares))
+    note = "" if isinstance(tick, PeriodicPoint) else strained(planned, target, noisy, whole, to_output)
+    strain = (note,) if note else ()
     budget = NoiseBudget(
         output=output,
         unit=_unit(planned, target),
@@ -249,7 +253,7 @@ def noise_of(
         input_unit=_unit(planned, sources[0]) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
-        notes=(*whole.notes, *_notes(noisy, sources_made, to_output, band, derivatives)),
+        notes=(*whole.notes, *_notes(noisy, sources_made, to_output, band, derivatives), *strain),
     )
     if not derivatives:
         return budget

@@ -29,7 +29,7 @@ from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
 FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
 _MOST_CALLS = 200_000_000  # of functions of blocks
-_SHOWN = 1 << 19  # decisions whose sources of noise are kept
+_SHOWN = 1 << 18  # decisions whose sources of noise are kept
 _PORT = "value_that_is_quantised"
 
 

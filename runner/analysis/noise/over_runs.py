@@ -38,6 +38,9 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
+from proofmass.runner.run.simulate import Progress
+
+_SHOWN = 8  # times that the covariance moves on, for one look at progress
 
 
 @dataclass(frozen=True)
@@ -70,13 +73,18 @@ class ValueDeviation:
 
 
 def deviation_over_runs(
-    graph: GraphSource, output: str, *, until: str | float | Fraction | None = None
+    graph: GraphSource,
+    output: str,
+    *,
+    until: str | float | Fraction | None = None,
+    progress: Progress | None = None,
 ) -> ValueDeviation:
     """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
 
     `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The time `until` is in
     seconds, and the end of the graph's run unless said. Roundings count as in `noise`. Each tick is followed in Python,
-    in some 1 ms.
+    in some 1 ms; `progress` is called with the ticks
+    that are done and all of them.
 
     Raises `ModelError` for a graph that cannot be linearised.
 
@@ -87,13 +95,15 @@ def deviation_over_runs(
     """
     planned = plan(graph)
     ticks = planned.ticks() if until is None else tick_of(tick_at(planned, until))
-    return deviations(planned, [output], ticks)[0]
+    return deviations(planned, [output], ticks, progress)[0]
 
 
-def deviations(planned: Plan, outputs: Sequence[str], ticks: int) -> list[ValueDeviation]:
+def deviations(
+    planned: Plan, outputs: Sequence[str], ticks: int, progress: Progress | None = None
+) -> list[ValueDeviation]:
     """Return those of the last values before a tick of several outputs."""
     nodes = [node_of(planned, output) for output in outputs]
-    engine = _followed(planned, nodes, ticks, {})
+    engine = _followed(planned, nodes, ticks, {}, progress)
     early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in engine.last), None)
     if early is not None:
         raise ModelError([planned.graph.placed(_early(early, ticks * planned.period))])
@@ -128,13 +138,20 @@ def _early(output: str, time: float) -> Problem:
 
 
 def _followed(
-    planned: Plan, nodes: Sequence[Endpoint], ticks: int, stretches: "Mapping[Endpoint, _Stretch]"
+    planned: Plan,
+    nodes: Sequence[Endpoint],
+    ticks: int,
+    stretches: "Mapping[Endpoint, _Stretch]",
+    progress: Progress | None = None,
 ) -> "_CovarianceTicks":
     noisy = with_gains(planned, noise_blocks(planned), list(nodes), 0)
     upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(planned.without_noise)
     engine = _CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
     try:
-        engine.advance(ticks, ())
+        for done in range(0, ticks, _SHOWN * EVERY):
+            if progress:
+                progress(done, ticks)
+            engine.advance(min(done + _SHOWN * EVERY, ticks), ())
     except TickError as error:
         raise ModelError([failed(planned, error)]) from error
     return engine

@@ -71,18 +71,18 @@ class Shaping:
             entry = x @ c[0] + d * entry
         rows, wanted = np.hstack(states), self._response(z) - self.gain
         parts = np.vstack([rows.real, rows.imag]), np.concatenate([wanted.real, wanted.imag])
-        return np.asarray(np.linalg.lstsq(*parts)[0])
+        return np.asarray(scipy.linalg.lstsq(*parts, lapack_driver="gelsy")[0])
 
     def over(self, values: int) -> Matrices:
         """Return A, B, C and D of so many values in a row."""
         a, b, c, d = self.matrices()
-        power, rows, columns, answer = np.eye(len(a)), [], [], [d[0, 0]]
-        for _ in range(values):
-            rows.append(c @ power)
-            columns.append(power @ b)
-            answer.append((c @ power @ b)[0, 0])
-            power = a @ power
-        after = scipy.linalg.toeplitz(answer[:values], np.zeros(values))
+        rows, columns, answer = [c], [b], [d[0, 0]]
+        for _ in range(values - 1):
+            answer.append((rows[-1] @ b)[0, 0])
+            rows.append(rows[-1] @ a)
+            columns.append(a @ columns[-1])
+        power = np.linalg.matrix_power(a, values)
+        after = scipy.linalg.toeplitz(answer, np.zeros(values))
         power[np.abs(power) < _NOTHING] = 0.0
         return power, np.hstack(columns[::-1]), np.vstack(rows), after
 

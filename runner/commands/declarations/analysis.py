@@ -136,6 +136,11 @@ def allan(**options: Any) -> int:
 )
 @click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
 @click.option("--derivatives", is_flag=True, help="Show how much each parameter changes the rms.")
+@click.option(
+    "--until",
+    metavar="TIME",
+    help="Show instead how far the value at this time, such as an estimate, differs from run to run.",
+)
 @plot_option("picture", "Draw the budget")
 @set_option
 @blocks_option
@@ -148,6 +153,7 @@ def noise(**options: Any) -> int:
     \b
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
     proofmass noise graphs/library/recorded_motion.toml --output mean.mean --input motion.output --plot noise.png
+    proofmass noise library:quartz_feedback_noise --output estimator.difference --until "500 s"
     """
     # start-up time: a command imports what it needs itself
     from proofmass.runner.commands.noise_command import NoiseRequest, show_noise

@@ -144,3 +144,17 @@ def test_noisy_graphs_settle(capsys: pytest.CaptureFixture[str]) -> None:
     """The operating point is found without noise."""
     data = json.loads(said(capsys, "noise", GRAPH, "--output", "mean.mean", "--at", "settled", "--json"))
     assert data["rms"] == pytest.approx(noise(read_graph(GRAPH), "mean.mean").rms, rel=1e-6)
+
+
+def test_the_spread_of_one_value(capsys: pytest.CaptureFixture[str]) -> None:
+    words = ("noise", GRAPH, "--output", "mean.mean", "--until", "40 ms")
+    text = said(capsys, *words)
+    assert text.startswith("mean.mean at 0.0")
+    assert "from run to run +-0.002" in text
+    rows = [line.split() for line in text.splitlines()[2:]]
+    assert [row[0] for row in rows] == ["amplifier", "gas", "adc"]
+    assert sum(float(row[2]) for row in rows) == pytest.approx(100.0, abs=0.02)
+    data = json.loads(said(capsys, *words, "--json"))
+    assert data["deviation"] ** 2 == pytest.approx(sum(v**2 for v in data["sources"].values()))
+    told = said(capsys, *words, "--band", "1 Hz", "2 Hz", code=2)
+    assert "--band: with --until there is one value" in told

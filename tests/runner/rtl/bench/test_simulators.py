@@ -12,12 +12,12 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.command_line import main
+from proofmass.runner.commands import rtl_command
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
 from proofmass.runner.rtl.bench.simulators import Difference, Played, Simulator, need_simulator, play
 from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.text import machine_verilog
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from tests.by_hand.machines import loop_at_rates, made
 from tests.runner.rtl.text.test_machine_verilog import cut_graph
@@ -122,7 +122,7 @@ def test_the_command_ends_with_one_where_the_verilog_differs(
 ) -> None:
     present("icarus")
     monkeypatch.setattr(
-        machine_verilog, "machine_text", lambda machine, keep_adders: machine_text(machine).replace("10'd1023", "10'd1")
+        rtl_command, "machine_text", lambda machine, keep_adders: machine_text(machine).replace("10'd1023", "10'd1")
     )
     words = ["rtl", str(CALIBRATION), "--block", "chips", "-o", str(tmp_path), "--ticks", "3", "--simulate", "icarus"]
     assert main(words) == 1
