@@ -18,9 +18,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.measuring import planned_derived
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
 from proofmass.runner.program.form import Program
+from proofmass.runner.program.measure_formulas import measure_formulas
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
@@ -66,7 +68,8 @@ class CarriedLoop:
             "arrays": places,  # constants, state, scratch, vectors
             "rate": [rate.numerator, rate.denominator],
             "probes": [_probe(probe, shown_in[probe.signal]) for probe in self.plan.probes],
-            "measures": [self._measure(measure) for measure in self.plan.measures],
+            "measures": [*map(self._measure, self.plan.measures), *map(_formula, planned_derived(self.plan))],
+            "formulas": _formulas(self.plan),
             "parameters": {".".join(node): self._place(node) for node in self.varied},
             "wires": list(self._wires()),
             "watched": self._watched(),
@@ -121,13 +124,8 @@ class CarriedLoop:
     def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
         kind, place = self.written.memory.kinds[WireOf(*measure.node)]
         return {
-            "name": measure.name,
-            "signal": measure.signal,
-            "statistic": measure.statistic,
-            "unit": scale_key(measure.unit, measure.shown_in),
-            "first": measure.first,
-            "integer": kind is not float,
-            "place": place,
+            **_described(measure),
+            "read": {"first": measure.first, "integer": kind is not float, "place": place},
         }
 
 
@@ -143,6 +141,28 @@ def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
         numbers = tuple(node for node in varied if not _calls_libm(plan, node))
         written = write_tick(plan, numbers, measured=True)
     return CarriedLoop(plan, written, _module(written.program), numbers)
+
+
+def _described(measure: PlannedMeasure) -> dict[str, Any]:
+    return {
+        "name": measure.name,
+        "signal": measure.signal,
+        "statistic": measure.statistic,
+        "unit": scale_key(measure.unit, measure.shown_in),
+    }
+
+
+def _formula(measure: PlannedMeasure) -> dict[str, Any]:
+    """A measure that the loop does not have: formulas compute it from the others."""
+    return _described(measure) | {"read": None}
+
+
+def _formulas(plan: Plan) -> dict[str, Any] | None:
+    """The module of the measures given by formulas, functions such as sines included."""
+    if not plan.derived:
+        return None
+    module = _module(measure_formulas(plan))
+    return {"module": packed(module.code), "own": module.constants}
 
 
 def _module(program: Program) -> WasmModule:

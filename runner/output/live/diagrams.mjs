@@ -1,7 +1,7 @@
 // The block diagram as a map: pan, zoom, subgraphs that unfold, overlays, and what the wires hold.
 
 import { element } from "./controls.mjs";
-import { unpacked } from "./engine.mjs";
+import { unpacked } from "./modules.mjs";
 import { shown } from "./figures.mjs";
 
 const STEP = 1.25; // of one zoom

@@ -1,50 +1,37 @@
 // The compiled loop of a graph: its module, its memory, and runs of it. The bits are those of the command line.
 
+import { Formulas } from "./formulas.mjs";
+import { LINE, PAGE, aligned, compiled, instantiated, unpacked } from "./modules.mjs";
+
 /**
  * @typedef {{signal: string, unit: string, doc: string, stride: number, type: string, bytes: number, shape: number[],
  *   fraction: number | null}} Probe
- * @typedef {{name: string, signal: string, statistic: string, unit: string, first: number, integer: boolean,
- *   place: number}} Measure
+ * @typedef {{name: string, signal: string, statistic: string, unit: string,
+ *   read: {first: number, integer: boolean, place: number} | null}} Measure  null where a formula gives it
  * @typedef {{name: string, unit: string, doc: string, integer: boolean, place: number, fraction: number}} Wire
  * @typedef {{entry: string, module: string, own: number, image: string, imageLength: number,
  *   arrays: {at: number, length: number}[], rate: [number, number], probes: Probe[], measures: Measure[],
- *   parameters: Record<string, number>, wires: Wire[], watched: number[], refused: number}} Loop
+ *   formulas: {module: string, own: number} | null, parameters: Record<string, number>, wires: Wire[],
+ *   watched: number[], refused: number}} Loop
  * @typedef {{probe: Probe, values: Float64Array | BigInt64Array | Uint8Array, rows: number, entries: number}} Trace
  * @typedef {{values: Record<string, number>, seed: string, run: number, ticks: number}} Settings
  */
 
-const STACK = 1 << 20; // bytes
-const PAGE = 1 << 16;
-const LINE = 64;
 const HIGHEST = 1e9; // bytes of rows that a page holds
 
-/** @param {string} text  gzipped and in base 64 */
-export async function unpacked(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  const stream = new Blob([bytes]).stream().pipeThrough(new DecompressionStream("gzip"));
-  return new Uint8Array(await new Response(stream).arrayBuffer());
-}
-
-/** The module of before, which stays where only numbers change. @type {{text: string, compiled: Promise<WebAssembly.Module> | null}} */
-let last = { text: "", compiled: null };
-
-/** @param {number} address */
-const aligned = (address) => Math.ceil(address / LINE) * LINE;
-
 export class Engine {
-  /** @param {Loop} loop @param {WebAssembly.Module} module @param {Uint8Array} image */
-  constructor(loop, module, image) {
+  /** @param {Loop} loop @param {Uint8Array} image @param {WebAssembly.Module} module
+   * @param {WebAssembly.Module} [ofFormulas] */
+  constructor(loop, image, module, ofFormulas) {
     this.loop = loop;
-    this.module = module;
+    this.modules = /** @type {const} */ ([module, ofFormulas]);
     this.image = image;
-    const stack = aligned(aligned(loop.own) + STACK);
-    this.base = stack;
-    this.rows = aligned(this.base + image.length);
-    this.memory = new WebAssembly.Memory({ initial: Math.ceil((this.rows + PAGE) / PAGE) });
-    const pointer = new WebAssembly.Global({ value: "i32", mutable: true }, stack);
-    const env = { __linear_memory: this.memory, __stack_pointer: pointer };
-    const instance = new WebAssembly.Instance(module, { env });
-    this.entry = /** @type {Function} */ (instance.exports[loop.entry]);
+    const { base, memory, entry } = instantiated(module, loop.entry, loop.own, image.length + LINE + PAGE);
+    this.base = base;
+    this.memory = memory;
+    this.entry = entry;
+    this.rows = aligned(base + image.length);
+    this.formulas = ofFormulas && loop.formulas ? new Formulas(ofFormulas, loop.entry, loop.formulas.own, loop.measures.length) : null;
     /** @type {Settings} */
     this.settings = { values: {}, seed: "0", run: 0, ticks: 0 };
     this.tick = 0;
@@ -55,13 +42,13 @@ export class Engine {
   /** @param {Loop} loop */
   static async open(loop) {
     const image = unpacked(loop.image);
-    if (last.text !== loop.module) last = { text: loop.module, compiled: unpacked(loop.module).then((code) => WebAssembly.compile(code)) };
-    return new Engine(loop, /** @type {WebAssembly.Module} */ (await last.compiled), await image);
+    const [module, ofFormulas] = await compiled([loop.module, ...(loop.formulas ? [loop.formulas.module] : [])]);
+    return new Engine(loop, await image, module, ofFormulas);
   }
 
   /** Another engine of the same loop, with a memory of its own. */
   beside() {
-    return new Engine(this.loop, this.module, this.image);
+    return new Engine(this.loop, this.image, ...this.modules);
   }
 
   /** Rows that a probe has after so many ticks. @param {Probe} probe @param {number} ticks */
@@ -153,11 +140,15 @@ export class Engine {
 
   /** Values of the measures by name; NaN where the run ended before one began. @returns {Record<string, number>} */
   measures() {
-    const value = (/** @type {Measure} */ measure) => {
-      if (this.tick <= measure.first) return NaN;
-      return measure.integer ? Number(this.integers(3)[measure.place]) : this.floats(2)[measure.place];
-    };
-    return Object.fromEntries(this.loop.measures.map((measure) => [measure.name, value(measure)]));
+    const signals = this.loop.measures.flatMap(({ read }) => (read ? [this.reduced(read)] : []));
+    const values = this.formulas ? this.formulas.computed(signals) : signals;
+    return Object.fromEntries(this.loop.measures.map(({ name }, place) => [name, values[place]]));
+  }
+
+  /** The value of a measure of a signal. @param {NonNullable<Measure["read"]>} read */
+  reduced(read) {
+    if (this.tick <= read.first) return NaN;
+    return read.integer ? Number(this.integers(3)[read.place]) : this.floats(2)[read.place];
   }
 }
 

@@ -16,7 +16,7 @@ export function measureTable(measures, units, values, before) {
     row.insertCell().textContent = shown(value, scales);
     if (before) row.insertCell().textContent = shown(old, scales);
     if (before) row.insertCell().textContent = old ? `${(100 * (value / old - 1)).toFixed(2).replace("-", "−")} %` : "";
-    row.append(named("td", `${measure.statistic} of ${measure.signal}`));
+    row.append(named("td", measure.read ? `${measure.statistic} of ${measure.signal}` : measure.signal));
   }
   return table;
 }

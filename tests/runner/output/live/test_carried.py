@@ -1,12 +1,15 @@
 """The loop that a page carries computes the bits of the command line, whatever its parameters are."""
 
+import math
 from typing import Any
 
 import numpy as np
 import pytest
 
 from proofmass.graphs.files.library import library_files
-from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.formulas.operations import FUNCTIONS, OPERATIONS
+from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.welch import spectrum
 from proofmass.runner.commands.graph_options import graph_of
@@ -21,6 +24,29 @@ GRAPHS = [path.name for path in ALONE]
 FEW = ("vibratory_gyroscope.toml", "self_calibration_fixed.toml")  # steps of a nonlinear group; registers
 WITH_VALUES = [name for name in GRAPHS if "[values]" in library_files()[name].read_text(encoding="utf-8")]
 FEW_WITH_VALUES = ("force_balance_seismometer.toml", "fibre_optic_gyroscope.toml")
+OF_MEASURES = """
+name = "measured"
+rate = "10 Hz"
+samples = 41
+wires = ["noise.output -> meter.voltage"]
+probes = ["noise.output"]
+[blocks.noise]
+kind = "WhiteNoise"
+density = "700 mV/sqrt(Hz)"
+unit = "V"
+[blocks.meter]
+kind = "AnalogToDigital"
+reference = "5 V"
+[measures]
+spread = { signal = "noise.output", statistic = "rms", unit = "mV" }
+code = { signal = "meter.code", statistic = "last" }
+late = { signal = "noise.output", statistic = "mean", from = "3 s" }
+half = { formula = "= 1.7 * spread / 3.1 - -late", unit = "mV" }
+ratio = "= 0.2 + half / spread / 4 + code / 3000"
+cubed = "= ratio^-3 * spread^4 + 3 mV * (half - late)^3 / code"
+fraction = "= ratio^0.7 + ratio^(1/3)"
+nothing = "= 3 * pi"
+"""
 MARKED = [name if name in FEW else pytest.param(name, marks=pytest.mark.exhaustive) for name in GRAPHS]
 
 
@@ -66,6 +92,28 @@ def test_bits_of_named_values(name: str) -> None:
     changed = graph_of(path, None, (*(f"{n}={value!r}" for n, value in moved.items()), *options))
     (other,) = run_carried(model, {"named": moved})
     assert other["digest"] == simulate(changed, samples=TICKS).digest
+
+
+@needs_node
+def test_measures_given_by_formulas_are_those_of_the_command_line() -> None:
+    """Every operation of formulas, of other measures, with units and in order; to the bit, while a parameter moves."""
+    given = {name: ", ".join(["ratio", "1 / code"][: OPERATIONS[name].arity]) for name in FUNCTIONS}
+    text = OF_MEASURES + "".join(f'of_{name} = "= {name}({arguments})"\n' for name, arguments in given.items())
+    graph = read_graph_text(text)
+    model = live_model(graph)
+    moved = {"noise.density": 0.9}
+    *answers, short = run_carried(model, {}, {"values": moved, "chunk": 3}, {"ticks": 20})
+    for answer, run in zip(answers, (graph, with_parameters(graph, moved)), strict=True):
+        measures = {name: measure.value for name, measure in simulate(run).measures.items()}
+        assert answer["measures"] == measures
+        assert all(map(math.isfinite, measures.values()))
+        assert list(answer["measures"]) == list(measures)
+    assert answers[0]["measures"]["of_sin"] != answers[1]["measures"]["of_sin"]
+    assert answers[0]["measures"]["nothing"] == 3.0 * math.pi
+    assert short["measures"]["late"] is short["measures"]["half"] is short["measures"]["of_sin"] is None
+    shown = {measure["name"]: (measure["signal"], measure["unit"]) for measure in model["loop"]["measures"]}
+    assert shown["half"] == ("= 1.7 * spread / 3.1 - -late", "V as mV")
+    assert [scale["text"] for scale in model["units"]["V as mV"]] == ["mV"]
 
 
 @needs_node

@@ -1,6 +1,7 @@
 """Live pages as Chromium runs them: what a person drags, saves, opens twice and kills."""
 
 import json
+import math
 import shlex
 from collections.abc import Iterator
 from http.client import HTTPConnection
@@ -57,6 +58,10 @@ damping = "1 ug/s"
 statistic = "mean"
 signal = "body.displacement"
 from = "1 s"
+
+[measures]
+decibels = "= 20 * log10(settled / 1 um)"
+turned = { formula = "= settled / 1 m * 1 rad", unit = "deg" }
 """
 
 
@@ -93,6 +98,14 @@ def test_dragging_gives_the_bits_of_the_command_line(
     assert hash_of(after) == told["digest"] != hash_of(before)
     shown = float(page.inner_text(".measures td").split()[0])
     assert shown == pytest.approx(told["measures"]["settled"]["value"] * 1e9, rel=1e-5)
+    rows = [row.split("\t") for row in page.locator(".measures tbody tr").all_inner_texts()]
+    values = [float(row[1].split()[0].replace("−", "-")) for row in rows]
+    decibels = 20.0 * math.log10(told["measures"]["settled"]["value"] * 1e6)
+    assert values[1:] == pytest.approx([decibels, math.degrees(values[0] * 1e-9)], rel=1e-5)
+    assert [row[1].split()[1:] + row[2:] for row in rows[1:]] == [
+        ["= 20 * log10(settled / 1 um)"],
+        ["°", "= settled / 1 m * 1 rad"],
+    ]
     page.fill("[id='body.mass']", "-1")
     page.press("[id='body.mass']", "Enter")
     assert "must be above 0" in page.evaluate("document.getElementById('body.mass').validationMessage")

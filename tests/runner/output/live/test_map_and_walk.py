@@ -67,6 +67,9 @@ bits = 12
 [measures.level]
 statistic = "std"
 signal = "total.output"
+
+[measures]
+loss = "= log(level / 1 V)"
 """
 STUDY = """
 [study]
@@ -138,6 +141,11 @@ def test_many_seeds_have_the_measures_of_single_runs(browser: Any, folder: Path,
         np.mean(levels), rel=4.0 * np.std(levels) / np.mean(levels) / math.sqrt(len(levels)) + 1e-4
     )
     assert "standard deviation" in text
+    assert page.locator(".histogram figcaption").all_inner_texts() == ["level", "loss"]
+    said = page.text_content(".histogram:has(figcaption:text-is('loss')) p").split()[1]
+    losses = np.log(levels)
+    allowed = 4.0 * np.std(losses) / math.sqrt(len(losses)) + 1e-4
+    assert float(said.rstrip(",").replace("−", "-")) == pytest.approx(np.mean(losses), abs=allowed)
     assert page.locator(".histogram .bin").count() >= 5
     assert lines == []
     page.context.close()
