@@ -5,6 +5,7 @@ and nothing else, so that parameters and ports may be called `inputs` or `size`.
 """
 
 import dataclasses
+import types
 import typing
 from collections import namedtuple
 from collections.abc import Callable, Iterator
@@ -150,4 +151,23 @@ class Facts(type):
         once += [size for port in sized for size in port.shape if callable(size)]
         no_numbers = {name for name, p in cls.parameters.items() if p.kind in (tuple, Fixed)}
         from_these = constants is not None and no_numbers & set(constants.function.__code__.co_names)
-        return not from_these and not any(parameter in f.__code__.co_names for f in once)
+        return not from_these and not any(parameter in _names(f) for f in once)
+
+
+def _names(function: Any) -> set[str]:
+    """Names that a function uses, with those of the functions that it calls."""
+    names, waiting = set[str](), [function]
+    seen: set[Any] = set()
+    while waiting:
+        each = waiting.pop()
+        if isinstance(each, types.FunctionType) and each not in seen:
+            seen.add(each)
+            used = _names_of_code(each.__code__)
+            names |= used
+            waiting += [each.__globals__.get(name) for name in used]
+    return names
+
+
+def _names_of_code(code: types.CodeType) -> set[str]:
+    inner = (_names_of_code(constant) for constant in code.co_consts if isinstance(constant, types.CodeType))
+    return set(code.co_names).union(*inner)

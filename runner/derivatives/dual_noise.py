@@ -22,6 +22,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
 from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import Interpreter
 
 DEVIATE, ROUNDING = "normal", "rounding error"  # stand where a port's name would: no port may be called so
 ONE_BIT = "error of one bit"
@@ -93,11 +94,12 @@ def _steps(block: Block) -> dict[str, Behaviour]:
 class NoisyTicks(DualTicks):
     """Ticks in which blocks with `noise` name their sources, and what was rounded.
 
-    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`.
+    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`. Where they are `drawn`, deviates have the
+    values of a run beside their slopes.
     """
 
-    def __init__(self, *arguments: Any, noise: Noisy) -> None:
-        self._owner, self._noise = "", noise
+    def __init__(self, *arguments: Any, noise: Noisy, drawn: bool = False) -> None:
+        self._owner, self._noise, self._drawn = "", noise, drawn
         self._bits: dict[str, tuple[int, list[tuple[Any, Any]]]] = {}  # of a tick, by block
         self._known: set[tuple[str, str, int]] = set()
         self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
@@ -152,9 +154,11 @@ class NoisyTicks(DualTicks):
             return super()._getter(binding)
         beat = Beat(binding.divisor, binding.phase)
         first = beat.before(self._memory.tick)
+        drawn = Interpreter._getter(self, binding) if self._drawn else None
 
         def deviate(tick: int) -> Any:
-            return self._direction((binding.block, DEVIATE, beat.before(tick) - first))
+            slope = self._direction((binding.block, DEVIATE, beat.before(tick) - first))
+            return slope if drawn is None else slope + drawn(tick)
 
         return deviate
 

@@ -132,6 +132,7 @@ def period_map(
     point_slopes: PointSlopes | None = None,
     span: int = 0,
     integrated: bool = False,
+    drawn: bool = False,
 ) -> PeriodMap:
     """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
 
@@ -143,7 +144,8 @@ def period_map(
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
     deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
-    (`NoisyTicks`), and the states are those of blocks on paths from there too.
+    (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run with
+    noise.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
@@ -161,7 +163,9 @@ def period_map(
         values = [_held(begin, entry) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         many = ticks > _MANY and not by_parameters
-        engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise) if noise else DualTicks(*given)
+        engine = (
+            (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn) if noise else DualTicks(*given)
+        )
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:

@@ -174,13 +174,17 @@ def rows_of(whole: PeriodMap, rows: Sequence[int]) -> PeriodMap:
     return replace(whole, outputs=tuple(whole.outputs[i] for i in rows), matrix=whole.matrix[kept], slopes=slopes)
 
 
-def summed(a: Array, first: Any) -> Array:
-    """X in X = A X A' + first, by doubling: exact to rounding whatever the units of the states are."""
+def summed(a: Array, first: Any, other: Array | None = None) -> Array:
+    """X in X = A X A' + first, by doubling: exact to rounding whatever the units of the states are.
+
+    With another matrix B it is X = A X B' + first.
+    """
     total, power = np.array(first, dtype=float), np.array(a, dtype=float)
+    right = power if other is None else np.array(other, dtype=float)
     for _ in range(_DOUBLINGS):
-        more = power @ total @ power.T
+        more = power @ total @ right.T
         total = total + more
         if np.all(np.abs(more) <= 1e-18 * np.abs(total)):
             break
-        power = power @ power
+        power, right = power @ power, right @ right
     return np.asarray(total)

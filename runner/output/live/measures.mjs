@@ -15,7 +15,7 @@ export function measureTable(measures, units, values, before) {
     row.append(named("th", measure.name));
     row.insertCell().textContent = shown(value, scales);
     if (before) row.insertCell().textContent = shown(old, scales);
-    if (before) row.insertCell().textContent = old ? `${(100 * (value / old - 1)).toFixed(2).replace("-", "−")} %` : "";
+    if (before) row.insertCell().textContent = old ? `${(100 * (value / old - 1)).toFixed(2).replace("-", "−")}\u00a0%` : "";
     row.append(named("td", measure.read ? `${measure.statistic} of ${measure.signal}` : measure.signal));
   }
   return table;

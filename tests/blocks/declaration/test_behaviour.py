@@ -3,6 +3,7 @@
 import ast
 import types
 
+from proofmass.blocks import EllipticBand
 from proofmass.blocks.declaration.behaviour import reads
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.source import tree_of
@@ -34,3 +35,9 @@ def test_a_variable_in_an_inner_function_is_read_and_one_that_is_stored_is_not()
     assert not reads(inner, "second")
     assert reads(stored, "first")
     assert not reads(stored, "second")
+
+
+def test_what_a_helper_of_a_requirement_reads_is_not_driven() -> None:
+    assert not EllipticBand.drivable("low_frequency")
+    assert "ordered" in EllipticBand.requirements.__code__.co_names
+    assert "low_frequency" not in EllipticBand.requirements.__code__.co_names

@@ -7,6 +7,11 @@ import pytest
 
 from proofmass import Graph, noise, simulate
 from proofmass.blocks import Constant, LowPass, Product, Sum, WhiteNoise
+from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
+from proofmass.runner.analysis.noise.small_signals import difference_squared
+from proofmass.runner.derivatives.dual_noise import noise_blocks
+from proofmass.runner.planning.plan import plan
 
 
 def squared(constant: float) -> Graph:
@@ -37,3 +42,23 @@ def test_the_square_of_noise(constant: float, small: bool) -> None:
 
 def test_a_linear_graph_has_no_note() -> None:
     assert noise(squared(0.01), "filter.output", at="0.1 s").notes == ()
+
+
+def through(corner: float) -> NoiseMap:
+    """White noise through a filter."""
+    blocks = {
+        "white": WhiteNoise(density=1e-3, unit="V"),
+        "filter": LowPass(corner_frequency=corner, input_unit="V", output_unit="V"),
+    }
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=["white.output -> filter.input"])
+    planned, target = plan(graph), ("filter", "output")
+    return noise_map(map_at(planned, [], [target], noise=noise_blocks(planned)), target)
+
+
+def test_the_difference_of_two_filters_of_one_noise() -> None:
+    """Against the integral of |H1 - H2|^2 over frequency, by a fine sum."""
+    first, second = through(50.0), through(20.0)
+    f = (np.arange(20_000) + 0.5) / 20_000 * 500.0
+    apart = np.abs(first.heard(f) - second.heard(f)) ** 2 @ first.variances * 2.0 * first.period
+    assert difference_squared(first, second) == pytest.approx(float(np.mean(apart)) * 500.0, rel=1e-6)
+    assert abs(difference_squared(first, first)) < 1e-12 * float(sum(first.mean_squares()))
