@@ -123,7 +123,7 @@ def test_a_frozen_run_and_spectra_are_drawn(browser: Any, report: Path) -> None:
     page.fill("[id='push.amplitude']", "3")
     page.press("[id='push.amplitude']", "Enter")
     digest(page, before)
-    assert page.inner_text(".measures tbody tr").split("\t")[3] == "50.00 %"
+    assert page.inner_text(".measures tbody tr").split("\t")[3] == "50.00\u00a0%"
     traces = page.locator(".plots canvas").first.screenshot()
     page.click("text=Spectra")
     page.wait_for_selector("figcaption:has-text('√Hz')")
