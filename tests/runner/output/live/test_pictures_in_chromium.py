@@ -1,5 +1,6 @@
 """Pictures of analyses and diagrams in Chromium, narrow and wide, light and dark: letters that can be read."""
 
+import itertools
 from pathlib import Path
 from typing import Any
 
@@ -34,8 +35,7 @@ DRAWN = (
 )
 
 
-@pytest.fixture(scope="module")
-def page_of_all(tmp_path_factory: pytest.TempPathFactory) -> Path:
+def page_of_all(folder: Path) -> Path:
     graph = read_graph("library:closed_loop_accelerometer")
     trace = simulate(graph, samples=4000, engine="python")["dac.code"]
     figures = {
@@ -52,26 +52,26 @@ def page_of_all(tmp_path_factory: pytest.TempPathFactory) -> Path:
     for name in DRAWN:
         drawn = inline(svg(read_graph(f"library:{name}")))
         sections.append((name, f'<div class="wide diagram">{drawn}</div>'))
-    return save_page(tmp_path_factory.mktemp("page") / "page.html", "pictures", "", sections, "")
+    return save_page(folder / "page.html", "pictures", "", sections, "")
 
 
-@pytest.mark.parametrize("width", [400, 1400])
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_no_letter_is_smaller_than_ten_pixels(browser: Any, page_of_all: Path, width: int, scheme: str) -> None:
-    page, lines = opened(browser, page_of_all.as_uri(), color_scheme=scheme)
-    page.set_viewport_size({"width": width, "height": 900})
-    size, text = page.evaluate(SMALLEST_TEXT)
-    assert size >= 10.0, text
-    assert page.evaluate("document.documentElement.scrollWidth") == width, "pictures scroll, not the page"
+def test_no_letter_is_smaller_than_ten_pixels(browser: Any, tmp_path: Path) -> None:
+    page, lines = opened(browser, page_of_all(tmp_path).as_uri())
+    for scheme, width in itertools.product(("light", "dark"), (400, 1400)):
+        page.emulate_media(color_scheme=scheme)
+        page.set_viewport_size({"width": width, "height": 900})
+        size, text = page.evaluate(SMALLEST_TEXT)
+        assert size >= 10.0, (text, scheme, width)
+        assert page.evaluate("document.documentElement.scrollWidth") == width, "pictures scroll, not the page"
     assert lines == []
     page.context.close()
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_a_diagram_alone_has_its_paper_all_around(browser: Any, tmp_path: Path, scheme: str) -> None:
+def test_a_diagram_alone_has_its_paper_all_around(browser: Any, tmp_path: Path) -> None:
     file = tmp_path / "loop.svg"
     file.write_text(svg(read_graph("library:phase_locked_loop")), encoding="utf-8")
-    page, _ = opened(browser, file.as_uri(), color_scheme=scheme)
-    paper = {"light": "rgb(255, 255, 255)", "dark": "rgb(18, 24, 30)"}[scheme]
-    assert page.evaluate("getComputedStyle(document.documentElement).backgroundColor") == paper
+    page, _ = opened(browser, file.as_uri())
+    for scheme, paper in (("light", "rgb(255, 255, 255)"), ("dark", "rgb(18, 24, 30)")):
+        page.emulate_media(color_scheme=scheme)
+        assert page.evaluate("getComputedStyle(document.documentElement).backgroundColor") == paper
     page.context.close()
