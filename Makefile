@@ -6,7 +6,7 @@
 
 PYTHON ?= python3
 VENV ?= .venv
-WORKERS ?= $(shell echo $$(($$(nproc) + 1)))# one more than processors: some tests wait for a browser or a disk
+WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
 .PHONY: demo test test-all test-fast defects lint docs pictures benchmark clean
