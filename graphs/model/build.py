@@ -13,10 +13,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
+from proofmass.graphs.model.formula_tables import read_formulas, split_measures
 from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split, thawed
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.integration import Integration, read_integration
-from proofmass.graphs.model.keys import BLOCK_KEYS, FORMULA, MEASURE_FORMULA_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import Measure, read_display_unit, read_measures
@@ -116,7 +117,7 @@ class Graph(Value):
         of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
         of_rates |= {f"{name}.{CLOCK_OFFSET}": offset for name, offset in offsets.items() if is_formula(offset)}
         of_rates |= {key: of for key, of in ((RATE, rate), (DURATION, duration)) if is_formula(of)}
-        own_formulas, wrong = _read_formulas({**formulas, **of_rates})
+        own_formulas, wrong = read_formulas({**formulas, **of_rates})
         reader.problems += wrong
         rate, duration = (None if is_formula(of) else of for of in (rate, duration))
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
@@ -134,7 +135,7 @@ class Graph(Value):
         own_rate = None if rate is None else reader.value(read_rate, rate, "rate")
         own_duration = None if duration is None else reader.value(read_duration, duration, "duration")
         own_wires, own_probes = reader.list(read_wire, wires, "wires"), reader.list(read_probe, probes, "probes")
-        given_measures, own_derived, wrong = _split_measures(measures, derived)
+        given_measures, own_derived, wrong = split_measures(measures, derived)
         reader.problems += wrong
         own_measures = reader.table(lambda: read_measures(given_measures), dict[str, Measure]())
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
@@ -334,49 +335,6 @@ def _settled(graph: Graph) -> Graph:
         }
         own = [replace(problem, path=written.get(problem.path, problem.path)) for problem in error.problems]
         raise ModelError([graph.placed(problem) for problem in own]) from None
-
-
-def _split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[Any, dict[str, Formula], list[Problem]]:
-    """Split measures into those of signals and those that are formulas of others."""
-    formulas, problems = dict(derived), list[Problem]()
-    if not isinstance(measures, Mapping):
-        return measures, formulas, problems
-    of_signals = dict[Any, Any]()
-    for name, entry in measures.items():
-        table = {FORMULA: entry} if is_formula(entry) else entry
-        if not (isinstance(name, str) and NAME.fullmatch(name) and isinstance(table, Mapping) and FORMULA in table):
-            of_signals[name] = entry
-            continue
-        key = FORMULA
-        try:
-            if not is_formula(table[FORMULA]):
-                raise Refusal("must be a text that begins with =", 'write formula = "= (plus - minus) / 2"')
-            for key in table:
-                if key not in MEASURE_FORMULA_KEYS:
-                    raise Refusal("unknown key", did_you_mean(str(key), MEASURE_FORMULA_KEYS, "the keys"))
-            formula = Formula(table[key := FORMULA])
-            key = "unit"
-            formulas[name] = replace(formula, unit=read_display_unit(table.get("unit", "")))
-        except Refusal as error:
-            path = ("measures", name) if entry is not table else ("measures", name, str(key))
-            problems.append(error.problem(".".join(path), table[key], path=path))
-    return of_signals, formulas, problems
-
-
-def _read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
-    hint = 'write formulas = { "x_axis.mass" = "= mass" }'
-    if not isinstance(table, Mapping):
-        return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
-    formulas: dict[str, Formula] = {}
-    problems: list[Problem] = []
-    for target, text in table.items():
-        try:
-            if not isinstance(text, Formula) and not is_formula(text):
-                raise Refusal("must be a text that begins with =", hint)
-            formulas[str(target)] = text if isinstance(text, Formula) else Formula(text)
-        except Refusal as error:
-            problems.append(error.problem(f"formulas.{target}", text, path=("formulas", str(target))))
-    return formulas, problems
 
 
 def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:

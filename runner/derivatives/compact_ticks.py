@@ -61,6 +61,10 @@ class CompactTicks(NoisyTicks):
         new = [key for key in self.quantised if key not in self._fed]
         self.quantised.update(zip(new, self._in_first([self.quantised[key] for key in new]), strict=True))
         self._fed.update(new)
+        self._rows = self._product(self._one_direction_each())
+
+    def _one_direction_each(self) -> list[Mapping[Key, float]]:
+        """Give each number that lasts a direction of its own, and return the slopes that it had."""
         gathered: list[Mapping[Key, float]] = []
 
         def gather(value: Any) -> Any:
@@ -71,7 +75,7 @@ class CompactTicks(NoisyTicks):
             return dual(value_of(value, SIGNALS), {("", LIVE, len(gathered) - 1): 1.0}, SIGNALS)
 
         self._replace(gather)
-        self._rows = self._product(gathered)
+        return gathered
 
     def _in_first(self, values: list[Any]) -> list[Any]:
         moved = self._product([slopes_of(value, SIGNALS) for value in values])

@@ -237,16 +237,7 @@ class _CovarianceTicks(CompactTicks):
     def _gather(self) -> None:
         """Give each number that lasts one direction, and move the covariances on."""
         recorded = {node: list(values) for node, values in self.recorded.items()}
-        gathered: list[Mapping[Key, float]] = []
-
-        def gather(value: Any) -> Any:
-            slopes = slopes_of(value, SIGNALS)
-            if not slopes:
-                return value
-            gathered.append(slopes)
-            return dual(value_of(value, SIGNALS), {("", LIVE, len(gathered) - 1): 1.0}, SIGNALS)
-
-        self._replace(gather)
+        gathered = self._one_direction_each()
         outputs = [slopes_of(value, SIGNALS) for values in recorded.values() for value in values]
         slopes = self._slopes([*outputs, *gathered], len(outputs))
         self._keep(recorded, slopes)
