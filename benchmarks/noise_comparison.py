@@ -15,10 +15,12 @@ import proofmass
 from proofmass import Graph, ModelError, NoiseBudget, Series, Spectrum
 from proofmass.blocks import AnalogToDigital
 from proofmass.graphs.model.build import read_probe
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.measures import Measure
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import blocks_of_map, common_period
-from proofmass.runner.analysis.noise.budget import noise_of
+from proofmass.runner.analysis.noise.budget import budget_at
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation, densities
 from proofmass.runner.analysis.spectrum.windows import window
 from proofmass.runner.derivatives.dual_noise import given, noise_blocks
@@ -101,7 +103,7 @@ class Subject:
     def __init__(self, graph: Graph) -> None:
         self.graph = replace(graph, probes=(), measures={}, derived={}, requirements={})
         self.plan = plan(self.graph)
-        self._refused = dict[str, ModelError]()
+        self._points = dict[str | None, OperatingPoints]()
         self._latest = POINTS[0]
 
     def budget(self, output: str, **options: Any) -> tuple[NoiseBudget, str | None]:
@@ -122,15 +124,9 @@ class Subject:
 
     def budget_at(self, output: str, at: str | None, **options: Any) -> NoiseBudget:
         """Return the budget at an operating point."""
-        if at in self._refused:
-            raise self._refused[at]
-        if at is not None:
-            try:
-                tick_at(self.plan, self._time(at))
-            except ModelError as error:
-                self._refused[at] = error
-                raise
-        return noise_of(self.plan, output, at=None if at is None else self._time(at), **options)
+        if at not in self._points:
+            self._points[at] = OperatingPoints(self.plan, AUTO if at is None else self._time(at))
+        return budget_at(self._points[at], output, **options)
 
     def _time(self, at: str) -> str | Fraction:
         return (self.plan.ticks() - 1) / self.plan.schedule.base_rate if at == END else at

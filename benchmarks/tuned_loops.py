@@ -23,7 +23,8 @@ from proofmass import Graph, Tuned, tune
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.quantities import read_quantity_of
-from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import one_loop
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.planning.plan import plan
@@ -135,7 +136,7 @@ def feasible(case: Case, gains: Points) -> np.ndarray[Any, np.dtype[np.bool_]]:
 
 def _rate(case: Case) -> float:
     planned = plan(case.graph)
-    return 1.0 / open_loop(planned, one_loop(planned, case.loop)[1], tick_at(planned, case.at or 0.0)).sample
+    return 1.0 / OperatingPoints(planned, case.at or 0.0).loop(one_loop(planned, case.loop)[1]).sample
 
 
 def _parts(case: Case, frequencies: Points) -> np.ndarray[Any, np.dtype[np.complex128]]:
@@ -144,7 +145,7 @@ def _parts(case: Case, frequencies: Points) -> np.ndarray[Any, np.dtype[np.compl
     for name in names:
         alone = case.graph.with_parameters({n: case.gains[n][1] if n == name else 0.0 for n in names})
         planned = plan(alone)
-        system = open_loop(planned, one_loop(planned, case.loop)[1], tick_at(planned, case.at or 0.0))
+        system = OperatingPoints(planned, case.at or 0.0).loop(one_loop(planned, case.loop)[1])
         rows.append(system.response(2.0 * np.pi * frequencies) / case.gains[name][1])
     return np.array(rows)
 

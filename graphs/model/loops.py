@@ -14,7 +14,9 @@ from proofmass.graphs.model.rates import read_duration
 REQUIREMENTS = {"gain_margin": "dB", "phase_margin": "deg", "delay_margin": "s", "sensitivity_peak": "dB"}
 VERDICTS = {"unstable": 0.0, "marginal": 0.5, "stable": 1.0}  # numbers that the measure `stable` has
 MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of each loop, and its unit
-SETTLED = "settled"  # an operating point: the loops have come to rest
+AUTO = "auto"  # an operating point: the first of the others at which there is an answer
+SETTLED = "settled"  # the loops have come to rest
+PERIODIC = "periodic"  # an orbit that repeats after a period
 _DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")
 
 

@@ -1,7 +1,6 @@
 """The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
 
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -9,24 +8,22 @@ import click
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.loops import SETTLED
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
-from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
-from proofmass.runner.analysis.margins.stability import all_margins, missed
+from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.several_loops import show_over, show_together
-from proofmass.runner.commands.texts.margins import margins_text, seconds_text
+from proofmass.runner.commands.texts.margins import margins_text
 from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
 from proofmass.runner.output.plot import save_figure
-from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -65,19 +62,22 @@ def show_margins(request: MarginsRequest) -> int:
     if request.together or request.others or request.over:
         return _show_several(graph, request)
     planned = plan(graph)
-    point = _operating_point(planned, request)
-    loops = _loops(planned, request, point)
-    quantities = _sensitivities(planned, loops, request, point)
+    with progress(request.as_json) as bar:
+        points = OperatingPoints(planned, request.at, bar)
+        answers = _answers(points, request)
+    loops = {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
+    quantities = sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
     if request.as_json:
         data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
         print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
     else:
         print_text(map(margins_text, loops.values()))
-        print_text(_sensitivity_texts(quantities))
+        print_text(map(sensitivity_text, quantities))
     if request.picture is not None:
         for path in _draw(request.picture, loops, quantities):
             print_file(path, request.as_json)
-    problems = missed(planned, loops)
+    problems = [problem for error in answers.values() if isinstance(error, ModelError) for problem in error.problems]
+    problems += missed(planned, loops)
     if problems:
         raise ModelError(problems)
     return DONE
@@ -98,11 +98,10 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
 def _show_several(graph: Graph, request: MarginsRequest) -> int:
     if request.over and (request.together or request.others):
         raise click.UsageError("--over shows loops one by one: leave out --together and --with")
-    at = request.at if request.at != SETTLED else str(_operating_point(plan(graph), request)) + " s"
     if request.over:
-        return show_over(graph, request.over, request.loop, at, request.picture, request.as_json)
+        return show_over(graph, request.over, request.loop, request.at, request.picture, request.as_json)
     loops = tuple(name for name in (request.loop, *request.others) if name)
-    return show_together(graph, loops, at, request.picture, request.as_json)
+    return show_together(graph, loops, request.at, request.picture, request.as_json)
 
 
 def _with_gains(graph: Graph, request: MarginsRequest) -> Graph:
@@ -121,36 +120,11 @@ def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:
     return {name.strip(): value.strip() for name, _, value in pairs}
 
 
-def _operating_point(planned: Plan, request: MarginsRequest) -> str | Fraction:
-    if request.at != SETTLED:
-        return request.at
-    with progress(request.as_json) as bar:
-        time = settled_tick(planned.without_noise, bar) / planned.schedule.base_rate
-    click.echo(f"settled after {seconds_text(float(time))}", err=request.as_json)
-    return time
-
-
-def _loops(planned: Plan, request: MarginsRequest, at: str | Fraction) -> dict[str, Margins]:
+def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Margins | ModelError]:
     """Margins of the loops; none of a graph without loops where only sensitivities of its outputs are wanted."""
-    if request.sensitivity and not request.loop and not planned.graph.loops and not find_loops(planned):
+    if request.sensitivity and not request.loop and not points.plan.graph.loops and not find_loops(points.plan):
         return {}
-    return all_margins(planned, request.loop, at)
-
-
-def _sensitivities(
-    planned: Plan, loops: dict[str, Margins], request: MarginsRequest, at: str | Fraction
-) -> "list[Sensitivity]":
-    if not request.sensitivity:
-        return []
-
-    return sensitivities(planned, loops, *request.sensitivity, at)
-
-
-def _sensitivity_texts(quantities: "list[Sensitivity]") -> list[str]:
-    if not quantities:
-        return []
-
-    return [sensitivity_text(quantity) for quantity in quantities]
+    return margins_or_reasons(points, request.loop)
 
 
 def _draw(picture: Path, loops: dict[str, Margins], quantities: "list[Sensitivity]") -> list[Path]:

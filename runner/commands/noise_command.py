@@ -2,16 +2,16 @@
 
 import math
 from dataclasses import dataclass
-from fractions import Fraction
 from pathlib import Path
 
 import click
 
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.loops import SETTLED
+from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.linearisation.settle import settled_tick
-from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.noise.budget import NoiseBudget, budget_at
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation, deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.commands.answers import print_file, print_json, print_text
@@ -25,6 +25,9 @@ from proofmass.runner.planning.plan import plan
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 _ROWS = 20
+_NO_OUTPUT = Problem(
+    message="the graph has no probe", key="probes", hint="name an output: --output adc.number", path=("probes",)
+)
 
 
 @dataclass(frozen=True)
@@ -35,7 +38,7 @@ class NoiseRequest:
     output: str
     source: str
     band: tuple[str, str] | None
-    at: str | None
+    at: str
     derivatives: bool
     until: str | None
     picture: Path | None
@@ -49,22 +52,32 @@ def show_noise(request: NoiseRequest) -> int:
     graph = graph_of(request.graph, request.own, request.changes)
     if request.until is not None:
         return _show_value(request, graph)
-    point = _settled(graph, request.as_json) if request.at == SETTLED else request.at
-    budget = noise(
-        graph,
-        request.output,
-        input=request.source,
-        band=band_of(request.band),
-        at=point,
-        derivatives=request.derivatives,
-    )
+    with progress(request.as_json) as bar:
+        points = OperatingPoints(plan(graph), request.at, bar)
+    outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
+    if not outputs:
+        raise ModelError([points.plan.graph.placed(_NO_OUTPUT)])
+    budgets, refused = list[NoiseBudget](), list[ModelError]()
+    for output in outputs:
+        try:
+            budgets.append(budget_at(points, output, request.source, band_of(request.band), (), request.derivatives))
+        except ModelError as error:
+            refused.append(error)
     if request.as_json:
-        print_json(budget.as_data())
+        print_json(budgets[0].as_data() if request.output and budgets else [budget.as_data() for budget in budgets])
     else:
-        print_text([noise_text(budget), *_derivatives(budget)])
+        print_text(text for budget in budgets for text in (noise_text(budget), *_derivatives(budget)))
     if request.picture is not None:
-        print_file(save_figure(plot_noise(budget), request.picture), request.as_json)
+        names = [_named(request.picture, budget.output, len(budgets)) for budget in budgets]
+        for budget, path in zip(budgets, names, strict=True):
+            print_file(save_figure(plot_noise(budget), path), request.as_json)
+    if refused:
+        raise ModelError([problem for error in refused for problem in error.problems])
     return DONE
+
+
+def _named(picture: Path, output: str, several: int) -> Path:
+    return picture if several == 1 else picture.with_stem(f"{picture.stem}_{output}")
 
 
 def _show_value(request: NoiseRequest, graph: Graph) -> int:
@@ -72,7 +85,7 @@ def _show_value(request: NoiseRequest, graph: Graph) -> int:
     given = {
         "--input": request.source,
         "--band": request.band,
-        "--at": request.at,
+        "--at": request.at != AUTO,
         "--derivatives": request.derivatives,
         "--plot": request.picture,
     }
@@ -99,12 +112,6 @@ def value_text(found: ValueDeviation) -> str:
     ]
     lines += [f"  {name:<28} {rms:16.5g} {100.0 * rms**2 / whole:7.2f} %" for name, rms in found.sources.items()]
     return "\n".join(lines)
-
-
-def _settled(graph: Graph, as_json: bool) -> Fraction:
-    planned = plan(graph)
-    with progress(as_json) as bar:
-        return settled_tick(planned.without_noise, bar) / planned.schedule.base_rate
 
 
 def noise_text(budget: NoiseBudget) -> str:

@@ -33,7 +33,7 @@ class ResponseRequest:
     stimulus: Any
     amplitude: str | None
     band: tuple[str, str] | None
-    at: str | None
+    at: str
     picture: Path | None
     changes: tuple[str, ...]
     own: Path | None

@@ -18,7 +18,7 @@ import mpmath
 from proofmass.blocks import Difference, DiscreteIntegrator, DiscreteTransferFunction, Gain, TransferFunction, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.planning.plan import plan
@@ -104,13 +104,13 @@ def random_system(number: int) -> OpenLoop:
     """The loop opened at its slowest wire, with a gain that gives it a crossover at a frequency drawn."""
     graph = random_loop(number)
     planned = plan(graph)
-    system = open_loop(planned, ("out", "strictly_proper_part"))
+    system = linearised(planned).loop(("out", "strictly_proper_part"))
     dice = random.Random(-number - 1)
     angle = math.pi * 10.0 ** dice.uniform(-9.0, -0.05)
     with mpmath.workdps(DIGITS):
         size = abs(_quotient(*_polynomials(system), mpmath.expj(angle)))
         gain = float(min(max(1 / size, mpmath.mpf(10) ** -30), mpmath.mpf(10) ** 30)) if size else 1.0
-    return open_loop(plan(graph.with_parameters({"gain.gain": -gain})), ("out", "strictly_proper_part"))
+    return linearised(plan(graph.with_parameters({"gain.gain": -gain}))).loop(("out", "strictly_proper_part"))
 
 
 def truth_of(system: OpenLoop) -> Truth:

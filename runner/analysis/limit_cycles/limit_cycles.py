@@ -20,7 +20,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.limit_cycles.describing import Describing
 from proofmass.runner.analysis.limit_cycles.quasi_linear import describing_of, ends, replaced
-from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
@@ -49,7 +49,7 @@ def predicted(graph: Graph, name: str) -> list[LimitCycle]:
     flat = flatten(graph)
     describing = describing_of(flat, name)
     linear = plan(replaced(flat, {name: 1.0}))
-    system = open_loop(linear, (name, "output"))
+    system = linearised(linear).loop((name, "output"))
     w = sweep(system)
     cycles = []
     for branch in _branches(describing):

@@ -16,7 +16,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, blocks_of_map, common_period, plan_graph
@@ -46,7 +46,7 @@ def analog_group(plan: Plan, node: Endpoint) -> Group | None:
     return None
 
 
-def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap:
+def analog_map(plan: Plan, course: Course, group: Group, node: Endpoint, tick: int) -> PeriodMap:
     """Return the loop opened at a wire within a group, about the state of the graph in a tick; its `period` is 0.
 
     Raises `ModelError` if the group cannot be linearised, or the wire cannot be cut.
@@ -54,12 +54,12 @@ def analog_map(plan: Plan, group: Group, node: Endpoint, tick: int) -> PeriodMap
     for loop in group.loops:
         if node in loop.nodes:
             raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
-    memory = memory_at(plan.without_noise, tick)
+    memory = course.at(tick)
     analog = _linearised(plan, group, node, memory)
-    later = _linearised(plan, group, node, Forward(plan.without_noise, memory).to(tick + 1))
+    later = _linearised(plan, group, node, course.from_memory(memory).to(tick + 1))
     change = _change(analog, later)
     notes = [_moving(tick, change)] if change > _MOVED else []
-    notes += _switched(plan, group, node, analog, memory_at(plan.without_noise, tick))
+    notes += _switched(plan, course, group, node, analog, memory)
     behind = _downstream(plan, node)
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
@@ -74,22 +74,21 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     return float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
 
 
-def _switched(plan: Plan, group: Group, node: Endpoint, analog: PeriodMap, memory: Memory) -> list[str]:
+def _switched(plan: Plan, course: Course, group: Group, node: Endpoint, analog: PeriodMap, memory: Memory) -> list[str]:
     """Return a note on a switch that waits, if it changes the loop within the time in which that would matter."""
     upstream, moving = blocks_of_map(plan, [node], [node], False)
     ticks = common_period(plan, [node], [node], everything=True)
-    quiet = plan.without_noise
-    run, known = Forward(quiet, memory.copy()), {0: memory}
+    run, known = course.from_memory(memory), {0: memory}
 
     def after(periods: int) -> Memory:
         if periods not in known:
             tick = memory.tick + periods * ticks
-            ahead = run if run.tick <= tick else Forward(quiet, memory.copy())
+            ahead = run if run.tick <= tick else course.from_memory(memory)
             known[periods] = ahead.to(tick)
         return known[periods]
 
     horizon = int(min(LONGEST_ORBIT // ticks, _matters(analog) / (ticks * plan.period)))
-    for periods in Waiting(quiet, upstream, moving, memory, ticks).changes(after, horizon):
+    for periods in Waiting(course.plan, upstream, moving, memory, ticks).changes(after, horizon):
         later = _linearised(plan, group, node, after(periods))
         if periods > WAITED and _change(analog, later) > FROZEN:
             return [switch_note(periods * ticks * plan.period)]

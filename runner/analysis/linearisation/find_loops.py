@@ -1,5 +1,7 @@
 """Control loops in the wires of a graph, and the outputs at which each can be opened."""
 
+import itertools
+import math
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass
 
@@ -7,13 +9,19 @@ from proofmass.graphs.model.digraph import loops
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
 
+_TRIED = 10_000  # sets of outputs
+
 
 @dataclass(frozen=True)
 class LoopGroup:
-    """Outputs in loops that share wires, and those at which all of these loops can be opened, best first."""
+    """Outputs in loops that share wires, and those at which all of these loops can be opened, best first.
+
+    Where no output opens them all, `together` is a smallest set of outputs that do, one for each loop to analyse.
+    """
 
     ports: tuple[str, ...]
     open_at: tuple[str, ...]
+    together: tuple[str, ...] = ()
 
 
 def find_loops(plan: Plan) -> list[LoopGroup]:
@@ -22,8 +30,10 @@ def find_loops(plan: Plan) -> list[LoopGroup]:
     groups = []
     for part in loops(wiring):
         inner = {node: [after for after in wiring.get(node, ()) if after in part] for node in part}
-        cuts = sorted((node for node in part if _opens(plan, inner, node)), key=lambda n: (-plan.stride(n), n))
-        groups.append(LoopGroup(_texts(sorted(part)), _texts(cuts)))
+        wires = sorted((node for node in part if _can_be_cut(plan, inner, node)), key=lambda n: (-plan.stride(n), n))
+        cuts = [node for node in wires if _opens(inner, {node})]
+        together = [] if cuts else _fewest(inner, wires)
+        groups.append(LoopGroup(_texts(sorted(part)), _texts(cuts), _texts(together)))
     return sorted(groups, key=lambda loop: loop.ports)
 
 
@@ -38,18 +48,43 @@ def _port_graph(plan: Plan) -> dict[Endpoint, list[Endpoint]]:
     return wiring
 
 
-def _opens(plan: Plan, part: Mapping[Endpoint, Collection[Endpoint]], node: Endpoint) -> bool:
-    """Return whether cutting this output, which must be one number, leaves no loop.
+def _can_be_cut(plan: Plan, part: Mapping[Endpoint, Collection[Endpoint]], node: Endpoint) -> bool:
+    """Return whether a loop can be opened at an output: one number, sampled or held.
 
-    It must be sampled or held, unless the whole loop lies among continuous blocks.
+    It need not be sampled if the whole loop lies among continuous blocks.
     """
     port = type(plan.blocks[node[0]]).outputs[node[1]]
     if port.shape or port.dtype is bool:
         return False
     groups = [set(solver.group.nodes) for solver in plan.solvers if node in solver.group.nodes]
-    if groups and not set(part) <= groups[0]:
-        return False
-    return not loops({one: [after for after in others if after != node] for one, others in part.items() if one != node})
+    return not groups or set(part) <= groups[0]
+
+
+def _opens(part: Mapping[Endpoint, Collection[Endpoint]], cuts: Collection[Endpoint]) -> bool:
+    """Return whether cutting these outputs leaves no loop."""
+    return not loops(
+        {one: [after for after in others if after not in cuts] for one, others in part.items() if one not in cuts}
+    )
+
+
+def _fewest(part: Mapping[Endpoint, Collection[Endpoint]], wires: list[Endpoint]) -> list[Endpoint]:
+    """Return the first of the smallest sets of outputs whose cuts leave no loop; none if there is no such set.
+
+    Beyond `_TRIED` sets, outputs are taken out of the set of all as long as the rest leaves no loop.
+    """
+    for size in range(2, len(wires) + 1):
+        if math.comb(len(wires), size) > _TRIED:
+            break
+        found = next((cuts for cuts in itertools.combinations(wires, size) if _opens(part, cuts)), None)
+        if found:
+            return list(found)
+    fewer = list(wires)
+    if not _opens(part, fewer):
+        return []
+    for wire in reversed(wires):
+        rest = [cut for cut in fewer if cut != wire]
+        fewer = rest if _opens(part, rest) else fewer
+    return fewer
 
 
 def _texts(nodes: list[Endpoint]) -> tuple[str, ...]:

@@ -25,10 +25,15 @@ _CHUNK = 0.05  # seconds from one report of progress to the next
 class Forward:
     """A run that can be continued. Plain Python and machine code give the same bits."""
 
-    def __init__(self, plan: Plan, memory: Memory | None = None, progress: Progress | None = None) -> None:
-        self._original, self._plan, self._progress = plan, replace(plan, probes=()), progress
+    def __init__(
+        self,
+        plan: Plan,
+        memory: Memory | None = None,
+        progress: Progress | None = None,
+        compiled: "CompiledPlan | None" = None,
+    ) -> None:
+        self._plan, self.progress, self._compiled = replace(plan, probes=()), progress, compiled
         begin = memory or start(plan)
-        self._compiled = _Latest.compiled if _Latest.plan is plan else None
         self._engine = self._python(begin) if self._compiled is None else self._machine_code(begin)
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
         self._asked = 0  # ticks for which an engine was chosen
@@ -38,19 +43,28 @@ class Forward:
         """The name of the engine that runs it now."""
         return self._engine.name
 
+    @property
+    def compiled(self) -> "CompiledPlan | None":
+        """Machine code of the plan, once the run has wanted it."""
+        return self._compiled
+
     def to(self, last: int, of: int = 0) -> Memory:
-        """Run to the start of the tick `last` and return the memory there; raises `TickError` if a tick fails."""
+        """Run to the start of the tick `last` and return the memory there; raises `ModelError` if a tick fails."""
         if self._engine.name == "python" and last - self.tick > self._asked:
             self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
             if choose(self._plan, self._asked, "auto") == "compiled":
                 self._compile()
         while self.tick < last:
-            if self._progress:
-                self._progress(self.tick, max(of, last))
+            if self.progress:
+                self.progress(self.tick, max(of, last))
             first, following, before = self.tick, min(self.tick + self._chunk, last), self._engine.snapshot()
             began = time.perf_counter()
-            if not self._engine.advance(following, ()):
-                name_fault(self._plan, self._plan.graph.seed, 0, before(), following)
+            try:
+                if not self._engine.advance(following, ()):
+                    name_fault(self._plan, self._plan.graph.seed, 0, before(), following)
+            except TickError as error:
+                self.tick = last + 1  # no run goes on from here
+                raise ModelError([failed(self._plan, error)]) from error
             seconds = time.perf_counter() - began
             self.tick = following
             if seconds < _CHUNK / 2:
@@ -75,36 +89,28 @@ class Forward:
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
         self._compiled = self._compiled or CompiledPlan(self._plan)
-        if _Latest.plan is self._original:
-            _Latest.compiled = self._compiled
         return CompiledLoop(self._plan, self._plan.graph.seed, 0, memory, self._compiled)
 
 
-class _Latest:
-    """The last plan that was run, its machine code and how far it got, since it is often run further."""
+class Course:
+    """The run of a plan from tick 0, without noise: how far it has got, and its machine code.
 
-    plan: Plan | None = None
-    memory: Memory | None = None
-    compiled: "CompiledPlan | None" = None
+    An analysis owns one. Runs that go on from elsewhere borrow its machine code.
+    """
 
+    def __init__(self, plan: Plan) -> None:
+        self.plan = plan.without_noise
+        self._run: Forward | None = None
 
-def memory_at(plan: Plan, tick: int, progress: Progress | None = None) -> Memory:
-    """Return the memory at the start of a tick, after a run from tick 0; raises `ModelError` if the run fails."""
-    if _Latest.plan is not plan:
-        _Latest.plan, _Latest.memory, _Latest.compiled = plan, None, None
-    if tick == 0:
-        return start(plan)
-    known = _Latest.memory
-    try:
-        reached = Forward(plan, known if known and known.tick <= tick else None, progress).to(tick)
-    except TickError as error:
-        raise ModelError([failed(plan, error)]) from error
-    _Latest.memory = reached
-    return reached.copy()
+    def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
+        """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
+        if tick == 0:
+            return start(self.plan)
+        if self._run is None or self._run.tick > tick:
+            self._run = self.from_memory(None)
+        self._run.progress = progress
+        return self._run.to(tick, of)
 
-
-def keep(plan: Plan, memory: Memory) -> None:
-    """Remember how far a plan has run."""
-    if _Latest.plan is not plan:
-        _Latest.plan, _Latest.compiled = plan, None
-    _Latest.memory = memory
+    def from_memory(self, memory: Memory | None) -> Forward:
+        """Return a run from a memory on, or from tick 0."""
+        return Forward(self.plan, memory and memory.copy(), compiled=self._run.compiled if self._run else None)

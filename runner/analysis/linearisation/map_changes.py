@@ -26,8 +26,7 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    between = {*first.between().states, *second.between().states}
-    kept = [i for i, state in enumerate(first.states) if state in between]
+    kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     n, eye = first.order, np.zeros_like(first.matrix[:, :-1])
     eye[:n, :n] = np.eye(n)
@@ -46,12 +45,36 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     return max(changes, default=0.0)
 
 
+def same_between(first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
+    """Return whether a map again and again gives the impulse responses of a map over so many periods, to rounding.
+
+    They are compared over three of the long periods, from one wire to another.
+    """
+    a, b, c, d = first.parts()
+    answers, state = [d], b
+    for _ in range(3 * periods):
+        answers.append(c @ state)
+        state = a @ state
+    longer, into, out, direct = closed.parts()
+    scale = max(float(np.max(np.abs(answer), initial=0.0)) for answer in answers)
+    for later in range(3):
+        blocks = direct if later == 0 else out @ np.linalg.matrix_power(longer, later - 1) @ into
+        rows, columns = (size // periods for size in blocks.shape)
+        for i in range(periods):
+            for j in range(periods):
+                number = later * periods + i - j
+                expected = answers[number] if number >= 0 else np.zeros_like(d)
+                found = blocks[i * rows : (i + 1) * rows, j * columns : (j + 1) * columns]
+                if found.shape != expected.shape or np.max(np.abs(found - expected)) > _NEGLIGIBLE * scale:
+                    return False
+    return True
+
+
 def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     """Return the largest relative change of a response where what one block does to another is as in the second map."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
-    between = {*first.between().states, *second.between().states}
-    kept = [i for i, state in enumerate(first.states) if state in between]
+    kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     changes = [0.0]
     for r in _groups(first.states, first.outputs):

@@ -45,8 +45,11 @@ class Orbit:
         """Names of the numbers that move one way."""
         return [self._keys[int(i)] for i in self._straight]
 
-    def returns(self) -> Iterator[int]:
-        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before."""
+    def returns(self, back: float = _BACK) -> Iterator[int]:
+        """Numbers of periods after which all that goes to and fro is closer to where it was than ever before.
+
+        It may miss that by a part `back` of its swing.
+        """
         chosen = self.turning
         if not len(chosen):
             return
@@ -55,7 +58,7 @@ class Orbit:
             apart = np.maximum(apart[:-1], np.abs(self._values[2:, chosen] - self._values[1, chosen]))
         miss = (apart / self._swing[chosen]).max(axis=1)
         best = np.minimum.accumulate(miss)
-        closer = np.flatnonzero((miss < _BACK) & (miss < np.concatenate([[np.inf], best[:-1]])))
+        closer = np.flatnonzero((miss < back) & (miss < np.concatenate([[np.inf], best[:-1]])))
         yield from (int(i) + 1 for i in closer[:_TRIES])
 
     def fastest(self) -> tuple[str, str, float]:

@@ -15,28 +15,35 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
-from proofmass.runner.analysis.linearisation.map_changes import LOOKS, NEAR, change_between, effect, pole_rates
-from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, time_text, wires_of
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.map_changes import (
+    LOOKS,
+    NEAR,
+    change_between,
+    effect,
+    pole_rates,
+    same_between,
+)
+from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
+    NO_RINGS,
     Array,
+    Entry,
     PeriodMap,
-    PointSlopes,
     blocks_of_map,
     common_period,
     period_map,
 )
-from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
-from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
+from proofmass.runner.analysis.linearisation.rings import Rings, find_rings
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.memory import Memory
@@ -48,11 +55,40 @@ LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map ove
 WAITED = 2  # least number of periods that a waiting switch stands still
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
-_FIXED = "derivatives take the operating point as fixed: it is not at rest"
+_EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
 
 
 @dataclass(frozen=True)
-class _Point:
+class Ends:
+    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters."""
+
+    inputs: tuple[Endpoint, ...]
+    outputs: tuple[Endpoint, ...]
+    cut: bool = False
+    everything: bool = False
+    noise: Noisy = field(default_factory=lambda: NOTHING)
+
+    @property
+    def key(self) -> Hashable:
+        """The same for equal ends."""
+        return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items())
+
+    def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
+        """Blocks that the outputs depend on, and those of them that the map has the states of."""
+        return blocks_of_map(plan, self.inputs, self.outputs, self.everything, self.noise)
+
+    def common_period(self, plan: Plan) -> int:
+        """Base ticks of the period of the map."""
+        return common_period(plan, self.inputs, self.outputs, self.everything, self.noise)
+
+    def map(self, plan: Plan, **options: Any) -> PeriodMap:
+        """Return the map between them, with these options of `period_map`."""
+        options |= {"cut": self.cut, "everything": self.everything, "noise": self.noise}
+        return period_map(plan, self.inputs, self.outputs, **options)
+
+
+@dataclass(frozen=True)
+class OrbitPoint:
     """The operating point of one map: over how many periods it is taken, and what is to be said of it."""
 
     map: PeriodMap
@@ -62,168 +98,62 @@ class _Point:
     memory: Memory | None = None
     ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
     integrated: bool = False
+    rings: Rings = NO_RINGS
 
 
-def map_at(
-    plan: Plan,
-    inputs: Sequence[Endpoint],
-    outputs: Sequence[Endpoint],
-    *,
-    cut: bool = False,
-    everything: bool = False,
-    by_parameters: bool = False,
-    noise: Noisy = NOTHING,
-    tick: Point = 0,
-) -> PeriodMap:
-    """Return `period_map` over as many periods as the orbit takes to close; raises `ModelError` if it does not."""
-    if isinstance(tick, PeriodicPoint):
-        point = _periodic(plan, inputs, outputs, cut, everything, noise, tick)
-    else:
-        wanted = (tuple(inputs), tuple(outputs), cut, everything, tuple(noise.items()), tick)
-        if _Latest.plan is not plan or _Latest.wanted != wanted:
-            search = _Search(plan, inputs, outputs, cut, everything, noise, tick)
-            _Latest.plan, _Latest.wanted, _Latest.point = plan, wanted, search.whole_point()
-        point = _Latest.point
-    notes = point.notes
-    exact = point.map
-    if by_parameters:
-        slopes, more = _point_slopes(plan, inputs, outputs, everything, noise, point)
-        notes += more
-        exact = period_map(
-            plan,
-            inputs,
-            outputs,
-            cut=cut,
-            everything=everything,
-            by_parameters=True,
-            noise=noise,
-            memory=point.memory,
-            point_slopes=slopes,
-            span=point.ticks,
-            integrated=point.integrated,
-        )
-    return replace(exact, notes=notes, later=point.later)
-
-
-def _periodic(
-    plan: Plan,
-    inputs: Sequence[Endpoint],
-    outputs: Sequence[Endpoint],
-    cut: bool,
-    everything: bool,
-    noise: Noisy,
-    orbit: PeriodicPoint,
-) -> _Point:
-    """Return the map about an orbit that closes."""
-    whole = period_map(
-        plan,
-        inputs,
-        outputs,
-        cut=cut,
-        everything=everything,
-        noise=noise,
-        memory=orbit.memory,
-        span=orbit.ticks,
-        integrated=True,
-    )
-    return _Point(whole, 1, (orbit.note(plan.period),), memory=orbit.memory, ticks=orbit.ticks, integrated=True)
-
-
-def _point_slopes(
-    plan: Plan,
-    inputs: Sequence[Endpoint],
-    outputs: Sequence[Endpoint],
-    everything: bool,
-    noise: Noisy,
-    point: "_Point",
-) -> tuple[PointSlopes | None, tuple[str, ...]]:
-    """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
-    tick = point.map.tick
-    blocks = blocks_of_map(plan, inputs, outputs, everything, noise)[0]
-    near = slopes_near_start(plan, blocks, tick) if tick and not plan.schedule.phases else None
-    if near is not None or not tick:
-        return near, ()
-    whole = period_map(
-        plan,
-        (),
-        outputs,
-        everything=True,
-        by_parameters=True,
-        memory=point.memory,
-        span=point.ticks,
-        integrated=point.integrated,
-    )
-    at_rest = slopes_at_rest(whole)
-    return at_rest, () if at_rest is not None else (_FIXED,)
-
-
-class _Latest:
-    """The last point, since it is asked for again with the derivatives by parameters."""
-
-    plan: Plan | None = None
-    wanted: Any = None
-    point: _Point
-
-
-class _Search:
+class OrbitSearch:
     """Looks for the periods over which a map can be taken."""
 
-    def __init__(
-        self,
-        plan: Plan,
-        inputs: Sequence[Endpoint],
-        outputs: Sequence[Endpoint],
-        cut: bool,
-        everything: bool,
-        noise: Noisy,
-        tick: int,
-    ) -> None:
-        self._plan, self._inputs, self._outputs = plan, inputs, outputs
-        self._cut, self._everything, self._noise = cut, everything, noise
-        self._ticks = common_period(plan, inputs, outputs, everything, noise)
+    def __init__(self, plan: Plan, course: Course, ends: Ends, tick: int) -> None:
+        self._plan, self._course, self._ends = plan, course, ends
+        self._ticks = ends.common_period(plan)
         self._period = self._ticks * plan.period
         self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
         self._first = tick - tick % self._ticks
-        upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
+        upstream, moving = ends.blocks(plan)
         self._names = sorted(upstream)
-        run = plan.without_noise
-        self._quiet = run
-        self._memories = {0: memory_at(run, self._first)}
-        self._run = Forward(run, self._memories[0].copy())
-        self._waiting = Waiting(run, upstream, moving, self._memories[0], self._ticks)
+        self._memories = {0: course.at(self._first)}
+        self._run = course.from_memory(self._memories[0])
+        self._rings = find_rings(course.plan, moving, self._after)
+        self._waiting = Waiting(course.plan, upstream, moving, self._memories[0], self._ticks, self._rings)
 
-    def whole_point(self) -> _Point:
-        """The map, with the memory that it starts from and the ticks that it covers."""
-        point = self.point()
-        return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks)
+    def point(self) -> OrbitPoint:
+        """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
+        point = self._point()
+        return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks, rings=self._rings)
 
-    def point(self) -> _Point:
-        """The map, over how many periods it is, and what is to be said of it."""
+    def _point(self) -> OrbitPoint:
+        """Return the map, over how many periods it is, and what is to be said of it."""
         first = self._map(self._after(0))
         changes = self._waiting.changes(self._after, self._horizon(first))
+        changes = sorted({*changes, *(wraps - 1 for wraps in self._rings.wraps() if wraps > 1)})
         if not changes and not self._moves():
-            return _Point(first, 1)
+            return OrbitPoint(first, 1)
         maps = dict[int, PeriodMap]()
         for look in sorted({*self._looks(), *changes}):
             maps[look] = self._map(self._after(look))
             if look == 1 and not changes and self._same(first, maps[look]):
-                return _Point(first, 1)
+                return OrbitPoint(first, 1)
         switched = [look for look in changes if not self._same(first, maps[look])]
         if changes and not switched and self._same(first, maps[1]):
-            return _Point(first, 1)
+            return OrbitPoint(first, 1)
+        exactly = (n for n in self._returns() if self._repeats(n, maps))
+        closed = self._closed(first, exactly, exactly=True)
+        if closed is not None:
+            return closed
         change = self._drift(first, maps, 1, first, maps[max(maps)])
         later = tuple(maps[look] for look in LOOKS if look in maps)
-        if switched and (self._noise or change > FROZEN):
+        if switched and (self._ends.noise or change > FROZEN):
             closed = self._closed(first, self._repetition())
             if closed is not None:
                 return closed
         until = self._until(first, maps, switched)
         if change <= NOTED:
-            return _Point(first, 1, until, later)
+            return OrbitPoint(first, 1, until, later)
         if self._first == 0:
-            return _Point(first, 1, until or (self._start_up(),), later)
+            return OrbitPoint(replace(first, starting=not until), 1, until or (self._start_up(),), later)
         if change <= FROZEN:
-            return _Point(first, 1, (*until, *_moving(change)), later)
+            return OrbitPoint(first, 1, (*until, *_moving(change)), later)
         orbit = self._orbit()
         closed = self._closed(first, orbit.returns())
         if closed is None:
@@ -263,14 +193,14 @@ class _Search:
             tick = self._first + periods * self._ticks
             if self._run.tick > tick:
                 earlier = max(known for known in self._memories if known < periods)
-                self._run = Forward(self._quiet, self._memories[earlier].copy())
+                self._run = self._course.from_memory(self._memories[earlier])
             self._memories[periods] = self._run.to(tick)
         return self._memories[periods]
 
     def _horizon(self, first: PeriodMap) -> int:
         """Return the number of periods within which a switch of the whole loop would matter."""
         longest = LONGEST_ORBIT // self._ticks
-        if self._noise:
+        if self._ends.noise:
             return longest
         crossovers = self._crossovers(first)
         rate = 2.0 * math.pi * crossovers[0] * self._period if crossovers else _slowest(pole_rates(first))
@@ -279,72 +209,90 @@ class _Search:
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
         longest = min(LONGEST_ORBIT // self._ticks, MOST_SWITCHED)
-        run = Forward(self._quiet, self._after(0).copy())
+        run = self._course.from_memory(self._after(0))
         ticks = self._ticks
         found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks), longest, self._memories)
         return [found] if found else []
 
     def _map(self, memory: Memory, periods: int = 1) -> PeriodMap:
-        return period_map(
-            self._plan,
-            self._inputs,
-            self._outputs,
-            cut=self._cut,
-            everything=self._everything,
-            noise=self._noise,
-            memory=memory.copy(),
-            periods=periods,
-        )
+        return self._ends.map(self._plan, memory=memory.copy(), periods=periods, rings=self._rings)
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return change_between(self._shown(first), self._shown(after)) <= SAME
 
     def _shown(self, of: PeriodMap) -> PeriodMap:
         """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
-        if not self._noise:
+        if not self._ends.noise:
             return of
-        n, wanted = of.order, [i for i, entry in enumerate(of.outputs) if entry[:2] in self._outputs]
+        n, wanted = of.order, [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
         rows = [*range(n), *(n + i for i in wanted)]
         return replace(of, outputs=tuple(of.outputs[i] for i in wanted), matrix=of.matrix[rows], slopes={})
 
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared."""
-        return tuple(look for look in LOOKS if look == 1 or not self._noise or look * self._ticks <= LONGEST_ORBIT)
+        return tuple(look for look in LOOKS if look == 1 or not self._ends.noise or look * self._ticks <= LONGEST_ORBIT)
 
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
         before, once, twice = map(self._after, range(3))
-        if dict(states_of(once, self._names)) != dict(states_of(before, self._names)):
+        if self._states(once) != self._states(before):
             return True
         return dict(wires_of(once, self._names)) != dict(wires_of(twice, self._names))
 
+    def _states(self, memory: Memory) -> dict[Entry, float]:
+        return dict(self._rings.states_of(memory, self._names))
+
     def _crossovers(self, of_period: PeriodMap) -> list[float]:
         """Return where |L| of a loop is about 1, in Hz."""
-        if not self._cut:
+        if not self._ends.cut:
             return []
         system = OpenLoop(of_period.between())
         w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
 
-    def _closed(self, first: PeriodMap, returns: Iterable[int]) -> _Point | None:
-        """The map over so many periods that the orbit comes back."""
+    def _closed(self, first: PeriodMap, returns: Iterable[int], exactly: bool = False) -> OrbitPoint | None:
+        """The map over so many periods that the orbit comes back, but for a slow motion, or `exactly`."""
         for periods in returns:
             closed = self._map(self._after(0), periods)
             after = self._map(self._after(periods), periods)
+            if exactly and not self._same(closed, after):
+                continue
+            if exactly and self._is_repeated(first, closed, periods):
+                return OrbitPoint(first, 1)
             change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first, after)
-            if self._noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
+            if self._ends.noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
                 once, whole = time_text(self._period), time_text(periods * self._period)
                 note = f"linearised over {whole}, in which the orbit closes, not over the {once} of the schedule"
-                return _Point(closed, periods, (note, *_moving(change)), (after,))
+                return OrbitPoint(closed, periods, (note, *_moving(change)), (after,))
         return None
 
-    def _orbit(self) -> "Orbit":
+    def _returns(self) -> Iterator[int]:
+        """Yield after how many periods all rings, or all that goes to and fro, are back."""
+        turns = self._rings.turns()
+        if 1 < turns * self._ticks <= LONGEST_ORBIT:
+            yield turns
+        yield from self._orbit(paired=True).returns(_EXACTLY)
+
+    def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
+        """Return whether one period again and again does the same between the wires as all periods in turn.
+
+        So do averages that begin their sum anew at each turn.
+        """
+        if len(self._ends.inputs) != 1 or len(self._ends.outputs) != 1 or self._ends.noise:
+            return False
+        return same_between(first, closed, periods)
+
+    def _repeats(self, periods: int, maps: Mapping[int, PeriodMap]) -> bool:
+        """Return whether the maps of later periods are those of the first so many."""
+        return all(self._same(self._map(self._after(look % periods)), later) for look, later in maps.items())
+
+    def _orbit(self, paired: bool = False) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))
-        rows = [dict(states_of(m, self._names)) | dict(wires_of(m, self._names)) for m in later]
-        return Orbit(rows, paired=bool(self._noise))
+        rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
+        return Orbit(rows, paired=paired or bool(self._ends.noise))
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return what is to be said of a switch that has waited, if it matters."""

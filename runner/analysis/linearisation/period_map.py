@@ -20,7 +20,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import memory_at
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
@@ -35,6 +35,7 @@ Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer;
 HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
+NO_RINGS = Rings()
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
@@ -55,6 +56,8 @@ class PeriodMap:
     later: "tuple[PeriodMap, ...]" = ()  # maps of later periods, where they differ
     point: tuple[float, ...] = ()  # values of the states there
     end: Memory | None = None  # after the period, in plain numbers
+    told: str = ""  # how the operating point was found
+    starting: bool = False  # whether the map changes after a start
     late: float = 0.0  # seconds from the first value of the only input to that of the only output
 
     @property
@@ -88,6 +91,20 @@ class PeriodMap:
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
         return self.kept(sorted(_reached(self._edges.T, self.order) & _reached(self._edges, self.order)))
+
+    def between_with(self, other: "PeriodMap") -> list[int]:
+        """Return the states that lie between inputs and outputs in this period or in that of another map.
+
+        All cells of a buffer count as one: a later period may read what an earlier one wrote.
+        """
+        edges = self._edges + other._edges
+        buffers: dict[tuple[str, str], list[int]] = {}
+        for place, (name, buffer, number) in enumerate(self.states):
+            if number >= 0:
+                buffers.setdefault((name, buffer), []).append(place)
+        for cells in buffers.values():
+            edges[np.ix_(cells, cells)] = 1.0
+        return sorted(_reached(edges.T, self.order) & _reached(edges, self.order))
 
     def seen(self) -> "PeriodMap":
         """The map without states that reach no output."""
@@ -126,17 +143,17 @@ def period_map(
     everything: bool = False,
     by_parameters: bool = False,
     noise: Noisy = NOTHING,
-    tick: int = 0,
-    periods: int = 1,
     memory: Memory | None = None,
+    periods: int = 1,
+    rings: Rings = NO_RINGS,
     point_slopes: PointSlopes | None = None,
     span: int = 0,
     integrated: bool = False,
     drawn: bool = False,
 ) -> PeriodMap:
-    """Linearise what lies between some wires, at what the graph is like in a base tick (or the period it lies in).
+    """Linearise what lies between some wires, from a memory on, or from tick 0.
 
-    The map covers this many common `periods`, or `span` base ticks. With a `memory` it starts at its tick;
+    The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count from their places.
     `point_slopes` are the derivatives of what is there `by_parameters`. Without them what still has its start value has
     those of that.
     With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
@@ -151,16 +168,15 @@ def period_map(
     """
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
     ticks = _common_period(plan, moving, [*inputs, *outputs])
-    memory = memory or memory_at(plan.without_noise, tick - tick % ticks)
-    ticks = span or ticks * periods
+    ticks, memory = span or ticks * periods, memory or start(plan)
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     while True:
-        begin = _with_slopes(memory, plan, point_slopes) if by_parameters else memory.copy()
-        seeded = _seed(plan, begin, sorted(moving), counted)
+        begin = _with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
+        seeded = _seed(plan, begin, sorted(moving), counted, rings)
         seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
-        values = [_held(begin, entry) for entry in seeded]
+        values = [_held(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         many = ticks > _MANY and not by_parameters
         engine = (
@@ -175,7 +191,7 @@ def period_map(
             counted.add(name)
             continue
         return replace(
-            _read(engine, seeded, values, inputs, outputs, ticks * plan.period),
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings),
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=_plain(engine.memory()),
@@ -239,7 +255,7 @@ def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> in
     return ticks
 
 
-def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None) -> Memory:
+def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
     """A copy whose numbers have the derivatives of the operating point by the parameters."""
     begin, started = memory.copy(), start(plan)
 
@@ -254,15 +270,16 @@ def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None) -> Memo
             begin.states[name] = type(state)(*(moved((name, field, -1), now, first) for field, now, first in fields))
     for (name, buffer), held in begin.of_blocks().items():
         if isinstance(held, list):
-            pairs = zip(held, started.buffers[name, buffer], strict=True)
-            begin.buffers[name, buffer] = [moved((name, buffer, i), *pair) for i, pair in enumerate(pairs)]
+            for number in range(len(held)):
+                cell = rings.cell(begin, name, buffer, number)
+                held[cell] = moved((name, buffer, number), held[cell], started.buffers[name, buffer][cell])
     for name, port, index in slopes or ():
         if index == HELD:
             begin.wires[name, port] = moved((name, port, HELD), begin.wires[name, port], None)
     return begin
 
 
-def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) -> list[Entry]:
+def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str], rings: Rings) -> list[Entry]:
     """Give every number of the states and buffers of blocks a direction of its own."""
     seeded: list[Entry] = []
 
@@ -272,16 +289,23 @@ def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str]) ->
         seeded.append(entry)
         return value + dual(0.0, {entry: 1.0}, SIGNALS)
 
+    places = rings.places()
     for name in names:
         state = begin.states[name]
         if state is not None:
             kinds = type(state).__annotations__
-            made = (moved(getattr(state, field), kinds[field], (name, field, -1)) for field in state._fields)
-            begin.states[name] = type(state)(*made)
+            begin.states[name] = type(state)(
+                *(
+                    value if (name, field) in places else moved(value, kinds[field], (name, field, -1))
+                    for field, value in zip(state._fields, state, strict=True)
+                )
+            )
         for buffer, declared in type(plan.blocks[name]).buffers.items():
-            if (name, buffer) not in plan.recorded:
-                held = begin.buffers[name, buffer]
-                begin.buffers[name, buffer] = [moved(v, declared.dtype, (name, buffer, i)) for i, v in enumerate(held)]
+            held = begin.buffers[name, buffer]
+            if isinstance(held, list):
+                for number in range(len(held)):
+                    cell = rings.cell(begin, name, buffer, number)
+                    held[cell] = moved(held[cell], declared.dtype, (name, buffer, number))
     return seeded
 
 
@@ -317,10 +341,11 @@ def _read(
     inputs: Sequence[Endpoint],
     outputs: Sequence[Endpoint],
     period: float,
+    rings: Rings,
 ) -> PeriodMap:
     """The map from what the dual numbers are after a period."""
     memory = engine.memory()
-    rows = [_held(memory, entry) for entry in seeded]
+    rows = [_held(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in engine.recorded[node]]
     rows += engine.quantised.values()
     order = {node: number for number, node in enumerate(inputs)}
@@ -364,11 +389,13 @@ def _plain(memory: Memory) -> Memory:
     return copy
 
 
-def _held(memory: Memory, entry: Entry) -> Any:
+def _held(memory: Memory, entry: Entry, rings: Rings) -> Any:
     name, field, index = entry
     if index == HELD:
         return memory.wires[name, field]
-    return getattr(memory.states[name], field) if index < 0 else memory.buffers[name, field][index]
+    if index < 0:
+        return getattr(memory.states[name], field)
+    return memory.buffers[name, field][rings.cell(memory, name, field, index)]
 
 
 def _not_linear(name: str, what: str, got: str) -> Problem:

@@ -19,13 +19,12 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
 from proofmass.runner.analysis.linearisation.period_map import HELD, Array, Entry, PeriodMap, period_map
-from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
-PERIODIC = "periodic"  # an operating point: an orbit that repeats after a period
 CLOSED = 1e-10  # part of the size of the states by which an orbit may miss its start
 LONGEST = 10_000  # base ticks of a period
 _SPANS = (100, 2000)  # common periods of the two runs in which an orbit is looked for
@@ -59,17 +58,13 @@ class PeriodicPoint:
 Point = int | PeriodicPoint  # base tick of an operating point, or one that comes back
 
 
-def tick_of(point: Point) -> int:
-    """Return the base tick of an operating point."""
-    return point.memory.tick if isinstance(point, PeriodicPoint) else point
-
-
-def periodic_point(plan: Plan) -> PeriodicPoint:
+def periodic_point(course: Course) -> PeriodicPoint:
     """Return the periodic operating point of a graph; raises `ModelError` where none is found."""
+    plan = course.plan
     common = math.lcm(*plan.schedule.divisors.values())
     if common > LONGEST:
         raise ModelError([plan.graph.placed(_too_long(plan, common))])
-    search = _Shooting(plan, common)
+    search = _Shooting(course, common)
     best = ""
     for periods in search.candidates():
         point, best = search.newton(periods, best)
@@ -81,15 +76,15 @@ def periodic_point(plan: Plan) -> PeriodicPoint:
 class _Shooting:
     """Newton's method on the period map, from where a run has got to."""
 
-    def __init__(self, plan: Plan, common: int) -> None:
-        self.plan, self.common = plan, common
-        self.outputs = list(_numbers(plan))
+    def __init__(self, course: Course, common: int) -> None:
+        self.course, self.plan, self.common = course, course.plan, common
+        self.outputs = list(_numbers(self.plan))
         self.first = max(1, min(_SETTLING, 4096 * common) // common) * common
         self._sizes: dict[Entry, float] = {}
         self._span = min(_SPANS[0], LONGEST // common)
-        run, names = Forward(plan.without_noise, start(plan)), sorted(plan.blocks)
+        names = sorted(self.plan.blocks)
         for tick in _looks(self.common, self.first):
-            self._start = run.to(tick)
+            self._start = course.at(tick)
             for entry, value in (*states_of(self._start, names), *wires_of(self._start, names)):
                 self._sizes[entry] = max(self._sizes.get(entry, 0.0), abs(float(value)))
 
@@ -113,7 +108,7 @@ class _Shooting:
         if not first:
             return set(), ""
         step = max(1, LONGEST // self.common // _LOOKS) * self.common
-        run, names = Forward(self.plan.without_noise, self._start.copy()), sorted(self.plan.blocks)
+        run, names = self.course.from_memory(self._start), sorted(self.plan.blocks)
         ticks = (self.first + i * step for i in range(1, _LOOKS + 1))
         later = Orbit([dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes)
         turned = first & {*later.turning_keys}
@@ -122,7 +117,7 @@ class _Shooting:
 
     @cached_property
     def _orbit(self) -> Orbit:
-        run, names = Forward(self.plan.without_noise, self._start.copy()), sorted(self.plan.blocks)
+        run, names = self.course.from_memory(self._start), sorted(self.plan.blocks)
         ticks = (self.first + i * self.common for i in range(1, self._span + 2))
         return Orbit(
             [dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes

@@ -12,6 +12,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import Entry, PeriodMap, PointSlopes
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.derivatives.dual import slopes_of
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
@@ -23,7 +24,7 @@ MOST_TICKS = 20_000  # ticks of blocks that are run in dual numbers, at most
 _AT_REST = 1e-6  # part of its size by which a state at rest may move in a period
 
 
-def slopes_near_start(plan: Plan, blocks: set[str], tick: int) -> PointSlopes | None:
+def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> PointSlopes | None:
     """Return the derivatives of what blocks hold in a tick, by a run from tick 0; None where that takes too long."""
     if tick * len(blocks) > MOST_TICKS:
         return None
@@ -40,8 +41,8 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int) -> PointSlopes | 
             _note(slopes, (name, field, -1), getattr(state, field))
     for (name, buffer), values in memory.of_blocks().items():
         if name in blocks and isinstance(values, list):
-            for i, value in enumerate(values):
-                _note(slopes, (name, buffer, i), value)
+            for cell, value in enumerate(values):
+                _note(slopes, (name, buffer, rings.number(memory, name, buffer, cell)), value)
     return slopes
 
 

@@ -16,11 +16,10 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
-from proofmass.runner.analysis.linearisation.forward import Forward, Progress, keep
+from proofmass.runner.analysis.linearisation.forward import Course, Progress
 from proofmass.runner.analysis.linearisation.period_map import period_map, plan_graph
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import TickError
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
@@ -30,26 +29,26 @@ LONGEST_LOOK = 10_000  # base ticks of a period that is linearised on the way
 Number = tuple[str, str, int]  # block, field or buffer, and index in the buffer
 
 
-def settled_tick(plan: Plan, progress: Progress | None = None) -> int:
+def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
+    plan = course.plan
     names = sorted(_in_loops(plan))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
-    memory, run, periods, still, got = start(plan), Forward(plan, None, progress), 0, 0, ""
+    memory, periods, still, got = start(plan), 0, 0, ""
     unstable = _Unstable(plan, names, ticks, memory)
     largest, before = dict[Number, float](), dict(_numbers(memory, names))
     while memory.tick < MOST:
         earlier, periods = memory.tick, periods * 15 // 8 + 1
         try:
-            memory = run.to(ticks * periods, MOST)
-        except TickError as error:
-            raise ModelError([plan.graph.placed(_restless(str(error)))]) from error
+            memory = course.at(ticks * periods, progress, MOST)
+        except ModelError as error:
+            raise ModelError([plan.graph.placed(_restless(error.problems[0].message))]) from error
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
         change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
         worst = max(change, key=lambda key: change[key], default=None)
         still = still + 1 if worst is None or change[worst] <= TOLERANCE else 0
         if still >= 2 and memory.tick >= FEWEST:
-            keep(plan, memory)
             return memory.tick
         if worst is not None:
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")

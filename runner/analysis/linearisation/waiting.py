@@ -15,8 +15,9 @@ import numpy.typing as npt
 
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.numbers import states_of, time_text
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.numbers import time_text
+from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, Array
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.derivatives.dual_noise import changing, given, reached
 from proofmass.runner.plan.bindings import Buffer, Deviate, State, Tick, Time
 from proofmass.runner.plan.memory import Memory
@@ -32,10 +33,16 @@ class Waiting:
     """The blocks that may stand still, and then change what a period does to small signals."""
 
     def __init__(
-        self, plan: Plan, upstream: AbstractSet[str], moving: AbstractSet[str], begin: Memory, ticks: int
+        self,
+        plan: Plan,
+        upstream: AbstractSet[str],
+        moving: AbstractSet[str],
+        begin: Memory,
+        ticks: int,
+        rings: Rings = NO_RINGS,
     ) -> None:
         """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period."""
-        self._plan, self._begin, self._ticks = plan, begin, ticks
+        self._plan, self._begin, self._ticks, self._rings = plan, begin, ticks, rings
         apart = upstream - moving
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
@@ -101,7 +108,7 @@ class Waiting:
         return alike and _same_turns(told, number)
 
     def _integers(self, memory: Memory) -> list[int]:
-        return [value for _, value in states_of(memory, self._others) if isinstance(value, int)]
+        return [value for _, value in self._rings.states_of(memory, self._others) if isinstance(value, int)]
 
 
 def switch_note(seconds: float) -> str:

@@ -106,7 +106,11 @@ class Margins(Figures, Plotted):
             "open_at": self.open_at,
             "stable": self.stable,
             "verdict": self.verdict,
-            "operating_point": {"tick": self.system.map.tick, "time_s": self.system.map.time},
+            "operating_point": {
+                "tick": self.system.map.tick,
+                "time_s": self.system.map.time,
+                "found": self.system.map.told,
+            },
             "notes": list(self.system.map.notes),
             "hidden_modes": [str(mode) for mode in self.hidden],
             **super().as_data(),

@@ -18,9 +18,8 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import map_at
-from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefined_values
 from proofmass.runner.analysis.margins.margins import Margins
@@ -61,11 +60,10 @@ class Sensitivity:
         )
 
 
-def transfer_sensitivities(
-    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0
-) -> tuple[Sensitivity, Sensitivity]:
+def transfer_sensitivities(about: Linearisation, source: Endpoint, target: Endpoint) -> tuple[Sensitivity, Sensitivity]:
     """Scale factor and bias from one output to another; raises `ModelError` where there is no steady state."""
-    period_map = map_at(planned, [source], [target, source], everything=True, by_parameters=True, tick=tick).seen()
+    planned = about.plan
+    period_map = about.map([source], [target, source], everything=True, by_parameters=True).seen()
     settled = SteadyState(planned, period_map, target)
     scale, bias = settled.values()
     slopes = {name: settled.slopes(name) for name in period_map.slopes}

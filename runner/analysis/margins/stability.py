@@ -2,12 +2,12 @@
 
 import math
 from collections.abc import Iterator
-from fractions import Fraction
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
-from proofmass.graphs.model.loops import REQUIREMENTS, Loop
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, open_loop, tick_at
+from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, Loop
+from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
@@ -15,11 +15,11 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 
-def margins(graph: GraphSource, loop: str = "", *, at: str | float | Fraction = 0.0) -> Margins:
+def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
     """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
 
-    The graph is linearised at the time `at`, or where its loops have "settled". Raises `ModelError` where the loop
-    cannot be told or linearised.
+    The operating point is found, unless `at` names it: a time, "settled" or "periodic". Raises `ModelError` where the
+    loop cannot be told or linearised.
 
     `graph` needs a control loop, and `loop` names one. Gains are factors, phases radians, times seconds, frequencies
     Hz.
@@ -40,15 +40,29 @@ def margins(graph: GraphSource, loop: str = "", *, at: str | float | Fraction = 
     return next(iter(loops.values()))
 
 
-def all_margins(planned: Plan, loop: str = "", at: str | float | Fraction = 0.0) -> dict[str, Margins]:
-    """The margins of every loop by name, or of the one that is wanted."""
-    tick = tick_at(planned, at)
+def all_margins(planned: Plan, loop: str = "", at: At = AUTO) -> dict[str, Margins]:
+    """The margins of every loop by name, or of the one that is wanted; raises `ModelError` if one has none."""
+    answers = margins_or_reasons(OperatingPoints(planned, at), loop)
+    problems = [problem for answer in answers.values() if isinstance(answer, ModelError) for problem in answer.problems]
+    if problems:
+        raise ModelError(problems)
+    return {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
+
+
+def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Margins | ModelError]:
+    """Return the margins of every loop by name, or of the one that is wanted; or why a loop has none."""
+    planned = points.plan
     if loop:
-        name, node = one_loop(planned, loop)
-        nodes = {name: node}
+        nodes = dict([one_loop(planned, loop)])
     else:
-        nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
-    return {name: margins_of(open_loop(planned, node, tick), name, ".".join(node)) for name, node in nodes.items()}
+        nodes = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
+    answers = dict[str, Margins | ModelError]()
+    for name, node in nodes.items():
+        try:
+            answers[name] = margins_of(points.loop(node), name, ".".join(node))
+        except ModelError as error:
+            answers[name] = error
+    return answers
 
 
 def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import asdict, dataclass, replace
-from fractions import Fraction
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -15,12 +14,13 @@ from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.orbit import map_at
-from proofmass.runner.analysis.linearisation.period_map import Array, common_period
+from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -182,7 +182,7 @@ def noise(
     *,
     input: str = "",
     band: tuple[float, float] | None = None,
-    at: str | float | Fraction | None = None,
+    at: At = AUTO,
     frequencies: Sequence[float] = (),
     derivatives: bool = False,
 ) -> NoiseBudget:
@@ -190,9 +190,8 @@ def noise(
 
     Sources are blocks that draw random numbers, those of a user too, and quantisers, whose error counts as white and
     uniform over one step. What sampling, holding and decimation fold into the band is in it. `band` is in Hz, up to
-    half the rate of the output unless said; `at` is the operating point, as in `linearise`, the second common period
-    unless said: in tick 0 processes start. With an `input` the density is referred to it as well. Densities are
-    those at some `frequencies` in Hz, ascending, or else on a logarithmic grid.
+    half the rate of the output unless said; `at` is the operating point, as in `linearise`. With an `input` the density
+    is referred to it as well. Densities are those at some `frequencies` in Hz, ascending, or on a logarithmic grid.
 
     With `derivatives` those of the rms by every real parameter come too, exactly, and what one more of each whole
     number of a quantiser does to it, such as one more bit.
@@ -217,20 +216,38 @@ def noise_of(
     *,
     input: str = "",
     band: tuple[float, float] | None = None,
-    at: str | float | Fraction | None = None,
+    at: At = AUTO,
     frequencies: Sequence[float] = (),
     derivatives: bool = False,
 ) -> NoiseBudget:
     """Return the budget of an output of a plan: of several outputs the operating point is looked for once."""
+    return budget_at(OperatingPoints(planned, at), output, input, band, frequencies, derivatives)
+
+
+def budget_at(
+    points: OperatingPoints,
+    output: str,
+    input: str = "",
+    band: tuple[float, float] | None = None,
+    frequencies: Sequence[float] = (),
+    derivatives: bool = False,
+) -> NoiseBudget:
+    """Return the budget of an output at an operating point: of several outputs it is looked for once."""
+    planned = points.plan
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
-    noisy = noise_blocks(planned)
-    tick = common_period(planned, sources, [target], noise=noisy) if at is None else tick_at(planned, at)
-    noisy = with_gains(planned, noisy, [target], tick)
-    whole = with_spectra(map_at(planned, sources, [target], noise=noisy, tick=tick, by_parameters=derivatives), noisy)
-    to_output = noise_map(whole, target)
-    _refuse_growth(planned, output, to_output)
-    _refuse_silence(planned, output, to_output)
+    drawing = noise_blocks(planned)
+
+    def ask(about: Linearisation) -> tuple[Linearisation, Noisy, PeriodMap, NoiseMap]:
+        noisy = with_gains(about, drawing, [target])
+        whole = with_spectra(about.map(sources, [target], noise=noisy, by_parameters=derivatives), noisy)
+        to_output = noise_map(whole, target)
+        _refuse_growth(planned, output, to_output)
+        _refuse_silence(planned, output, to_output)
+        return about, noisy, whole, to_output
+
+    first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
+    about, noisy, whole, to_output = points.answered(ask, first)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
@@ -238,7 +255,7 @@ def noise_of(
     densities = to_output.densities(shown)
     sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole)))
     total = float(np.sum(squares))
-    note = "" if isinstance(tick, PeriodicPoint) else strained(planned, target, noisy, whole, to_output)
+    note = "" if isinstance(about.point, PeriodicPoint) else strained(about, target, noisy, whole, to_output)
     strain = (note,) if note else ()
     budget = NoiseBudget(
         output=output,
@@ -261,7 +278,7 @@ def noise_of(
     rounding = [source.block for source in sources_made if source.kind in (QUANTISATION, DROPPED)]
 
     def again(changed: Graph) -> float:
-        return noise(changed, output, band=band, at=at, frequencies=shown[:1].tolist()).rms
+        return noise(changed, output, band=band, at=points.at, frequencies=shown[:1].tolist()).rms
 
     return replace(
         budget,

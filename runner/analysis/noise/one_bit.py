@@ -19,9 +19,8 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import memory_at
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, blocks_of_map, plan_graph
-from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point
 from proofmass.runner.analysis.noise.compiled_decisions import Decisions
 from proofmass.runner.analysis.noise.decisions import recorded
 from proofmass.runner.analysis.noise.noise_map import FILTER
@@ -68,15 +67,15 @@ class OneBit(Gain):
         return f"{told}, without {100.0 * self.repeating:.0f} % of its mean square that repeat with the signals"
 
 
-def with_gains(plan: Plan, noise: Noisy, outputs: list[Endpoint], point: Point) -> Noisy:
+def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> Noisy:
     """Return the blocks with noise, with the gains of one-bit quantisers in loops upstream of some outputs."""
+    plan = about.plan
     upstream = blocks_of_map(plan, (), outputs, False, noise)[0]
     deciding = _deciding(plan, upstream, outputs)
     if not deciding:
         return noise
-    begin = point.memory if isinstance(point, PeriodicPoint) else memory_at(plan.without_noise, point)
     try:
-        records = recorded(plan, begin, upstream, deciding, _VALUES * max(map(plan.stride, outputs)))
+        records = recorded(plan, about.memory(), upstream, deciding, _VALUES * max(map(plan.stride, outputs)))
     except TickError as error:
         raise ModelError([failed(plan, error)]) from error
     found = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}

@@ -24,13 +24,13 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import Array, blocks_of_map
-from proofmass.runner.analysis.linearisation.periodic import tick_of
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.analysis.noise.one_bit import with_gains
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Key
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.plan.memory import Rows, start
@@ -94,7 +94,7 @@ def deviation_over_runs(
     ['amplifier', 'gas', 'adc']
     """
     planned = plan(graph)
-    ticks = planned.ticks() if until is None else tick_of(tick_at(planned, until))
+    ticks = planned.ticks() if until is None else OperatingPoints(planned, until).answered(lambda about: about.tick)
     return deviations(planned, [output], ticks, progress)[0]
 
 
@@ -144,7 +144,7 @@ def _followed(
     stretches: "Mapping[Endpoint, _Stretch]",
     progress: Progress | None = None,
 ) -> "_CovarianceTicks":
-    noisy = with_gains(planned, noise_blocks(planned), list(nodes), 0)
+    noisy = with_gains(linearised(planned), noise_blocks(planned), list(nodes))
     upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(planned.without_noise)
     engine = _CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
     try:

@@ -11,24 +11,25 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Forward, memory_at
+from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summed
 from proofmass.runner.analysis.noise.one_bit import with_spectra
 from proofmass.runner.derivatives.dual_noise import Noisy
-from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 
 _TICKS = 512  # base ticks of a run with noise, or one period
 _APART = 0.5  # of the rms; a square of noise about twice its rms then has an rms that is 6 % off
 
 
-def strained(planned: Plan, target: Endpoint, noisy: Noisy, whole: PeriodMap, to_output: NoiseMap) -> str:
+def strained(about: Linearisation, target: Endpoint, noisy: Noisy, whole: PeriodMap, to_output: NoiseMap) -> str:
     """Return a note where the noise of an output is another at what a run with noise gets to, or ""."""
     if not to_output.settles or not whole.order:
         return ""
+    planned = about.plan
     ticks = round(whole.period / planned.period)
-    run = Forward(planned, memory_at(planned.without_noise, whole.tick).copy())
+    run = Forward(planned, about.course.at(whole.tick))
     try:
         memory = run.to(whole.tick + max(1, _TICKS // ticks) * ticks)
         there = with_spectra(

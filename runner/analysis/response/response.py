@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
 from typing import Any
 
@@ -14,11 +13,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
+from proofmass.graphs.model.loops import AUTO
+from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
-from proofmass.runner.analysis.linearisation.periodic import Point, tick_of
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
@@ -143,7 +142,7 @@ def response(
     input: str,
     output: str,
     *,
-    at: str | float | Fraction | None = None,
+    at: At = AUTO,
     frequencies: Sequence[float] = (),
     simulate: Kind | None = None,
     amplitude: str | float | None = None,
@@ -152,10 +151,9 @@ def response(
 ) -> Response:
     """Return the response from one output to another, such as "acceleration.output" to "adc.number".
 
-    The gain is that for small signals at the operating point `at`: a time, where the loops have "settled", or the
-    second common period unless said. It is exact at the frequencies of the input's values; between
-    continuous blocks signals count as held from tick to tick. It is given at some `frequencies` in Hz, ascending, or
-    on a logarithmic grid.
+    The gain is that for small signals at the operating point, which is found, unless `at` names it, as in `linearise`.
+    It is exact at the frequencies of the input's values; between continuous blocks signals count as held from tick to
+    tick. It is given at some `frequencies` in Hz, ascending, or on a logarithmic grid.
 
     With `simulate` the graph itself is run with a stimulus on top of the input, quantisers, limits and noise
     included, and what comes out at its frequencies stands beside the linear response: a "sine" at one frequency after
@@ -174,21 +172,30 @@ def response(
     """
     planned = plan(graph)
     source, target = node_of(planned, input), node_of(planned, output)
-    tick = common_period(planned, [source], [target]) if at is None else tick_at(planned, at)
-    at_tick = response_of(planned, source, target, tick, frequencies)
+    points = OperatingPoints(planned, at)
+    first = common_period(planned, [source], [target])
+    at_tick = points.answered(lambda about: response_of(about, source, target, frequencies), first)
     if simulate is None:
         return at_tick
     stimulus = Stimulus(simulate, read_amplitude(planned, source, amplitude), band)
-    run = simulated(planned, source, target, at_tick.wires, stimulus, tick_of(tick), at_tick.bandwidth, progress)
+    run = simulated(
+        planned,
+        source,
+        target,
+        at_tick.wires,
+        stimulus,
+        round(at_tick.time / planned.period),
+        at_tick.bandwidth,
+        progress,
+    )
     return replace(at_tick, simulated=run)
 
 
 def response_of(
-    planned: Plan, source: Endpoint, target: Endpoint, tick: Point = 0, frequencies: Sequence[float] = ()
+    about: Linearisation, source: Endpoint, target: Endpoint, frequencies: Sequence[float] = ()
 ) -> Response:
-    """Return the linear response between two outputs of a plan at a base tick."""
-    whole = map_at(planned, [source], [target], tick=tick)
-    return response_of_map(planned, source, target, whole, frequencies)
+    """Return the linear response between two outputs about an operating point."""
+    return response_of_map(about.plan, source, target, about.map([source], [target]), frequencies)
 
 
 def response_of_map(

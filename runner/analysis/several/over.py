@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -11,8 +10,10 @@ from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.planning.plan import plan, varied
 
@@ -44,7 +45,7 @@ def margins_over(
     *,
     unit: str = "1",
     loop: str = "",
-    at: str | float | Fraction = 0.0,
+    at: At = AUTO,
 ) -> MarginsOver:
     """Return the margins of the loops with each of some values of a parameter, by its name in the flat graph.
 
@@ -61,7 +62,7 @@ def margins_over(
     return _over(graph_from(graph), parameter, unit, list(values), [{parameter: value} for value in values], loop, at)
 
 
-def margins_over_age(study: Study, *, loop: str = "", at: str | float | Fraction = 0.0) -> MarginsOver:
+def margins_over_age(study: Study, *, loop: str = "", at: At = AUTO) -> MarginsOver:
     """Return the margins at each epoch of a study, of a sensor whose parameters drift as their laws say without spread.
 
     Raises `ModelError` for a study without drift.
@@ -91,7 +92,7 @@ def _over(
     values: Sequence[float],
     rows: Sequence[Mapping[str, float]],
     loop: str,
-    at: str | float | Fraction,
+    at: At,
 ) -> MarginsOver:
     if len(values) > MOST:
         raise ModelError([Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}")])
@@ -104,9 +105,9 @@ def _over(
     margins_by_age = []
     for row in rows:
         changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))
-        tick = tick_at(changed, at)
+        points = OperatingPoints(changed, at)
         margins_by_age.append(
-            {name: margins_of(open_loop(changed, node, tick), name, ".".join(node)) for name, node in nodes.items()}
+            {name: margins_of(points.loop(node), name, ".".join(node)) for name, node in nodes.items()}
         )
     return MarginsOver(axis, unit, tuple(values), tuple(margins_by_age))
 

@@ -13,7 +13,6 @@ such as the phase of an oscillation, are left out as they are of a single loop.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from fractions import Fraction
 from itertools import pairwise
 from typing import Any
 
@@ -22,12 +21,12 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, of_wires, one_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints, of_wires
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import map_at
 from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.analysis.linearisation.periodic import Point
 from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted_modes import seen
@@ -96,7 +95,7 @@ class Together:
         }
 
 
-def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: str | float | Fraction = 0.0) -> Together:
+def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: At = AUTO) -> Together:
     """Return the disk margin for simultaneous perturbations of several loops: those named, or all of the graph.
 
     A loop is named as in the graph, or by the output at which it is opened. Raises `ModelError` where a loop cannot be
@@ -115,14 +114,15 @@ def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: str |
         named = dict(one_loop(planned, loop) for loop in loops)
     else:
         named = {name: node_of(planned, loop.open_at) for name, loop in loops_of(planned).items()}
-    return together(planned, named, tick_at(planned, at))
+    return OperatingPoints(planned, at).answered(lambda about: together(about, named))
 
 
-def together(planned: Plan, loops: dict[str, Endpoint], tick: Point = 0) -> Together:
+def together(about: Linearisation, loops: dict[str, Endpoint]) -> Together:
     """Return the margin of loops by name and output."""
+    planned = about.plan
     nodes = list(loops.values())
     _refuse(planned, loops)
-    whole = map_at(planned, nodes, nodes, cut=True, tick=tick)
+    whole = about.map(nodes, nodes, cut=True)
     system = of_wires(whole, planned.period)
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
     return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)

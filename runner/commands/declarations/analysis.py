@@ -7,6 +7,7 @@ import click
 from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
     Whole,
+    at_option,
     blocks_option,
     duration_option,
     engine_option,
@@ -118,10 +119,10 @@ def allan(**options: Any) -> int:
 @graph_argument
 @click.option(
     "--output",
-    required=True,
+    default="",
     metavar="BLOCK.PORT",
     shell_complete=outputs,
-    help="Show the sources of the noise of this output.",
+    help="Show the sources of the noise of this output (default: of every probe).",
 )
 @click.option(
     "--input",
@@ -134,7 +135,7 @@ def allan(**options: Any) -> int:
 @click.option(
     "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).'
 )
-@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
+@at_option
 @click.option("--derivatives", is_flag=True, help="Show how much each parameter changes the rms.")
 @click.option(
     "--until",
@@ -152,7 +153,8 @@ def noise(**options: Any) -> int:
 
     \b
     proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
-    proofmass noise graphs/library/recorded_motion.toml --output mean.mean --input motion.output --plot noise.png
+    proofmass noise library:closed_loop_accelerometer
+    proofmass noise library:recorded_motion --output mean.mean --input motion.output --plot noise.png
     proofmass noise library:quartz_feedback_noise --output estimator.difference --until "500 s"
     """
     # start-up time: a command imports what it needs itself
@@ -204,7 +206,7 @@ def noise_model(**options: Any) -> int:
     metavar="FROM TO",
     help='Keep the stimulus within this band, as "1 Hz" "100 Hz" (default: about the bandwidth).',
 )
-@click.option("--at", help='Linearise at this time, "settled" or "periodic" (default: after one common period).')
+@at_option
 @plot_option("picture", "Draw it")
 @set_option
 @blocks_option

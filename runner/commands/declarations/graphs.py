@@ -8,6 +8,7 @@ import click
 from proofmass.runner.commands.completion import outputs, parameters
 from proofmass.runner.commands.declarations.options import (
     Whole,
+    at_option,
     blocks_option,
     duration_option,
     engine_option,
@@ -148,13 +149,7 @@ def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool
 @cli.command()
 @graph_argument
 @click.option("--loop", default="", metavar="NAME", help="Choose a loop by name, or by the output to open it at.")
-@click.option(
-    "--at",
-    default="0 s",
-    show_default=True,
-    metavar="TIME",
-    help='Linearise at this time, where it has "settled", or about a "periodic" orbit.',
-)
+@at_option
 @click.option(
     "--sensitivity",
     nargs=2,

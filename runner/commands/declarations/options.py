@@ -71,6 +71,14 @@ _FILE = click.Path(dir_okay=False, path_type=Path)
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 
 graph_argument = click.argument("graph", type=LibraryFile(dir_okay=False, path_type=Path))
+at_option = click.option(
+    "--at",
+    default="auto",
+    show_default=True,
+    metavar="TIME",
+    help='Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
+)
+
 blocks_option = click.option(
     "--blocks",
     "own",

@@ -110,8 +110,8 @@ def _delay(margins: Margins, delay: float) -> str:
 
 
 def _operating_point(margins: Margins) -> str:
-    found = margins.system.map
-    return f"tick {found.tick:,}, t = {seconds_text(found.time)}"
+    point = margins.system.map
+    return f"tick {point.tick:,}, t = {seconds_text(point.time)}" + (f": {point.told}" if point.told else "")
 
 
 def _or_none(value: float | None, text: Any) -> str:

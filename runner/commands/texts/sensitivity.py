@@ -1,27 +1,24 @@
 """Sensitivities of scale factor, bias and margins, computed and shown as ranked tables of parameters."""
 
 from collections.abc import Mapping
-from fractions import Fraction
 
-from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
-from proofmass.runner.plan.planned import Plan
 
 _ROWS = 12  # of a table of parameters
 
 
-def sensitivities(
-    planned: Plan, loops: Mapping[str, Margins], source: str, target: str, at: str | Fraction
-) -> list[Sensitivity]:
+def sensitivities(points: OperatingPoints, loops: Mapping[str, Margins], source: str, target: str) -> list[Sensitivity]:
     """Return scale factor and bias from one output to another, and the margins of loops, with their derivatives."""
-    tick = tick_at(planned, at)
+    planned = points.plan
     ends = node_of(planned, source), node_of(planned, target)
-    quantities = list(transfer_sensitivities(planned, *ends, tick))
+    quantities = list(points.answered(lambda about: transfer_sensitivities(about, *ends)))
     for margins in loops.values():
         if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
             node = node_of(planned, margins.open_at)
-            quantities += margin_sensitivities(planned, margins, open_loop(planned, node, tick, by_parameters=True))
+            quantities += margin_sensitivities(planned, margins, points.loop(node, by_parameters=True))
     return quantities
 
 

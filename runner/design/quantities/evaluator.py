@@ -24,7 +24,8 @@ from proofmass.graphs.model.quantities import (
     YieldOf,
 )
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
@@ -113,8 +114,7 @@ class Evaluator:
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         nothing: Readings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
-            tick = tick_at(changed, self.at or 0.0)
-            system = open_loop(changed, node, tick, by_parameters=slopes)
+            system = OperatingPoints(changed, self.at or 0.0).loop(node, by_parameters=slopes)
             margins = margins_of(system, loop, ".".join(node))
         except (ModelError, np.linalg.LinAlgError, ArithmeticError):
             return nothing
@@ -128,7 +128,8 @@ class Evaluator:
 
     def _transfer(self, changed: Plan, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
         nodes = node_of(changed, wanted.input), node_of(changed, wanted.output)
-        both = transfer_sensitivities(changed, *nodes, tick_at(changed, self.at or 0.0))
+        points = OperatingPoints(changed, self.at or 0.0)
+        both = points.answered(lambda about: transfer_sensitivities(about, *nodes))
         found = both[wanted.part == "bias"]
         slopes = {effect.parameter: effect.derivative for effect in found.effects}
         return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})

@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import Noise
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
-from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.noise.band import bends, rule
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_of, summed
@@ -34,9 +35,12 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
     inputs, noisy = [source] if source else [], noise_blocks(planned)
-    tick = tick_at(planned, at) if at else common_period(planned, inputs, [target], noise=noisy)
-    noisy = with_gains(planned, noisy, [target], tick)
-    whole = map_at(planned, inputs, [target], noise=noisy, by_parameters=slopes, tick=tick)
+    first = common_period(planned, inputs, [target], noise=noisy)
+
+    def ask(about: Linearisation) -> PeriodMap:
+        return about.map(inputs, [target], noise=with_gains(about, noisy, [target]), by_parameters=slopes)
+
+    whole = OperatingPoints(planned, at or AUTO).answered(ask, first)
     to_output = noise_map(whole, target)
     if not to_output.settles and wanted.band is None:
         return None

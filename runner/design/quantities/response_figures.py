@@ -9,9 +9,10 @@ from dataclasses import replace
 
 import numpy as np
 
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import ResponseFigure
-from proofmass.runner.analysis.linearisation.linearise import node_of, tick_at
-from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.design.quantities.loop_figures import Reading
@@ -28,8 +29,9 @@ def read_response(
     Raises `ModelError` where no way leads from the input to the output.
     """
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
-    tick = tick_at(planned, at) if at else common_period(planned, [source], [target])
-    whole = map_at(planned, [source], [target], tick=tick, by_parameters=slopes)
+    first = common_period(planned, [source], [target])
+    points = OperatingPoints(planned, at or AUTO)
+    whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
     shown = [] if wanted.frequency is None else [wanted.frequency]
 
     def figure(of: PeriodMap) -> float:

@@ -7,7 +7,8 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.model.quantities import LoopFigure
-from proofmass.runner.analysis.linearisation.linearise import one_loop, open_loop, tick_at
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import one_loop
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed
@@ -90,7 +91,7 @@ def _draw_goals(tuned: Tuned, panel: "Axes") -> None:
 def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
     for graph, colour, label in ((tuned.tuning.graph, INK, "before"), (tuned.graph, BLUE, "after")):
         planned = plan(graph.changed(probes=()))
-        system = open_loop(planned, one_loop(planned, loop)[1], tick_at(planned, tuned.tuning.at or 0.0))
+        system = OperatingPoints(planned, tuned.tuning.at or 0.0).loop(one_loop(planned, loop)[1])
         w = sweep(system)
         response = system.response(w)
         frequency, style = w / (2.0 * math.pi), "--" if label == "before" else "-"

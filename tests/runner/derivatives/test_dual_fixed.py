@@ -20,6 +20,7 @@ from proofmass.blocks import (
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.planning.plan import plan
@@ -117,7 +118,7 @@ def test_registers_that_wrap_have_slope_one(tick: int) -> None:
         "comb.output -> out.input",
     ]
     planned = plan(Graph(name="wraps", rate=8000, blocks=blocks, wires=wires, probes=["out.output"]))
-    found = period_map(planned, [("source", "output")], [("out", "output")], tick=tick)
+    found = period_map(planned, [("source", "output")], [("out", "output")], memory=Course(planned).at(tick))
     assert response(found, 4) == pytest.approx([0.0, 1.0, 0.0, 0.0, 0.0], abs=1e-12)
     assert found.parts()[0].any()
 

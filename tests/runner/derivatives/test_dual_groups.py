@@ -15,6 +15,8 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
@@ -60,7 +62,9 @@ def test_electrostatic_softening_at_the_operating_point(force: float) -> None:
     planned = plan(pulled(force))
     assert not planned.solvers[0].exact
     displacement, stiffness = at_rest(force)
-    found = period_map(planned, [("push", "output")], [("mass", "displacement")], tick=int(0.004 * RATE)).between()
+    found = period_map(
+        planned, [("push", "output")], [("mass", "displacement")], memory=Course(planned).at(int(0.004 * RATE))
+    ).between()
     assert found.matrix[-1, -1] == pytest.approx(displacement, rel=1e-6, abs=1e-18)
     a = [[0.0, 1.0], [-stiffness / MASS.mass, -MASS.damping / MASS.mass]]
     transition, entry = hold(a, [[0.0], [1.0 / MASS.mass]], 1.0 / RATE)
@@ -74,7 +78,7 @@ def test_scale_factor_moves_with_the_bias_of_the_plates() -> None:
     graph = pulled(0.0)
     planned = plan(graph)
     nodes = [node_of(planned, signal) for signal in ("push.output", "mass.displacement")]
-    scale, bias = transfer_sensitivities(planned, nodes[0], nodes[1])
+    scale, bias = transfer_sensitivities(linearised(planned), nodes[0], nodes[1])
     softening = 2.0 * PLATES.capacitance * PLATES.bias**2 / PLATES.gap**2
     assert scale.value == pytest.approx(1.0 / (MASS.stiffness - softening), rel=1e-9)
     slopes = {effect.parameter: effect.derivative for effect in scale.effects}
@@ -123,7 +127,7 @@ def test_what_turns_a_moving_state_within_a_tick(by: str) -> None:
         wires = ["start.output -> all.first", "factor.output -> spring.first", "mass.displacement -> spring.second"]
         wires += ["spring.output -> all.second", "all.output -> mass.force"]
     planned = plan(Graph(name="turned", rate=rate, blocks=blocks, wires=wires))
-    found = period_map(planned, [("factor", "output")], [("mass", "displacement")], tick=5)
+    found = period_map(planned, [("factor", "output")], [("mass", "displacement")], memory=Course(planned).at(5))
     _, b, _, _ = found.parts()
     t, period = 5.0 / rate, 1.0 / rate
 

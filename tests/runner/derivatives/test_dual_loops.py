@@ -21,6 +21,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, transfer_sensitivities
 from proofmass.runner.planning.plan import plan
@@ -82,7 +83,7 @@ def test_derivatives_by_parameters_of_loops() -> None:
 
 def _sensitivities(graph: Graph, source: str, target: str) -> tuple[Sensitivity, Sensitivity]:
     planned = plan(graph)
-    return transfer_sensitivities(planned, node_of(planned, source), node_of(planned, target))
+    return transfer_sensitivities(linearised(planned), node_of(planned, source), node_of(planned, target))
 
 
 def _slope(found: Sensitivity, parameter: str) -> float:

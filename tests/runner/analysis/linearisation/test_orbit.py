@@ -23,7 +23,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.orbit import FROZEN
 from proofmass.runner.planning.plan import plan
 
@@ -78,7 +78,7 @@ def simulated(carrier: float, tone: float, periods: int) -> complex:
 @pytest.mark.defect("S3", before="crossovers 0.0006, 195 and 204 Hz", after="10.5 Hz, over the 5 ms of the orbit")
 @pytest.mark.parametrize(("carrier", "periods"), [(1000.0, 1), (1050.0, 20), (1025.0, 40)])
 def test_a_carrier_is_taken_over_the_periods_in_which_its_orbit_closes(carrier: float, periods: int) -> None:
-    loop = open_loop(plan(modulated(carrier)), ("control", "output"), 5000)
+    loop = linearised(plan(modulated(carrier)), 5000).loop(("control", "output"))
     assert loop.map.period == pytest.approx(periods / SLOW)
     assert loop.per_period == periods
     assert bool(loop.map.notes) == (periods > 1)
@@ -106,7 +106,7 @@ def test_systems_between_wires_are_checked_too() -> None:
 
 def test_a_carrier_that_nearly_fits_is_frozen_and_said_to_be() -> None:
     """0.2 Hz beside it the loop is that of the one that fits, within what the note says."""
-    near, exact = (open_loop(plan(modulated(f)), ("control", "output"), 5000) for f in (1000.01, 1000.0))
+    near, exact = (linearised(plan(modulated(f)), 5000).loop(("control", "output")) for f in (1000.01, 1000.0))
     assert near.per_period == 1
     for tone in (10.0, 40.0):
         L = [complex(loop.response(2.0 * math.pi * tone)) for loop in (near, exact)]
@@ -138,7 +138,7 @@ def drifting() -> Graph:
 
 @pytest.mark.parametrize("tick", [0, 777])
 def test_a_linear_loop_may_drift(tick: int) -> None:
-    loop = open_loop(plan(drifting()), ("back", "output"), tick)
+    loop = linearised(plan(drifting()), tick).loop(("back", "output"))
     assert loop.map.notes == ()
     assert loop.map.tick == tick
     w = 30.0
@@ -165,11 +165,11 @@ def rising(**wiring: Any) -> Graph:
 
 def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
     planned = plan(rising())
-    settled = open_loop(planned, ("back", "output"), 500)
+    settled = linearised(planned, 500).loop(("back", "output"))
     assert settled.map.notes == ()
     assert abs(complex(settled.response(40.0))) == pytest.approx(1.0, rel=1e-3)
-    (note,) = open_loop(planned, ("back", "output"), 0).map.notes
+    (note,) = linearised(planned, 0).loop(("back", "output")).map.notes
     assert "tick 0 is a start-up" in note
     with pytest.raises(ModelError, match="does not repeat") as caught:
-        open_loop(planned, ("back", "output"), 5)
+        linearised(planned, 5).loop(("back", "output"))
     assert caught.value.problems[0].hint == "take a later time, or --at settled"

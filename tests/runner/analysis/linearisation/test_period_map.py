@@ -20,7 +20,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.forward import memory_at
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.planning.plan import plan
@@ -111,7 +111,7 @@ def test_a_saturation_counts_as_what_it_is_at_the_operating_point() -> None:
     for amplitude, slope in ((0.5, 1.0), (2.0, 0.0)):
         source = Sine(frequency=250.0, amplitude=amplitude)  # largest in tick 1
         planned = plan(chain(("limit", Saturation(), "input", "output"), source=source))
-        found = period_map(planned, [("source", "output")], [("limit", "output")], tick=1)
+        found = period_map(planned, [("source", "output")], [("limit", "output")], memory=Course(planned).at(1))
         assert found.parts()[3].tolist() == [[slope]]
 
 
@@ -132,16 +132,16 @@ def test_the_operating_point_is_that_of_a_run() -> None:
     engine = Interpreter(planned, 0)
     engine.advance(17, ())
     held = engine.memory().states["delay"].held
-    assert memory_at(planned, 17).states["delay"].held == held
-    found = period_map(planned, [("source", "output")], [("out", "output")], tick=17)
+    assert Course(planned).at(17).states["delay"].held == held
+    found = period_map(planned, [("source", "output")], [("out", "output")], memory=Course(planned).at(17))
     assert found.parts()[0][1, 0] == pytest.approx(2.0 * held, rel=1e-14)
 
 
 def test_step_and_level_are_those_of_the_graph_itself() -> None:
     block = MassSpringDamper()
     planned = plan(chain(("mass", block, "force", "displacement"), source=Constant(value=1e-6, unit="N")))
-    found = period_map(planned, [("source", "output")], [("mass", "displacement")], tick=5)
-    memories = [memory_at(planned, tick).states["mass"] for tick in (5, 6)]
+    found = period_map(planned, [("source", "output")], [("mass", "displacement")], memory=Course(planned).at(5))
+    memories = [Course(planned).at(tick).states["mass"] for tick in (5, 6)]
     assert found.matrix[:2, -1] == pytest.approx(np.array(memories[1]) - np.array(memories[0]), rel=1e-9)
     assert found.matrix[2, -1] == memories[0].displacement
 
@@ -223,7 +223,12 @@ def test_counters_of_bits_keep_their_values_and_the_rest_is_linear() -> None:
 def test_a_square_root_at_zero_has_no_derivative() -> None:
     graph = chain(("statistics", RunningStatistics(), "input", "standard_deviation"))
     with pytest.raises(ModelError, match=r"blocks.statistics: cannot be linearised"):
-        period_map(plan(graph), [("source", "output")], [("statistics", "standard_deviation")], tick=10)
+        period_map(
+            plan(graph),
+            [("source", "output")],
+            [("statistics", "standard_deviation")],
+            memory=Course(plan(graph)).at(10),
+        )
 
 
 def test_too_long_a_period_is_refused() -> None:

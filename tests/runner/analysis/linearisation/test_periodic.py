@@ -37,8 +37,8 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph as PlainGraph
 from proofmass.graphs.model.graph import Probe, Wire
-from proofmass.runner.analysis.linearisation.forward import Forward
-from proofmass.runner.analysis.linearisation.linearise import open_loop
+from proofmass.runner.analysis.linearisation.forward import Course, Forward
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, periodic_point
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.plan.memory import start
@@ -124,7 +124,7 @@ ORBITS = {"chopper": (chopper, "integrator.output", 8), "van der pol": (van_der_
 def orbit(request: pytest.FixtureRequest) -> tuple[Graph, str, PeriodicPoint]:
     make, wire, ticks = ORBITS[request.param]
     graph = make()
-    point = periodic_point(plan(graph))
+    point = periodic_point(Course(plan(graph)))
     assert point.ticks == ticks
     return graph, wire, point
 
@@ -232,7 +232,7 @@ def margins_with(graph: Graph, wire: str, point: PeriodicPoint, factor: float, t
     memory.states.update(point.memory.states)
     memory.tick = point.memory.tick
     node = ("factor", "output")
-    return margins_of(open_loop(changed, node, PeriodicPoint(memory, point.ticks, 0.0, 0)), "", "factor.output")
+    return margins_of(linearised(changed, PeriodicPoint(memory, point.ticks, 0.0, 0)).loop(node), "", "factor.output")
 
 
 @pytest.mark.defect("S31", before="a gain margin 2 % too low about a bent orbit", after="within 1 %")
@@ -262,7 +262,7 @@ def test_delay_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) ->
 def test_delay_margin_of_the_carrier_readout() -> None:
     """The loop decays with 1 % less delay than its margin, and grows with 1 % more."""
     graph = carrier()
-    point = periodic_point(plan(graph))
+    point = periodic_point(Course(plan(graph)))
     found = margins(graph, "converter.current", at="periodic")
     assert found.delay_margin is not None
     ticks = found.delay_margin / found.sample
@@ -274,7 +274,7 @@ def test_delay_margin_of_the_carrier_readout() -> None:
 def test_carrier_readout_of_the_library() -> None:
     """Found from a run without its quantisers' rounding, to less than it; a gain beyond the margin makes it grow."""
     graph = carrier()
-    point = periodic_point(plan(graph))
+    point = periodic_point(Course(plan(graph)))
     assert point.ticks == 8
     assert point.misfit <= CLOSED
     found = margins(graph, "converter.current", at="periodic")
@@ -316,5 +316,5 @@ def detuned() -> Iterator[tuple[str, Graph]]:
 )
 def test_where_there_is_none_it_is_said(name: str, graph: Graph) -> None:
     with pytest.raises(ModelError, match="no periodic operating point"):
-        periodic_point(plan(graph))
+        periodic_point(Course(plan(graph)))
     assert replace(graph) == graph, name

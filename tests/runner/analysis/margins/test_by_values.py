@@ -4,7 +4,8 @@ import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop
+from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.sensitivity import margin_sensitivities, transfer_sensitivities
 from proofmass.runner.planning.plan import plan
@@ -54,20 +55,20 @@ STEP = 1e-5
 def values_of(graph: Graph) -> dict[str, float]:
     planned = plan(graph)
     source, target = (node_of(planned, signal) for signal in NODES)
-    loop = margins_of(open_loop(planned, node_of(planned, "controller.output")), "main", "controller.output").as_data()
-    found = {each.quantity: each.value for each in transfer_sensitivities(planned, source, target)}
+    about, signal = linearised(planned), "controller.output"
+    loop = margins_of(about.loop(node_of(planned, signal)), "main", signal).as_data()
+    found = {each.quantity: each.value for each in transfer_sensitivities(about, source, target)}
     return found | {"main: gain margin": loop["gain_margin_db"], "main: phase margin": loop["phase_margin_deg"]}
 
 
 def slopes_of(graph: Graph) -> dict[str, dict[str, float]]:
     planned = plan(graph)
+    about = linearised(planned)
     source, target = (node_of(planned, signal) for signal in NODES)
     node = node_of(planned, "controller.output")
-    system = open_loop(planned, node, by_parameters=True)
-    of_margins = margin_sensitivities(
-        planned, margins_of(open_loop(planned, node), "main", "controller.output"), system
-    )
-    found = [*transfer_sensitivities(planned, source, target), *of_margins]
+    system = about.loop(node, by_parameters=True)
+    of_margins = margin_sensitivities(planned, margins_of(about.loop(node), "main", "controller.output"), system)
+    found = [*transfer_sensitivities(about, source, target), *of_margins]
     return {each.quantity: {effect.parameter: effect.derivative for effect in each.effects} for each in found}
 
 

@@ -21,6 +21,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
 from proofmass.runner.analysis.linearisation.rational import transfer
 from proofmass.runner.analysis.margins.crossings import largest_ratio
@@ -194,7 +195,7 @@ def test_the_scale_factor_of_a_loop_with_a_hidden_integrator(gain: float) -> Non
     graph = ramp_loop(gain)
     planned = plan(graph)
     nodes = (node_of(planned, signal) for signal in ("source.output", "controller.output"))
-    scale, bias = transfer_sensitivities(planned, *nodes)
+    scale, bias = transfer_sensitivities(linearised(planned), *nodes)
     assert scale.value == pytest.approx(1.0, rel=1e-12)
     assert bias.value == 0.0
     assert [(e.parameter, pytest.approx(e.derivative)) for e in scale.effects] == [("ramp.gain", -1e-3)]
@@ -217,7 +218,7 @@ def test_what_does_not_settle_is_refused_with_the_blocks_that_hold_it() -> None:
     planned = plan(graph)
     nodes = (node_of(planned, signal) for signal in ("source.output", "ramp.output"))
     with pytest.raises(ModelError, match=r"ramp\.output does not settle") as caught:
-        transfer_sensitivities(planned, *nodes)
+        transfer_sensitivities(linearised(planned), *nodes)
     assert "in ramp, delayed" in caught.value.problems[0].got
 
 

@@ -22,7 +22,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearise import node_of, open_loop
+from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.planning.plan import plan
@@ -32,20 +33,20 @@ GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 def transfer(graph: Graph, source: str, target: str) -> tuple[Sensitivity, Sensitivity]:
     planned = plan(graph)
-    return transfer_sensitivities(planned, node_of(planned, source), node_of(planned, target))
+    return transfer_sensitivities(linearised(planned), node_of(planned, source), node_of(planned, target))
 
 
 def loop_margins(graph: Graph, signal: str) -> list[Sensitivity]:
     planned = plan(graph)
     node = node_of(planned, signal)
-    system = open_loop(planned, node, by_parameters=True)
-    return margin_sensitivities(planned, margins_of(open_loop(planned, node), "main", signal), system)
+    system = linearised(planned).loop(node, by_parameters=True)
+    return margin_sensitivities(planned, margins_of(linearised(planned).loop(node), "main", signal), system)
 
 
 def margin_values(graph: Graph, signal: str) -> list[float]:
     """Gain, phase and delay margin in the units of their sensitivities, without derivatives."""
     planned = plan(graph)
-    data = margins_of(open_loop(planned, node_of(planned, signal)), "main", signal).as_data()
+    data = margins_of(linearised(planned).loop(node_of(planned, signal)), "main", signal).as_data()
     return [data["gain_margin_db"], data["phase_margin_deg"], data["delay_margin_s"]]
 
 

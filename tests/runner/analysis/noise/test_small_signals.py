@@ -7,7 +7,7 @@ import pytest
 
 from proofmass import Graph, noise, simulate
 from proofmass.blocks import Constant, LowPass, Product, Sum, WhiteNoise
-from proofmass.runner.analysis.linearisation.orbit import map_at
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.small_signals import difference_squared
 from proofmass.runner.derivatives.dual_noise import noise_blocks
@@ -52,7 +52,7 @@ def through(corner: float) -> NoiseMap:
     }
     graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=["white.output -> filter.input"])
     planned, target = plan(graph), ("filter", "output")
-    return noise_map(map_at(planned, [], [target], noise=noise_blocks(planned)), target)
+    return noise_map(linearised(planned).map([], [target], noise=noise_blocks(planned)), target)
 
 
 def test_the_difference_of_two_filters_of_one_noise() -> None:

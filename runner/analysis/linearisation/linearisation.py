@@ -1,0 +1,303 @@
+"""A graph about an operating point: the linear maps between its wires, and the loops opened at them.
+
+`OperatingPoints` looks for the point. By default it takes the first of these at which an analysis has an answer:
+
+1. the start, if nothing changes the maps there, or if they repeat;
+2. where the loops have settled;
+3. an orbit that repeats, as of a carrier;
+4. the end of the graph's own run.
+
+A loop that is unstable at one of them but not at a later one was starting up. One that is unstable at all of them is
+unstable, and the answer is that of the first.
+"""
+
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from typing import TypeVar
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
+from proofmass.graphs.model.rates import read_duration
+from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
+from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
+from proofmass.runner.analysis.linearisation.find_loops import find_loops
+from proofmass.runner.analysis.linearisation.forward import Course, Progress
+from proofmass.runner.analysis.linearisation.map_changes import variation
+from proofmass.runner.analysis.linearisation.numbers import time_text
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint, OrbitSearch
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, PointSlopes
+from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point, periodic_point
+from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
+from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
+from proofmass.runner.plan.groups import Group
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+
+At = str | float | Fraction
+Answer = TypeVar("Answer")
+_FIXED = "derivatives take the operating point as fixed: it is not at rest"
+_GROWS = 1e-9  # by which a pole may lie outside the unit circle before a loop counts as starting up
+
+
+@dataclass(frozen=True)
+class Linearisation:
+    """A plan about one operating point. It owns the run to there and the maps that were asked for."""
+
+    plan: Plan
+    course: Course
+    point: Point = 0
+    told: str = ""  # how the point was found
+    _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
+
+    @property
+    def tick(self) -> int:
+        """Base tick of the operating point."""
+        return self.point.memory.tick if isinstance(self.point, PeriodicPoint) else self.point
+
+    def memory(self) -> Memory:
+        """Return the memory there."""
+        return self.point.memory.copy() if isinstance(self.point, PeriodicPoint) else self.course.at(self.point)
+
+    def map(
+        self,
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
+        *,
+        cut: bool = False,
+        everything: bool = False,
+        by_parameters: bool = False,
+        noise: Noisy = NOTHING,
+    ) -> PeriodMap:
+        """Return the map between wires over as many periods as the orbit takes; raises `ModelError` if there is none.
+
+        See `period_map`.
+        """
+        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise)
+        point = self._maps.get(ends.key)
+        if point is None:
+            point = self._maps[ends.key] = self._point_of(ends)
+        notes, exact = point.notes, point.map
+        if by_parameters:
+            slopes, more = self._point_slopes(ends, point)
+            notes += more
+            exact = ends.map(
+                self.plan,
+                by_parameters=True,
+                memory=point.memory,
+                point_slopes=slopes,
+                span=point.ticks,
+                integrated=point.integrated,
+                rings=point.rings,
+            )
+        return replace(exact, notes=notes, later=point.later, told=self.told)
+
+    def _point_of(self, ends: Ends) -> OrbitPoint:
+        orbit = self.point
+        if not isinstance(orbit, PeriodicPoint):
+            return OrbitSearch(self.plan, self.course, ends, orbit).point()
+        whole = ends.map(self.plan, memory=orbit.memory, span=orbit.ticks, integrated=True)
+        notes = (orbit.note(self.plan.period),)
+        return OrbitPoint(whole, 1, notes, memory=orbit.memory, ticks=orbit.ticks, integrated=True)
+
+    def _point_slopes(self, ends: Ends, point: OrbitPoint) -> tuple[PointSlopes | None, tuple[str, ...]]:
+        """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
+        tick = point.map.tick
+        blocks = ends.blocks(self.plan)[0]
+        near_start = tick and not self.plan.schedule.phases
+        near = slopes_near_start(self.plan, blocks, tick, point.rings) if near_start else None
+        if near is not None or not tick:
+            return near, ()
+        whole = Ends((), ends.outputs, everything=True).map(
+            self.plan,
+            by_parameters=True,
+            memory=point.memory,
+            span=point.ticks,
+            integrated=point.integrated,
+            rings=point.rings,
+        )
+        at_rest = slopes_at_rest(whole)
+        return at_rest, () if at_rest is not None else (_FIXED,)
+
+    def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
+        """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
+        group = analog_group(self.plan, node)
+        if group is not None:
+            return self._analog_loop(group, node)
+        whole = self.map([node], [node], cut=True, by_parameters=by_parameters)
+        system = of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
+        if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
+            raise ModelError([self.plan.graph.placed(_no_gain(node))])
+        return system
+
+    def _analog_loop(self, group: Group, node: Endpoint) -> OpenLoop:
+        if isinstance(self.point, PeriodicPoint):
+            raise ModelError([self.plan.graph.placed(_not_periodic(node))])
+        analog = replace(analog_map(self.plan, self.course, group, node, self.point).between(), told=self.told)
+        if not any(part.any() for part in (analog.parts()[1], analog.parts()[3])):
+            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, node))])
+        return OpenLoop(analog, continuous=True)
+
+
+def linearised(plan: Plan, point: Point = 0) -> Linearisation:
+    """Return a plan about its state in a base tick, or about an orbit."""
+    return Linearisation(plan, Course(plan), point)
+
+
+class OperatingPoints:
+    """The operating points of a plan that an analysis may take, each looked for when it is wanted."""
+
+    def __init__(self, plan: Plan, at: At = AUTO, progress: Progress | None = None) -> None:
+        """Take a time, "settled", "periodic" or "auto"; raises `ModelError` for another text."""
+        self.plan, self.at, self._progress = plan, at, progress
+        self._course = Course(plan)
+        self._known = dict[str, Linearisation | ModelError]()
+        if at not in _WAYS:
+            self._time = _tick_of_time(plan, at)
+
+    def answered(self, ask: Callable[[Linearisation], Answer], first: int = 0) -> Answer:
+        """Return what is answered at the operating point, or at the first one that has an answer.
+
+        `first` is the base tick with which the search begins. Raises `ModelError`.
+        """
+        refused: ModelError | None = None
+        for about in self._about(first):
+            try:
+                return ask(about if isinstance(about, Linearisation) else _raised(about))
+            except ModelError as error:
+                refused = refused or error
+        assert refused is not None
+        raise refused
+
+    def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
+        """Return the loop through an output at the operating point, or at the first one where it does not start up."""
+        starting: list[OpenLoop] = []
+
+        def ask(about: Linearisation) -> OpenLoop:
+            system = about.loop(node, by_parameters)
+            if self.at == AUTO and _starts_up(system):
+                starting.append(system)
+                raise ModelError([self.plan.graph.placed(_no_gain(node))])
+            return system
+
+        try:
+            return self.answered(ask)
+        except ModelError:
+            if not starting:
+                raise
+            return starting[0]
+
+    def _about(self, first: int) -> Iterator[Linearisation | ModelError]:
+        if self.at != AUTO:
+            yield self._one(str(self.at))
+            return
+        yield self._linearisation(first, "")
+        for way in (SETTLED, PERIODIC, _END):
+            yield self._one(way)
+
+    def _one(self, way: str) -> Linearisation | ModelError:
+        """Return the linearisation at a point of a kind, or why there is none."""
+        if way not in self._known:
+            try:
+                self._known[way] = self._found(way)
+            except ModelError as error:
+                self._known[way] = error
+        return self._known[way]
+
+    def _found(self, way: str) -> Linearisation:
+        if way == SETTLED:
+            tick = settled_tick(self._course, self._progress)
+            return self._linearisation(tick, f"settled after {time_text(tick * self.plan.period)}")
+        if way == PERIODIC:
+            return self._linearisation(periodic_point(self._course), "an orbit that repeats")
+        if way == _END:
+            tick = self.plan.ticks()
+            self._course.at(tick)
+            return self._linearisation(tick, f"the end of the run, {time_text(tick * self.plan.period)}")
+        return self._linearisation(self._time, "")
+
+    def _linearisation(self, point: Point, told: str) -> Linearisation:
+        return Linearisation(self.plan, self._course, point, told)
+
+
+_END = "end"
+_WAYS = (AUTO, SETTLED, PERIODIC)
+
+
+def _raised(error: ModelError) -> Linearisation:
+    raise error
+
+
+def _starts_up(system: OpenLoop) -> bool:
+    """Return whether a loop changes after its operating point, or grows away from it."""
+    poles = system.poles
+    grows = np.max(poles.real if system.continuous else np.abs(poles) - 1.0, initial=-1.0) > _GROWS
+    return bool(grows or system.map.starting)
+
+
+def _tick_of_time(plan: Plan, at: At) -> int:
+    try:
+        return int(read_duration(at) * plan.schedule.base_rate)
+    except Refusal as error:
+        hint = f'write a time, as "20 ms", "{AUTO}", "{SETTLED}" or "{PERIODIC}"'
+        raise ModelError([Problem(message=str(error), key="at", got=str(at), hint=hint)]) from None
+
+
+def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:
+    """Return the sampled loop of a map that is cut at one or more wires, and by how much its closed loop changes.
+
+    `tick` is the time of a base tick in seconds.
+    """
+    between = whole.between()
+    between = replace(between, later=(), notes=(*between.notes, *notes))
+    ticks = round(between.period / tick)
+    if not whole.later or any(later.states != whole.states for later in whole.later):
+        return OpenLoop(between, ticks=ticks)
+    kept = [whole.states.index(state) for state in between.states]
+    closed, *after = (
+        np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
+    )
+    return OpenLoop(between, variation=variation(closed, after), ticks=ticks)
+
+
+def _no_gain(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"what goes in at {signal} does not come back",
+        key=signal,
+        expected="a loop in which every block passes small changes on",
+        hint="a limit may be reached there, or a signal only compared; try another time with --at",
+        path=("blocks", node[0]),
+    )
+
+
+def _not_periodic(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",
+        key=signal,
+        expected="an output that is sampled or held",
+        hint="open the loop at a discrete block, or name a time with --at",
+        path=("blocks", node[0]),
+    )
+
+
+def _not_within(planned: Plan, group: Group, node: Endpoint) -> Problem:
+    """Between continuous blocks signals are not held: no sampled loop can be cut there."""
+    signal = ".".join(node)
+    wires = planned.schedule.drivers.items()
+    readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in group.members]
+    cuts = [cut for part in find_loops(planned) if signal in part.ports for cut in part.open_at]
+    return Problem(
+        message=f"no loop among continuous blocks goes through {signal}, and between them nothing is sampled",
+        key=signal,
+        got=", ".join(sorted(readers)),
+        expected="an output whose values are sampled or held",
+        hint=f"open the loop at {' or '.join(cuts[:3])}" if cuts else "open the loop at a discrete block",
+        path=("blocks", node[0]),
+    )
