@@ -19,6 +19,7 @@ what is multiplied by exactly 0 has lost it again.
 import math
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from contextvars import ContextVar
 from typing import Any
 
 Slopes = Mapping[Any, Any]  # by direction
@@ -41,20 +42,18 @@ def _variance(rule: Callable[[int], int], parts: int) -> float:
     return (1.0 - float(parts) ** -2) / 12.0
 
 
-class _Errors:
-    """Adds the error of a rounding, of some variance, to a number in steps."""
-
-    of: Callable[[Any, float], Any] | None = None
+_Error = Callable[[Any, float], Any]  # adds the error of a rounding, of some variance, to a number in steps
+_ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # of each thread on its own
 
 
 @contextmanager
-def with_errors(of: Callable[[Any, float], Any]) -> Iterator[None]:
+def with_errors(of: _Error) -> Iterator[None]:
     """Call `of(value, variance)` for what integers drop, in steps."""
-    before, _Errors.of = _Errors.of, of
+    token = _ERROR.set(of)
     try:
         yield
     finally:
-        _Errors.of = before
+        _ERROR.reset(token)
 
 
 class Dual:
@@ -149,7 +148,7 @@ class Dual:
         return self._dropping(parts, _variance(rule, parts))
 
     def _dropping(self, parts: int, variance: float) -> Any:
-        value, err = self / parts, _Errors.of
+        value, err = self / parts, _ERROR.get()
         return err(value, variance) if err and parts > 1 else value
 
     def held(self, low: int, high: int, expected: str) -> Any:

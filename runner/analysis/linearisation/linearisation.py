@@ -4,8 +4,8 @@
 
 1. the start, if nothing changes the maps there, or if they repeat;
 2. where the loops have settled;
-3. an orbit that repeats, as of a carrier;
-4. the end of the graph's own run.
+3. the end of the graph's own run;
+4. an orbit that repeats, as of a carrier, which takes longest to find.
 
 A loop that is unstable at one of them but not at a later one was starting up. One that is unstable at all of them is
 unstable, and the answer is that of the first.
@@ -197,7 +197,7 @@ class OperatingPoints:
             yield self._one(str(self.at))
             return
         yield self._linearisation(first, "")
-        for way in (SETTLED, PERIODIC, _END):
+        for way in (SETTLED, _END, PERIODIC):
             yield self._one(way)
 
     def _one(self, way: str) -> Linearisation | ModelError:

@@ -70,7 +70,7 @@ class Ends:
 
     @property
     def key(self) -> Hashable:
-        """The same for equal ends."""
+        """A value that equal ends share."""
         return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items())
 
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:

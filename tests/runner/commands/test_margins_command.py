@@ -56,7 +56,7 @@ def test_numbers_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     assert loop["gain_reduction_db"] is None
     assert loop["delay_margin_samples"] == pytest.approx(38.34, abs=0.01)
     assert len(loop["poles"]) == 5
-    assert (loop["operating_point"], loop["notes"]) == ({"tick": 0, "time_s": 0.0}, [])
+    assert (loop["operating_point"], loop["notes"]) == ({"tick": 0, "time_s": 0.0, "found": ""}, [])
     quantities = {entry["quantity"]: entry for entry in data["sensitivities"]}
     assert list(quantities) == ["scale factor", "bias", "main: gain margin", "main: phase margin", "main: delay margin"]
     assert quantities["scale factor"]["effects"][0]["parameter"] == "pendulosity.gain"
