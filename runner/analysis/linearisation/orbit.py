@@ -53,6 +53,7 @@ SAME = 1e-9  # relative change of a map that counts as rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 WAITED = 2  # least number of periods that a waiting switch stands still
+MOST_MAPS = 16  # periods whose maps are compared one by one
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
@@ -270,11 +271,15 @@ class OrbitSearch:
         return None
 
     def _returns(self) -> Iterator[int]:
-        """Yield after how many periods all rings, or all that goes to and fro, are back."""
+        """Yield after how many periods everything may be back: rings, whole numbers and sources, numbers, or the map."""
         turns = self._rings.turns()
-        if 1 < turns * self._ticks <= LONGEST_ORBIT:
+        if 1 < turns <= LONGEST_ORBIT // self._ticks:
             yield turns
+        yield from self._repetition()
         yield from self._orbit(paired=True).returns(_EXACTLY)
+        first = self._map(self._after(0))
+        most = min(MOST_MAPS, LONGEST_ORBIT // self._ticks)
+        yield from (n for n in range(2, most + 1) if self._same(first, self._map(self._after(n))))
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
         """Return whether one period again and again does the same between the wires as all periods in turn.
