@@ -149,7 +149,9 @@ def _draw_bode(
 
 def _gain_margin_at(margins: Margins) -> float | None:
     """Return the frequency of the gain margin; of a loop with several values of the wire, that of a crossover."""
-    if margins.gain_margin is None or margins.gain_margin_frequency:
+    if margins.gain_margin is None or margins.gain_margin_frequency == math.inf:
+        return None
+    if margins.gain_margin_frequency:
         return margins.gain_margin_frequency
     return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / margins.gain_margin)
 
