@@ -144,8 +144,13 @@ def test_a_quantiser_that_wraps_has_slope_one(value: float) -> None:
 @pytest.mark.parametrize("zero", ["proportional", "integral", "derivative_gain"])
 def test_a_controller_with_a_gain_of_zero(zero: str) -> None:
     """With an integrator g / (z - 1) a pole reaches the unit circle at the gain margin, by the equation of the PID."""
-    gains = {"proportional": 1.75, "integral": 1600.0, "derivative_gain": 1e-5, "derivative_pole": 5e3} | {zero: 0.0}
-    wide = {"gain_format": Fixed(32, 28)}
+    gains: dict[str, Any] = {
+        "proportional": 1.75,
+        "integral": 1600.0,
+        "derivative_gain": 1e-5,
+        "derivative_pole": 5e3,
+    } | {zero: 0.0}
+    wide: dict[str, Any] = {"gain_format": Fixed(32, 28)}
     blocks: dict[str, Block] = {
         "set": Constant(value=0.0),
         "word": FixedQuantiser(),
