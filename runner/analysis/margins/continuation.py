@@ -1,4 +1,4 @@
-"""Where a loop becomes stable or unstable as a factor at its wire changes, by following its slowest pole.
+"""Factors at a wire with which a loop is stable, found by following its slowest pole.
 
 The growth g, the logarithm of the largest size of a pole, is continuous in the factor. Between two places it keeps its
 sign if it changes by less than half of itself, at their middle too; any other step is halved, down to a thousandth.
