@@ -82,6 +82,8 @@ class Dual:
         return (-self) + other
 
     def __mul__(self, other: Any) -> Any:
+        if type(other) is int and other == 0:
+            return 0  # without slopes a mantissa is an integer again, which can be shifted
         level, a, slopes, b, others = _pair(self, other)
         return chained(level, a * b, (b, slopes), (a, others))
 

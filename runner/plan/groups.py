@@ -74,7 +74,7 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
     """Outputs that follow from the time alone, in order: their next value is known one tick ahead."""
     sources: dict[Endpoint, None] = {}
     for node in outputs_of(schedule.order):
-        follows = _analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
+        follows = analogue(graph, node[0]) and schedule.divisors[node[0]] == 1
         if follows and all(before in sources for before in _needs(graph, schedule, node)):
             sources[node] = None
     return tuple(sources)
@@ -98,7 +98,7 @@ class _Wiring:
     def __init__(self, graph: FlatGraph, schedule: Schedule) -> None:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Endpoint]()
-        able = {name for name, block in graph.blocks.items() if type(block).continuous() or _analogue(graph, name)}
+        able = {name for name, block in graph.blocks.items() if type(block).continuous() or analogue(graph, name)}
         follow: dict[Step, list[Step]] = {}  # outputs that move with a node
         for node in schedule.order:
             if node[0] in able:
@@ -187,7 +187,7 @@ def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
     return [*fed, ConstantsOf(name)] if driven and type(block).output_functions[step[1]].reads_constants else fed
 
 
-def _analogue(graph: FlatGraph, name: str) -> bool:
+def analogue(graph: FlatGraph, name: str) -> bool:
     """Return whether a block has no memory, only numbers, and follows its inputs at every instant.
 
     Blocks with codes or bits (converters), with a state, or with a rate of their own work at ticks.

@@ -2,9 +2,9 @@
 
     N(A) = 1 / (pi A) integral over a turn of y(A sin t) (sin t + j cos t) dt
 
-in closed form for a relay, with hysteresis, a sign, a saturation, a dead zone, a quantiser, a sine and a cosine (Gelb
-and Vander Velde, Multiple-Input Describing Functions, 1968, appendix B), and by quadrature for any other block without
-memory. Sines are about the middle of the characteristic, which is odd about it.
+in closed form for a relay, with hysteresis, a sign, a saturation, a dead zone, a play, a quantiser, a sine and a cosine
+(Gelb and Vander Velde, Multiple-Input Describing Functions, 1968, appendix B), and by quadrature for any other block
+without memory. Sines are about the middle of the characteristic, which is odd about it.
 """
 
 import math
@@ -17,6 +17,7 @@ import scipy.special
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.electronics.comparator import Comparator
+from proofmass.blocks.signals.backlash import Backlash
 from proofmass.blocks.signals.cosine_function import CosineFunction
 from proofmass.blocks.signals.dead_zone import DeadZone
 from proofmass.blocks.signals.quantiser import Quantiser
@@ -85,6 +86,19 @@ def mid_rise_quantiser(amplitude: float, step: float, levels: float = math.inf) 
     return 4.0 * step / (math.pi * amplitude) * (0.5 + sum(math.sqrt(max(1.0 - part, 0.0)) for part in parts))
 
 
+def backlash(amplitude: float, width: float) -> complex:
+    """Return N(A) of a play of some width: 0 if the amplitude does not cross half of it.
+
+    >>> backlash(0.5, 1.0), abs(backlash(1e9, 1.0) - 1.0) < 1e-8
+    (0.0, True)
+    """
+    if amplitude <= 0.5 * width:
+        return 0.0
+    part = 1.0 - width / amplitude
+    left = 1.0 - part * part
+    return complex(0.5 + (math.asin(part) + part * math.sqrt(left)) / math.pi, -left / math.pi)
+
+
 def sine(amplitude: float) -> float:
     """Return N(A) of the sine of a signal, 2 J1(A) / A.
 
@@ -112,6 +126,8 @@ def _closed(block: Block, output: str) -> Describing | None:
             step, sides = 2.0 * block.highest / (block.levels - 1), block.levels // 2
             stairs = quantiser if block.levels % 2 else mid_rise_quantiser
             return lambda amplitude: stairs(amplitude, step, sides)
+        case Backlash():
+            return lambda amplitude: backlash(amplitude, block.width)
         case SineFunction():
             return lambda amplitude: block.amplitude * sine(amplitude)
         case CosineFunction():

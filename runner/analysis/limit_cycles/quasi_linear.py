@@ -13,6 +13,7 @@ from proofmass.graphs.checks.schedule import block_rate
 from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.runner.analysis.limit_cycles.describing import Describing, describing_function
+from proofmass.runner.plan.groups import analogue
 
 
 def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mapping[str, float | str]) -> Graph:
@@ -37,7 +38,10 @@ def with_gains(graph: Graph, gains: Mapping[str, float | str], amplitudes: Mappi
 
 
 def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
-    """Return the graph without subgraphs, with blocks replaced by gains of the same units."""
+    """Return the graph without subgraphs, with blocks replaced by gains of the same units.
+
+    What works at ticks goes on so, at its rate: a gain of its own would follow continuous signals at every instant.
+    """
     blocks, wires = dict(flat.blocks), []
     for name, gain in gains.items():
         block, (entry, port) = flat.blocks[name], ends(flat, name)
@@ -57,7 +61,8 @@ def replaced(flat: FlatGraph, gains: Mapping[str, float]) -> Graph:
         wires.append(Wire(before, after))
     probes = tuple(probe for probe in flat.probes if split(probe.signal)[0] not in gains)
     loops = {name: replace(loop, open_at=_renamed(flat, loop.open_at, gains)) for name, loop in flat.loops.items()}
-    rates = {name: rate for name, rate in flat.rates.items() if name in blocks}
+    clocked = [name for name in gains if not type(flat.blocks[name]).continuous() and not analogue(flat, name)]
+    rates = {**flat.rates, **{name: block_rate(flat, name) for name in clocked}}
     return flat.as_graph().bare(blocks=blocks, wires=tuple(wires), probes=probes, loops=loops, rates=rates)
 
 

@@ -5,6 +5,7 @@ is stable if the zeros of det(I + L) lie inside the unit circle. Where slower bl
 period of the loop holds `per_period` values of the wire.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -92,6 +93,15 @@ class OpenLoop:
     def radius(self, factor: complex = 1.0) -> float:
         """Largest size of a closed-loop pole; below 1 the loop is stable."""
         return float(np.max(np.abs(np.linalg.eigvals(self.closed(factor))), initial=0.0))
+
+    def growth(self, factor: complex = 1.0) -> float:
+        """Logarithm of `radius`: what the slowest mode grows by in a period; infinite beyond the range of doubles."""
+        try:
+            with np.errstate(over="ignore", invalid="ignore"):
+                radius = self.radius(factor)
+        except np.linalg.LinAlgError:  # of entries that are not finite, or too far apart
+            return math.inf
+        return math.log(radius) if radius else -math.inf
 
     def lifted(self, w: Array) -> Complex:
         """L over the period, a matrix for each angular frequency."""

@@ -29,7 +29,7 @@ _FLAT = 1e-12
 class Crossing:
     """A frequency and L there: its size, and the phase that is left until -1, arg(-L)."""
 
-    w: float  # rad/s, of a sampled loop relative to one period: rad
+    w: float  # rad/s, infinite at the end of a continuous loop's axis; of a sampled loop relative to one period: rad
     size: float
     lag: float  # rad, in (-pi, pi]
 
@@ -59,8 +59,8 @@ def phase_crossings(loop: Rational) -> list[Crossing]:
     while (common := separate.gcd(real)).degree() > 0:  # where L is zero or infinite it has no sign
         separate = separate // common
     found = [_crossing(loop, y) for y in positive_roots(separate) if real(y) < 0]
-    last = half_rate(loop)
-    return [*found, last] if last is not None and last.lag == 0.0 else found
+    last = end(loop)
+    return [*found, last] if loop.sampled and last is not None and last.lag == 0.0 else found
 
 
 def rest(loop: Rational) -> Crossing | None:
@@ -69,27 +69,28 @@ def rest(loop: Rational) -> Crossing | None:
     return None if bottom == 0 else _real(0.0, top, bottom)
 
 
-def half_rate(loop: Rational) -> Crossing | None:
-    """Return L at half the rate of a sampled loop, or None if it is infinite there or the loop is continuous."""
+def end(loop: Rational) -> Crossing | None:
+    """Return L at the end of the axis: at half the rate, or at infinite frequency; None if it is infinite there."""
     bottom, top = int(loop.denominator[loop.degree]), int(loop.numerator[loop.degree])
-    return None if bottom == 0 or not loop.sampled else _real(math.pi, top, bottom)
+    return None if bottom == 0 else _real(_end_of(loop), top, bottom)
 
 
 def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple[float, float]:
-    """Return frequency and value of the largest |above / below| on the axis, the ends included; infinite at a pole."""
+    """Return frequency and value of the largest |above / below| on the axis, the ends included; infinite at a pole.
+
+    The axis of a continuous loop ends at infinite frequency, where S of a loop that falls off is 1.
+    """
     precise()
     top, bottom, _ = coprime(square(above), square(below))
     poles = positive_roots(bottom)
     if poles or bottom[0] == 0:
         return (_frequency(loop, poles[0]) if poles else 0.0), math.inf
     slope = top.derivative() * bottom - top * bottom.derivative()
-    candidates = [(0.0, _root_of(int(top[0]), int(bottom[0])))]
-    if loop.sampled:
-        degree = max(top.degree(), bottom.degree())
-        ends = int(top[degree]), int(bottom[degree])
-        if ends[1] == 0:
-            return math.pi, math.inf
-        candidates.append((math.pi, _root_of(*ends)))
+    degree = max(top.degree(), bottom.degree())
+    if bottom[degree] == 0:
+        return _end_of(loop), math.inf
+    ends = ((0.0, 0), (_end_of(loop), degree))
+    candidates = [(w, _root_of(int(top[power]), int(bottom[power]))) for w, power in ends]
     candidates += [(_frequency(loop, y), float((top(y) / bottom(y)).sqrt())) for y in positive_roots(slope)]
     return max(candidates, key=lambda pair: pair[1])
 
@@ -124,6 +125,10 @@ def _value(loop: Rational, t: Any) -> Any:
 def _frequency(loop: Rational, y: Any) -> float:
     t = y.sqrt()
     return float(2 * t.atan()) if loop.sampled else float(t)
+
+
+def _end_of(loop: Rational) -> float:
+    return math.pi if loop.sampled else math.inf
 
 
 def _real(w: float, top: int, bottom: int) -> Crossing:

@@ -10,7 +10,10 @@ Interval = tuple[float, float]
 
 @dataclass(frozen=True, kw_only=True)
 class Figures:
-    """The figures; None for a margin without limit, and for any margin of a loop that is not stable."""
+    """The figures; None for a margin without limit, and for any margin of a loop that is not stable.
+
+    What a continuous loop reaches in the limit only is at an infinite frequency, which is null in JSON.
+    """
 
     gain_margin: float | None = None  # factor above 1
     gain_margin_frequency: float | None = (
@@ -26,7 +29,7 @@ class Figures:
     sensitivity_peak_frequency: float | None = None  # Hz
     bandwidth: float | None = None  # Hz
     distance: float | None = None  # the least |1 + L|; None where L is no single number
-    stable_gains: tuple[Interval, ...] = ()  # factors with which the loop is stable
+    stable_gains: tuple[Interval, ...] = ()  # all intervals of factors with which the loop is stable
     gain_crossovers: tuple[float, ...] = ()  # Hz, where |L| = 1
     gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase that is left until -1
     phase_crossovers: tuple[float, ...] = ()  # Hz, where L < 0
@@ -40,15 +43,15 @@ class Figures:
         """Return the numbers as plain data, in the units that their names say."""
         return {
             "gain_margin_db": decibels(self.gain_margin),
-            "gain_margin_frequency_hz": self.gain_margin_frequency,
+            "gain_margin_frequency_hz": _finite(self.gain_margin_frequency),
             "gain_reduction_db": decibels(self.gain_reduction),
             "phase_margin_deg": None if self.phase_margin is None else math.degrees(self.phase_margin),
             "phase_margin_frequency_hz": self.phase_margin_frequency,
             "delay_margin_s": self.delay_margin,
-            "delay_margin_frequency_hz": self.delay_margin_frequency,
+            "delay_margin_frequency_hz": _finite(self.delay_margin_frequency),
             "disk_margin": self.disk_margin,
             "sensitivity_peak_db": decibels(self.sensitivity_peak),
-            "sensitivity_peak_frequency_hz": self.sensitivity_peak_frequency,
+            "sensitivity_peak_frequency_hz": _finite(self.sensitivity_peak_frequency),
             "bandwidth_hz": self.bandwidth,
             "distance": self.distance,
             "stable_gains": [[low, None if math.isinf(high) else high] for low, high in self.stable_gains],
@@ -57,6 +60,10 @@ class Figures:
             "phase_crossovers_hz": list(self.phase_crossovers),
             "phase_crossover_gains_db": [decibels(gain) for gain in self.phase_crossover_gains],
         }
+
+
+def _finite(frequency: float | None) -> float | None:
+    return None if frequency is None or math.isinf(frequency) else frequency
 
 
 def decibels(factor: float | None) -> float | None:

@@ -4,31 +4,28 @@ No single L exists: L is the matrix of the lifted system (`open_loop`), S and T 
 singular value. Gain and phase margin are the factor and the turn at the wire that put a pole of the closed period on
 the unit circle; the delay margin is the number of whole samples before the first that does, or 64. Crossovers
 are those of the response at the input's own frequency, found by a sweep.
-
-A factor f (1 + e) at the wire leaves the loop stable while |e| < 1 / max |T|, by the small-gain theorem (Zhou, Doyle
-and Glover, Robust and Optimal Control, 9.2): steps of that size cannot pass the first critical factor.
 """
 
 import cmath
 import itertools
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures
+from proofmass.runner.analysis.margins.continuation import stable_intervals
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
 from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sweep
 
 LARGEST_DELAY = 64  # samples
 MOST_VALUES = 128  # of the wire in a period
-_SURPLUS = 1e-2  # relative surplus of the upper bound of a norm
+_FACTORS = 24  # of a decade, between which poles are followed
+_TURNS = 180  # of half a circle
 _NEAR_AXIS = 1e-5  # relative distance of an imaginary eigenvalue from the axis; an extra one does no harm
 _PEAK = 1e-9  # relative accuracy of the height of a peak
-_SHORTEST = 1e-11  # step towards a critical factor
-_MOST_STEPS = 2000
 _OUTSIDE = 1.0 + 1e-12
 
 
@@ -53,21 +50,21 @@ def figures_of(system: OpenLoop, open_at: str, stable: bool) -> Figures:
         gain_crossover_phases=tuple(float(np.angle(-system.response(v))) for v in gains),
         phase_crossovers=tuple(v * hertz for v in phases),
         phase_crossover_gains=tuple(float(np.abs(system.response(v))) for v in phases),
+        stable_gains=_stable_gains(system),
     )
     if not stable:
         return every
-    up, down = (_critical_factor(system, sign) for sign in (1.0, -1.0))
+    low, high = next((pair for pair in every.stable_gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
     at, peak = largest(system, 1.0)
     return every.with_values(
-        gain_margin=up,
-        gain_reduction=down,
+        gain_margin=None if math.isinf(high) else high,
+        gain_reduction=low or None,
         phase_margin=_critical_turn(system),
         delay_margin=delay_margin(system),
         disk_margin=1.0 / largest(system, 0.5)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
         bandwidth=_bandwidth(system, w),
-        stable_gains=((down or 0.0, up or math.inf),),
     )
 
 
@@ -148,34 +145,22 @@ class _Closed:
         return inverse @ (a - np.eye(len(a))), root * inverse @ b, root * c @ inverse, d - c @ inverse @ b
 
 
-def _critical_factor(system: OpenLoop, sign: float) -> float | None:
-    found = _first_critical(
-        system, lambda x: complex(math.exp(sign * x)), math.log(LARGEST_FACTOR), lambda norm: math.log1p(1.0 / norm)
+def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
+    """Return the intervals of factors at the wire with which the loop is stable; up to a billion counts as any."""
+    last = math.log(LARGEST_FACTOR)
+    places = np.linspace(-last, last, round(2.0 * last * _FACTORS / math.log(10.0)) + 1)
+    intervals = stable_intervals(lambda x: system.growth(math.exp(x)), places)
+    return tuple(
+        (0.0 if low == -last else math.exp(low), math.inf if high == last else math.exp(high))
+        for low, high in intervals
     )
-    return None if found is None else math.exp(sign * found)
 
 
 def _critical_turn(system: OpenLoop) -> float | None:
-    return _first_critical(
-        system, lambda x: cmath.exp(-1j * x), math.pi, lambda norm: 2.0 * math.asin(min(0.5 / norm, 1.0))
-    )
-
-
-def _first_critical(
-    system: OpenLoop, factor: Callable[[float], complex], last: float, safe_step: Callable[[float], float]
-) -> float | None:
-    """The least x at which a factor puts a pole on the unit circle, by steps within which none can."""
-    x = 0.0
-    for _ in range(_MOST_STEPS):
-        closed = _Closed(system, factor(x), 0.0)
-        norm = closed.largest(closed.corners(), _SURPLUS)[1] * (1.0 + _SURPLUS)
-        step = safe_step(norm) if norm > 0.0 else last
-        x += step
-        if x >= last:
-            return None
-        if step <= _SHORTEST * max(x, 1.0):
-            return x
-    raise ArithmeticError("a critical factor was not reached")
+    """Return the least turn at the wire that makes a stable loop unstable."""
+    places = np.linspace(0.0, math.pi, _TURNS + 1)
+    _, turn = next(stable_intervals(lambda x: system.growth(cmath.exp(-1j * x)), places))
+    return None if turn == math.pi else turn
 
 
 def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _MOST_STEPS, _MOST_BARS = 4000, 15
 _SHOWN = 1e-3  # of a margin, to which a picture shows it
 _NEAR_END = 0.85  # of an axis, from where on texts stand to the left
+_NYQUIST = 2.0  # largest part of L that a Nyquist diagram shows at least
+_BEYOND = 1.1
 _WIDEST_DISK = 1.99  # beyond it the disk is a half plane
 _POINTS = 600  # of the step response of a continuous loop
 
@@ -40,7 +42,7 @@ def plot_margins(margins: Margins) -> "Figure":
         w = sweep(margins.system)
         response = margins.system.response(w)
         _draw_bode(margins, panels["magnitude"], panels["phase"], w / (2.0 * math.pi), response)
-        _draw_nyquist(panels["nyquist"], response, margins.disk_margin)
+        _draw_nyquist(panels["nyquist"], response, margins.disk_margin, _reach(margins))
         _draw_step(margins, panels["step"])
     return figure
 
@@ -149,7 +151,9 @@ def _draw_bode(
 
 def _gain_margin_at(margins: Margins) -> float | None:
     """Return the frequency of the gain margin; of a loop with several values of the wire, that of a crossover."""
-    if margins.gain_margin is None or margins.gain_margin_frequency:
+    if margins.gain_margin is None or margins.gain_margin_frequency == math.inf:
+        return None
+    if margins.gain_margin_frequency:
         return margins.gain_margin_frequency
     return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / margins.gain_margin)
 
@@ -188,8 +192,14 @@ def _distance(panel: "Axes", place: float, first: float, last: float, text: str,
     )
 
 
+def _reach(margins: Margins) -> float:
+    """Return how far a Nyquist diagram goes: of a loop that is not stable beyond its first crossing behind -1."""
+    behind = [] if margins.stable else [gain for gain in margins.phase_crossover_gains if gain > 1.0]
+    return max(_NYQUIST, _BEYOND * min(behind, default=0.0))
+
+
 def _draw_nyquist(
-    panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]", disk: float | None
+    panel: "Axes", response: "np.ndarray[tuple[int], np.dtype[np.complex128]]", disk: float | None, reach: float
 ) -> None:
     if disk is not None and disk < _WIDEST_DISK:  # L stays out of the disk whose ends on the real axis are these
         ends = -(2.0 + disk) / (2.0 - disk), -(2.0 - disk) / (2.0 + disk)
@@ -200,8 +210,8 @@ def _draw_nyquist(
     turn = np.linspace(0.0, 2.0 * math.pi, 200)
     panel.plot(np.cos(turn), np.sin(turn), color=GRID)
     panel.plot([-1.0], [0.0], "+", color=ORANGE, markersize=10, markeredgewidth=2)
-    panel.set_xlim(-2.5, 1.5)
-    panel.set_ylim(-2.0, 2.0)
+    panel.set_xlim(-1.25 * reach, 0.75 * reach)
+    panel.set_ylim(-reach, reach)
     panel.set_aspect("equal", adjustable="box")
     panel.set_xlabel("real part of L")
     panel.set_ylabel("imaginary part of L")

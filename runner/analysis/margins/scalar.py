@@ -6,9 +6,9 @@ from typing import NamedTuple
 from proofmass.runner.analysis.linearisation.rational import Rational, Transfer, roots
 from proofmass.runner.analysis.margins.crossings import (
     Crossing,
+    end,
     first_fall,
     gain_crossings,
-    half_rate,
     largest_ratio,
     phase_crossings,
     rest,
@@ -32,13 +32,14 @@ def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Fi
         gain_crossover_phases=tuple(c.lag for c in gains),
         phase_crossovers=tuple(c.w * hertz for c in phases),
         phase_crossover_gains=tuple(c.size for c in phases),
+        stable_gains=_stable_gains(loop, sampled, [limit.factor for limit in limits]),
     )
     if not stable:
-        return every.with_values(stable_gains=_stable_gains(loop, sampled, [limit.factor for limit in limits]))
+        return every
     up = min((limit for limit in limits if limit.factor > 1.0), default=None)
     down = max((limit for limit in limits if limit.factor < 1.0), default=None)
     turn = min(gains, key=lambda c: abs(c.lag), default=None)
-    late = min(gains, key=lambda c: (c.lag % _TURN) / c.w, default=None)
+    late, delay = _delay_margin(axis, gains)
     fall = first_fall(axis, axis.numerator, axis.closed)
     return every.with_values(
         gain_margin=up and up.factor,
@@ -46,13 +47,12 @@ def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Fi
         gain_reduction=down and down.factor,
         phase_margin=turn and abs(turn.lag),
         phase_margin_frequency=turn and turn.w * hertz,
-        delay_margin=late and (late.lag % _TURN) * time / late.w,
+        delay_margin=delay * time if late else None,
         delay_margin_frequency=late and late.w * hertz,
         disk_margin=2.0 / largest_ratio(axis, axis.denominator - axis.numerator, axis.closed)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at_peak * hertz,
         bandwidth=None if fall is None else fall * hertz,
-        stable_gains=((down.factor if down else 0.0, up.factor if up else math.inf),),
     )
 
 
@@ -65,9 +65,18 @@ class _Limit(NamedTuple):
 
 def _limits(axis: Rational, phases: list[Crossing]) -> list[_Limit]:
     """All of them, the smallest first."""
-    ends = [end for end in (rest(axis), half_rate(axis)) if end is not None and end.lag == 0.0]
+    ends = [at for at in (rest(axis), end(axis)) if at is not None and at.lag == 0.0]
     places = {crossing.size: crossing.w for crossing in [*ends, *phases]}
     return sorted(_Limit(1.0 / size, w) for size, w in places.items() if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
+
+
+def _delay_margin(axis: Rational, gains: list[Crossing]) -> tuple[Crossing | None, float]:
+    """Return the crossover that limits a delay, and the delay; no delay where |L| >= 1 at infinite frequency."""
+    last = end(axis)
+    if not axis.sampled and last is not None and last.size >= 1.0:
+        return last, 0.0
+    late = min(gains, key=lambda c: (c.lag % _TURN) / c.w, default=None)
+    return late, (late.lag % _TURN) / late.w if late else math.inf
 
 
 def _stable_gains(loop: Transfer, sampled: bool, factors: list[float]) -> tuple[Interval, ...]:

@@ -19,6 +19,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
+from proofmass.runner.analysis.margins.frequencies import Samples, highest
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Kind, Stimulus
@@ -67,9 +68,8 @@ class Response(Plotted):
 
     @cached_property
     def peak(self) -> tuple[float, float]:
-        """Frequency and size of the largest gain that is shown."""
-        best = int(np.argmax(np.abs(self.gain)))
-        return float(self.frequencies[best]), float(np.abs(self.gain[best]))
+        """Frequency and size of the largest gain, rest included where the output settles."""
+        return highest(self._samples, np.abs)
 
     @cached_property
     def reference(self) -> tuple[float, float]:
@@ -80,12 +80,12 @@ class Response(Plotted):
     def corners(self) -> tuple[float | None, float | None]:
         """The band about the reference in which the gain falls by less than 3 dB; None where it does not fall."""
         middle, size = self.reference
-        fallen = np.abs(self.gain) < _HALF * size
-        below = np.flatnonzero(fallen & (self.frequencies < middle))
-        above = np.flatnonzero(fallen & (self.frequencies > middle))
-        low = self._between(int(below[-1]), int(below[-1]) + 1) if len(below) else None
-        first = int(above[0]) if len(above) else 0
-        high = self._between(first, first - 1) if first else None
+        frequencies = self._samples.w
+        fallen = np.abs(self._samples.values) < _HALF * size
+        below = np.flatnonzero(fallen & (frequencies < middle))
+        above = np.flatnonzero(fallen & (frequencies > middle))
+        low = self._between(frequencies[below[-1]], min(frequencies[below[-1] + 1], middle)) if len(below) else None
+        high = self._between(frequencies[above[0]], max(frequencies[above[0] - 1], middle)) if len(above) else None
         return low, high
 
     @property
@@ -112,9 +112,15 @@ class Response(Plotted):
         """Rise, settling and overshoot; None where the output does not settle."""
         return self.step_response.figures if self.step_response else None
 
-    def _between(self, fallen: int, passing: int) -> float:
-        """Frequency between two of the grid at which the gain is 3 dB below the reference."""
-        low, high = float(self.frequencies[fallen]), float(self.frequencies[passing])
+    @cached_property
+    def _samples(self) -> Samples:
+        """The response on a grid of its own, so that no figure depends on the frequencies that are asked for."""
+        rest = [0.0] * (self.wires.radius < 1.0)
+        return Samples.on(np.unique([*rest, *_shown(self.wires), *self.frequencies]), self.wires.gain)
+
+    def _between(self, fallen: float, passing: float) -> float:
+        """Frequency between two at which the gain is 3 dB below the reference."""
+        low, high = float(fallen), float(passing)
         for _ in range(_BISECTIONS):
             middle = 0.5 * (low + high)
             below = abs(self.wires.gain(np.array([middle]))[0]) < _HALF * self.reference[1]

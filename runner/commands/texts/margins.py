@@ -11,6 +11,7 @@ from proofmass.runner.analysis.margins.margins import Margins
 
 _SLOWEST = 3  # poles that are shown
 _PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))
+_IN_THE_LIMIT = ", in the limit of high frequencies"
 _VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
 
 
@@ -77,15 +78,17 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
     """Return margins, peak and bandwidth of a stable loop."""
     limits, peak_at = (margins.gain_margin, margins.gain_reduction), margins.sensitivity_peak_frequency
     gain = [f"{decibels(limit):+.2f} dB (x {limit:.5g})" for limit in limits if limit is not None]
+    others = [("stable with", _factors(margins))] if len(margins.stable_gains) > 1 else []
     return [
         ("gain margin", ", ".join(gain) or "no limit"),
+        *others,
         ("phase margin", _or_none(margins.phase_margin, lambda v: f"{math.degrees(v):.2f} deg")),
         ("delay margin", _or_none(margins.delay_margin, lambda v: _delay(margins, v))),
         ("disk margin", _or_none(margins.disk_margin, lambda v: f"{v:.4g}")),
         (
             "sensitivity peak",
             _or_none(decibels(margins.sensitivity_peak), lambda v: f"{v:.2f} dB")
-            + ("" if peak_at is None else f" at {hertz_text(peak_at)}"),
+            + ("" if peak_at is None else f" at {hertz_text(peak_at)}" if math.isfinite(peak_at) else _IN_THE_LIMIT),
         ),
         ("bandwidth", _or_none(margins.bandwidth, hertz_text)),
     ]
@@ -93,12 +96,15 @@ def _limits(margins: Margins) -> list[tuple[str, str]]:
 
 def _way_back(margins: Margins) -> list[tuple[str, str]]:
     """Return the gains that would make a loop stable, and its distance from -1."""
-    intervals = [f"{low:.5g} to {'any' if math.isinf(high) else f'{high:.5g}'}" for low, high in margins.stable_gains]
-    gains = f"a factor of {', or '.join(intervals)}" if intervals else "no factor at the wire"
-    rows = [("stable with", gains)]
+    rows = [("stable with", _factors(margins) if margins.stable_gains else "no factor at the wire")]
     if margins.distance is not None:
         rows.append(("distance", f"{margins.distance:.4g} from -1 at the least"))
     return rows
+
+
+def _factors(margins: Margins) -> str:
+    intervals = [f"{low:.5g} to {'any' if math.isinf(high) else f'{high:.5g}'}" for low, high in margins.stable_gains]
+    return f"a factor of {', or '.join(intervals)}"
 
 
 def _delay(margins: Margins, delay: float) -> str:

@@ -140,7 +140,7 @@ def _phase(margins: Margins, loop: _Response) -> Slope | None:
 
 
 def _delay(margins: Margins, loop: _Response) -> Slope | None:
-    if margins.delay_margin_frequency is None or margins.delay_margin is None:
+    if margins.delay_margin_frequency in (None, math.inf) or margins.delay_margin is None:
         return None
     w, late = 2.0 * math.pi * margins.delay_margin_frequency, margins.delay_margin
     moves = _crossover(loop, w)
@@ -153,7 +153,7 @@ def _delay(margins: Margins, loop: _Response) -> Slope | None:
 
 
 def _peak(margins: Margins, loop: _Response) -> Slope | None:
-    if margins.sensitivity_peak_frequency is None or not margins.sensitivity_peak_frequency:
+    if margins.sensitivity_peak_frequency in (None, 0.0, math.inf):
         return None
     w = 2.0 * math.pi * margins.sensitivity_peak_frequency
     value, _, _, _ = loop.at(w)

@@ -139,3 +139,38 @@ def test_a_quantiser_that_wraps_has_slope_one(value: float) -> None:
         turns = (float(found.matrix[-1, -1]) - value) / 4.0  # what wraps is off by whole turns of the register
         assert turns == pytest.approx(round(turns), abs=1e-9)
         assert -2.0 <= found.matrix[-1, -1] < 4.0
+
+
+@pytest.mark.defect("C402", before="unsupported operand type(s) for <<", after="linearised")
+@pytest.mark.parametrize("zero", ["proportional", "integral", "derivative_gain"])
+def test_a_controller_with_a_gain_of_zero(zero: str) -> None:
+    """With an integrator g / (z - 1) a pole reaches the unit circle at the gain margin, by the equation of the PID."""
+    gains: dict[str, Any] = {
+        "proportional": 1.75,
+        "integral": 1600.0,
+        "derivative_gain": 1e-5,
+        "derivative_pole": 5e3,
+    } | {zero: 0.0}
+    wide: dict[str, Any] = {"gain_format": Fixed(32, 28)}
+    blocks: dict[str, Block] = {
+        "set": Constant(value=0.0),
+        "word": FixedQuantiser(),
+        "error": FixedDifference(),
+        "control": FixedPID(**gains, **wide),
+        "sum": FixedIntegrator(gain=1000.0, output_unit="1", **wide),
+    }
+    wires = ["set.output -> word.input", "word.output -> error.first", "error.output -> control.error"]
+    wires += ["control.output -> sum.input", "sum.output -> error.second"]
+    found = margins(Graph(name="loop", rate=50_000, blocks=blocks, wires=wires), "control.output")
+    decay = np.exp(-2.0 * np.pi * 5e3 / 50_000)
+    once, late = np.array([1.0, -1.0]), np.array([1.0, -decay])
+    parts = (
+        gains["proportional"] * np.polymul(once, late),
+        gains["integral"] / 50_000 * np.polymul([1.0, 0.0], late),
+        gains["derivative_gain"] * 50_000 * (1.0 - decay) * np.polymul(once, once),
+    )
+    steps = 1000.0 / 50_000 * sum(parts)
+    whole = np.polymul(np.polymul(once, once), late)
+    assert found.gain_margin is not None
+    sizes = [np.abs(np.roots(np.polyadd(whole, found.gain_margin * f * steps))).max() for f in (0.9999, 1.0001)]
+    assert sizes[0] < 1.0 < sizes[1]

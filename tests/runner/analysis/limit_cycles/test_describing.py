@@ -3,11 +3,13 @@
 import math
 from collections.abc import Callable
 
+import control
 import mpmath
 import pytest
 
 from proofmass.blocks import (
     AnalogToDigital,
+    Backlash,
     Comparator,
     CosineFunction,
     DeadZone,
@@ -112,3 +114,30 @@ def test_sign_dead_zone_sine_and_cosine(amplitude: float) -> None:
 def test_what_remembers_has_none() -> None:
     with pytest.raises(ValueError, match="memory"):
         describing_function(LowPass(), "input", "output", 1.0)
+
+
+@pytest.mark.parametrize("amplitude", [0.4, 0.6, 1.0, 2.0, 30.0])
+def test_a_backlash(amplitude: float) -> None:
+    """Against python-control, and a sine that has been through the block for a turn, summed over the next."""
+    block = Backlash(width=1.0)
+    found = complex(describing_function(block, "input", "output", 1e-3)(amplitude))
+    assert found == pytest.approx(control.friction_backlash_nonlinearity(1.0).describing_function(amplitude), abs=1e-15)
+    count = 20_000
+    position, total = 0.0, 0.0j
+    for i in range(2 * count):
+        angle = 2.0 * math.pi * i / count
+        driver = amplitude * math.sin(angle)
+        position = min(max(position, driver - 0.5), driver + 0.5)
+        total += (i >= count) * position * complex(math.sin(angle), math.cos(angle))
+    assert found == pytest.approx(total * 2.0 / count / amplitude, abs=1e-4)
+
+
+@pytest.mark.parametrize("amplitude", [0.4, 1.0, 7.0])
+def test_those_of_python_control(amplitude: float) -> None:
+    known = {
+        Saturation(lowest=-0.7, highest=0.7): control.saturation_nonlinearity(0.7),
+        Relay(on=2.0, off=-2.0, upper=0.3, lower=-0.3): control.relay_hysteresis_nonlinearity(2.0, 0.3),
+    }
+    for block, theirs in known.items():
+        found = complex(describing_function(block, "input", "output", 1e-3)(amplitude))
+        assert found == pytest.approx(theirs.describing_function(amplitude), rel=1e-12)

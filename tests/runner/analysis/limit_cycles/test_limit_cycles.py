@@ -8,7 +8,18 @@ from pathlib import Path
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Gain, Relay, Saturation, TransferFunction
+from proofmass.blocks import (
+    AnalogToDigital,
+    Comparator,
+    Constant,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    LowPass,
+    Relay,
+    Saturation,
+    TransferFunction,
+)
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
@@ -171,3 +182,37 @@ def test_a_loop_that_is_real_at_all_frequencies_ends() -> None:
     found = proofmass.margins(with_gains(replace(graph, blocks=blocks), {"quantiser": 1.0}, {}), "quantiser.output")
     assert found.verdict == "marginal"
     assert found.gain_crossovers == (pytest.approx(1000.0 / 6.0),)
+
+
+@pytest.mark.defect(
+    "S403", before="a continuous loop without limits", after="the sampled loop, a gain margin of x 1.64"
+)
+@pytest.mark.parametrize("rates", [{}, {"bit": 1000}])
+@pytest.mark.parametrize(
+    ("bit", "port", "unit"),
+    [(Comparator(), "sign", "1"), (AnalogToDigital(bits=16, reference=32768.0), "number", "V")],
+)
+def test_a_clocked_block_keeps_its_tick_as_a_gain(bit: Block, port: str, unit: str, rates: dict[str, int]) -> None:
+    """L = 2 (1 - a) / (z - a), a = exp(-2 pi 100 / 1000), becomes unstable at z = -1."""
+    graph = Graph(
+        name="one bit",
+        rate=1000,
+        blocks={
+            "set": Constant(value=0.1, unit=unit),
+            "error": Difference(unit=unit),
+            "bit": bit,
+            "plant": LowPass(corner_frequency=100.0, output_unit=unit),
+        },
+        rates=rates,
+        wires=[
+            "set.output -> error.first",
+            "plant.output -> error.second",
+            "error.output -> bit.input" if unit == "1" else "error.output -> bit.voltage",
+            f"bit.{port} -> plant.input",
+        ],
+    )
+    found = proofmass.margins(with_gains(graph, {"bit": 2.0}, {}))
+    decay = math.exp(-0.2 * math.pi)
+    assert not found.system.continuous
+    assert found.gain_margin == pytest.approx((1.0 + decay) / (2.0 * (1.0 - decay)), rel=1e-12)
+    assert found.gain_margin_frequency == pytest.approx(500.0)

@@ -54,6 +54,10 @@ def test_margins_are_distances_also_of_a_loop_with_several_values_of_its_wire() 
 def test_an_unstable_loop_is_drawn_and_says_so() -> None:
     figure = plot_margins(margins(GRAPH.with_parameters({"pickoff.gain": 8e5})))
     assert figure.get_suptitle() == "main: unstable"
+    left, _ = figure.axes[1].get_xlim()
+    curve = figure.axes[1].lines[0].get_xydata()
+    crossings = curve[:-1, 0][(curve[:-1, 1] * curve[1:, 1] < 0.0) & (curve[:-1, 0] < -1.0)]
+    assert left < crossings.max() < -2.5, "the crossing that makes it unstable is in the picture"
     assert np.isfinite(np.asarray(figure.axes[3].lines[0].get_ydata())).all()
 
 

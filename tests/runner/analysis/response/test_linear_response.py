@@ -4,6 +4,7 @@ import math
 
 import numpy as np
 import pytest
+import scipy.optimize
 import scipy.signal
 
 from proofmass import Graph, response
@@ -130,3 +131,40 @@ def test_what_no_wire_reaches_is_refused() -> None:
     graph = Graph(name="", rate="1 kHz", blocks={"u": Constant(), "v": Constant()})
     with pytest.raises(ModelError, match=r"u\.output does not move v\.output"):
         response(graph, "u.output", "v.output")
+
+
+@pytest.mark.defect("S404", before="the nearest of the frequencies that are shown", after="the peak, to rounding")
+@pytest.mark.parametrize("numerator", [(0.0, 1.0), (1.0, -1.0)])  # a low-pass filter, a band-pass filter
+@pytest.mark.parametrize("quality", [2.5, 40.0])
+@pytest.mark.parametrize("frequencies", [(), (1.0, 400.0)])
+def test_the_peak_and_the_band_edges(
+    quality: float, numerator: tuple[float, float], frequencies: tuple[float, ...]
+) -> None:
+    """Against the quotient of polynomials, its largest size and where it is 3 dB less."""
+    turn = 2.0 * math.pi * 79.67 / RATE
+    size = math.exp(-0.5 * turn / quality)
+    denominator = (1.0, -2.0 * size * math.cos(turn), size * size)
+    block = DiscreteTransferFunction(numerator=(*numerator, 0.0), denominator=denominator)
+    found = response(chain(block), "u.output", "a.output", frequencies=frequencies)
+
+    def gain(f: float) -> float:
+        z = np.exp(2j * np.pi * f / RATE)
+        return float(abs(np.polyval((*numerator, 0.0), z) / np.polyval(denominator, z)))
+
+    width = 79.67 / quality
+    options = {"xatol": 1e-9}
+    bounds = (79.67 - width, 79.67 + 0.5 * width)
+    best = scipy.optimize.minimize_scalar(lambda f: -gain(f), bounds=bounds, method="bounded", options=options)
+    assert found.peak == (pytest.approx(best.x, rel=1e-6), pytest.approx(-best.fun, rel=1e-12))
+    level = math.sqrt(0.5) * (gain(0.0) if numerator[0] == 0.0 else -best.fun)
+    high = scipy.optimize.brentq(lambda f: gain(f) - level, best.x, 0.5 * RATE, xtol=1e-12)
+    assert found.corners[1] == pytest.approx(high, rel=1e-9)
+    if numerator[0]:
+        low = scipy.optimize.brentq(lambda f: gain(f) - level, 0.0, best.x, xtol=1e-12)
+        assert found.corners[0] == pytest.approx(low, rel=1e-9)
+    else:
+        assert found.corners[0] is None
+
+
+def test_the_largest_gain_of_a_low_pass_filter_is_at_rest() -> None:
+    assert response(first_order(0.9), "u.output", "a.output").peak == (0.0, pytest.approx(1.0, rel=1e-12))
