@@ -271,7 +271,7 @@ class OrbitSearch:
         return None
 
     def _returns(self) -> Iterator[int]:
-        """Yield after how many periods everything may be back: rings, whole numbers and sources, numbers, or the map."""
+        """Yield the numbers of periods after which rings, sources, numbers or the map may be back."""
         turns = self._rings.turns()
         if 1 < turns <= LONGEST_ORBIT // self._ticks:
             yield turns

@@ -159,7 +159,7 @@ def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
 def _critical_turn(system: OpenLoop) -> float | None:
     """Return the least turn at the wire that makes a stable loop unstable."""
     places = np.linspace(0.0, math.pi, _TURNS + 1)
-    _, turn = next(stable_intervals(lambda x: system.growth(cmath.exp(-1j * x)), places))
+    _, turn = next(stable_intervals(lambda x: system.growth(cmath.exp(-1j * x)), places), (0.0, 0.0))
     return None if turn == math.pi else turn
 
 

@@ -4,7 +4,6 @@ The truth is the characteristic polynomial that the graph's equations give, writ
 """
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -239,10 +238,8 @@ def test_noise_passes_through_the_ring() -> None:
     assert found.rms == pytest.approx(np.sqrt(RATE / 2.0 * np.sum(np.square(answer))), rel=1e-9)
 
 
-@pytest.mark.defect(
-    "S506", before="margins of 12 of 400 runs by those of a neighbour", after="equal, whatever the threads"
-)
-def test_margins_of_a_study_do_not_depend_on_threads(tmp_path: Path) -> None:
+@pytest.mark.defect("S506", before="margins of a neighbour in 12 of 400 runs", after="equal with any threads")
+def test_margins_of_a_study_do_not_depend_on_threads() -> None:
     """y' = y / 2 + (b - y) |b - y| / 10, opened at two wires of the one loop: the margins are equal."""
     blocks: dict[str, Block] = {
         "bias": Constant(value=5.0), "error": Sum(), "minus": Gain(gain=-1.0), "square": Power(exponent=2.0, odd=True),
