@@ -5,7 +5,7 @@ dual numbers. Here every number that lasts gets one direction of its own every f
 are in the first ones: with slopes S by those of before, and R by new ones, G becomes S G + R.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ import scipy.sparse
 from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual_ticks import Place
 from proofmass.runner.plan.memory import Rows
 
 EVERY = 8  # ticks
@@ -41,14 +42,14 @@ class CompactTicks(NoisyTicks):
         names = list(self._columns)
         lasting = self._rows.tolist()
 
-        def spread(value: Any) -> Any:
+        def spread(_: Place, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value
             (key,) = slopes
             return dual(value_of(value, SIGNALS), dict(zip(names, lasting[key[2]], strict=True)), SIGNALS)
 
-        self._replace(spread)
+        self.replace_lasting(spread)
         return True
 
     def _gather(self) -> None:
@@ -67,14 +68,14 @@ class CompactTicks(NoisyTicks):
         """Give each number that lasts a direction of its own, and return the slopes that it had."""
         gathered: list[Mapping[Key, float]] = []
 
-        def gather(value: Any) -> Any:
+        def gather(_: Place, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value
             gathered.append(slopes)
             return dual(value_of(value, SIGNALS), {("", LIVE, len(gathered) - 1): 1.0}, SIGNALS)
 
-        self._replace(gather)
+        self.replace_lasting(gather)
         return gathered
 
     def _in_first(self, values: list[Any]) -> list[Any]:
@@ -101,16 +102,3 @@ class CompactTicks(NoisyTicks):
             r, c, v = zip(*own, strict=True) if own else ((), (), ())
             parts.append(scipy.sparse.csr_array((v, (r, c)), shape=(len(slopes), width)))
         return np.asarray(parts[0] @ wide + parts[1].toarray())
-
-    def _replace(self, transform: Callable[[Any], Any]) -> None:
-        """Replace every number that lasts to the next tick."""
-        memory = self._memory
-        for table in (memory.states, self._constants):
-            for name, values in table.items():
-                if isinstance(values, tuple):  # skips blocks without state, and constants that each tick makes anew
-                    table[name] = type(values)(*map(transform, values))
-        for held in memory.of_blocks().values():
-            if isinstance(held, list):
-                held[:] = map(transform, held)
-        for node, wire in memory.wires.items():
-            memory.wires[node] = list(map(transform, wire)) if isinstance(wire, list) else transform(wire)

@@ -4,7 +4,8 @@ Only what the wanted outputs depend on is run. Noise is zero.
 """
 
 import math
-from collections.abc import Callable, Sequence
+from collections import Counter
+from collections.abc import Callable, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
@@ -23,6 +24,8 @@ from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
+
+Place = tuple[str, Hashable, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
 
 
 class DualTicks(Interpreter):
@@ -43,6 +46,8 @@ class DualTicks(Interpreter):
             if not set(inputs).isdisjoint(loop.nodes):
                 raise ModelError([plan.graph.placed(_within(loop))])
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
+        self._blocks = blocks
+        self._injections = Counter[Endpoint]()
         self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
         self.injected: list[tuple[str, str, int]] = []  # in their order, which is that of time
         self.sources: list[tuple[str, str, int]] = []  # of noise, where it is not zero
@@ -73,7 +78,8 @@ class DualTicks(Interpreter):
                 self.recorded[node].append(value)
             if node not in self._inputs:
                 return value
-            key = (*node, sum(node == earlier[:2] for earlier in self.injected))
+            key = (*node, self._injections[node])
+            self._injections[node] += 1
             self.injected.append(key)
             return (plain(value) if self._cut else value) + dual(0.0, {key: 1.0}, SIGNALS)
 
@@ -116,6 +122,26 @@ class DualTicks(Interpreter):
         if isinstance(binding, Deviate):
             return lambda tick: 0.0
         return super()._getter(binding)
+
+    def replace_lasting(self, transform: Callable[[Place, Any], Any]) -> None:
+        """Replace every number of the blocks that lasts to the next tick, by its place."""
+        memory = self._memory
+        for what, table in (("state", memory.states), ("constant", self._constants)):
+            for name in self._blocks:
+                values = table[name]
+                if isinstance(values, tuple):  # skips blocks without state, and constants that each tick makes anew
+                    moved = [transform((what, name, i), value) for i, value in enumerate(values)]
+                    table[name] = type(values)(*moved)
+        for node, held in memory.of_blocks().items():
+            if node[0] in self._blocks and isinstance(held, list):
+                held[:] = [transform(("buffer", node, i), value) for i, value in enumerate(held)]
+        for node, wire in memory.wires.items():
+            if node[0] not in self._blocks:
+                continue
+            if isinstance(wire, list):
+                memory.wires[node] = [transform(("wire", node, i), value) for i, value in enumerate(wire)]
+            else:
+                memory.wires[node] = transform(("wire", node, 0), wire)
 
 
 def _within(loop: AlgebraicLoop) -> Problem:

@@ -16,6 +16,7 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
 
 Complex = npt.NDArray[np.complex128]
 _schur: Any = scipy.linalg.schur
@@ -33,6 +34,7 @@ class OpenLoop:
     continuous: bool = False
     variation: Array | None = None
     ticks: int = 1  # of a period
+    hidden: tuple[complex, ...] = ()  # poles over the period that no factor moves and the map leaves out
 
     @property
     def matrices(self) -> tuple[Array, Array, Array, Array]:
@@ -76,8 +78,15 @@ class OpenLoop:
 
     def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
         """The transition matrix over a period of the loop closed through an extra factor at the wire."""
+        if self.map.ticks is not None and not self.hidden:
+            return self.map.ticks.closed(self.map.states, factor)
         a, b, c, d = self.matrices
         return a - factor * b @ np.linalg.solve(np.eye(len(d)) + factor * d, c)
+
+    @cached_property
+    def by_values(self) -> TickMaps:
+        """The maps from one value of the wire to the next."""
+        return self.map.ticks or maps_of_lifted(self.map.states, *self.map.parts())
 
     @cached_property
     def poles(self) -> Complex:
@@ -90,18 +99,9 @@ class OpenLoop:
         """Poles of the open loop over its period."""
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
-    def radius(self, factor: complex = 1.0) -> float:
-        """Largest size of a closed-loop pole; below 1 the loop is stable."""
-        return float(np.max(np.abs(np.linalg.eigvals(self.closed(factor))), initial=0.0))
-
-    def growth(self, factor: complex = 1.0) -> float:
-        """Logarithm of `radius`: what the slowest mode grows by in a period; infinite beyond the range of doubles."""
-        try:
-            with np.errstate(over="ignore", invalid="ignore"):
-                radius = self.radius(factor)
-        except np.linalg.LinAlgError:  # of entries that are not finite, or too far apart
-            return math.inf
-        return math.log(radius) if radius else -math.inf
+    def growths(self, factors: npt.NDArray[Any]) -> Array:
+        """Logarithms of what the slowest mode grows by in a period, for each of some factors at the wire."""
+        return self.by_values.growths(factors, self.hidden)
 
     def lifted(self, w: Array) -> Complex:
         """L over the period, a matrix for each angular frequency."""
@@ -118,8 +118,7 @@ class OpenLoop:
     def _at_own_frequency(self, transfer: "Transfer", w: Array | float) -> Complex:
         w = np.asarray(w, dtype=float)
         turn = np.exp(1j * w.reshape(-1, 1) * np.arange(self.per_period) * self.sample)
-        outputs = transfer.of_signals(self._points(w.ravel()), turn)
-        value: Complex = np.mean(turn.conj() * outputs, axis=1)
+        value = transfer.mean(self._points(w.ravel()), turn)
         return value.reshape(w.shape)
 
     def complementary(self, w: Array) -> Complex:
@@ -176,11 +175,17 @@ class Transfer:
         value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
         return value
 
-    def of_signals(self, z: Complex, inputs: Complex) -> Complex:
-        """Return what comes of one input vector for each z, a row each, without the matrices between."""
-        spectra = inputs.T
+    def mean(self, z: Complex, turns: Complex) -> Complex:
+        """Return the mean output for each z, turned back, of an input that turns from value to value: a row each."""
+        spectra = turns.T
         x = np.zeros((len(self._form), len(z)), dtype=complex)
         for i in range(len(x) - 1, -1, -1):
             x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ spectra) / (z - self._form[i, i])
-        value: Complex = (self._out @ x + self._direct @ spectra).T
+        back = turns.conj()
+        value: Complex = (np.sum((back @ self._out) * x.T, axis=1) + back @ self._later) / len(spectra)
         return value
+
+    @cached_property
+    def _later(self) -> npt.NDArray[Any]:
+        """What comes back within the period so many values later, of all values together."""
+        return np.array([np.trace(self._direct, -k) for k in range(len(self._direct))])

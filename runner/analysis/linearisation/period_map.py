@@ -21,11 +21,13 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.derivatives.stepped_ticks import SteppedTicks
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -59,6 +61,7 @@ class PeriodMap:
     told: str = ""  # how the operating point was found
     starting: bool = False  # whether the map changes after a start
     late: float = 0.0  # seconds from the first value of the only input to that of the only output
+    ticks: TickMaps | None = None  # of a loop, from value to value of the wire
 
     @property
     def order(self) -> int:
@@ -172,16 +175,19 @@ def period_map(
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
+    stepped = cut and len(inputs) == 1 and not by_parameters and ticks > plan.stride(inputs[0])
     while True:
         begin = _with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted, rings)
         seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [_held(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
-        many = ticks > _MANY and not by_parameters
-        engine = (
-            (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn) if noise else DualTicks(*given)
-        )
+        engine = DualTicks(*given)
+        if noise:
+            many = ticks > _MANY and not by_parameters
+            engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
+        elif stepped:
+            engine = SteppedTicks(*given, moving=moving)
         try:
             engine.advance(begin.tick + ticks, ())
         except TickError as error:
@@ -190,13 +196,23 @@ def period_map(
                 raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
+        maps = _tick_maps(engine, seeded, rings) if isinstance(engine, SteppedTicks) else None
+        if stepped and maps is None:
+            stepped = False
+            continue
         return replace(
-            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings),
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps),
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=_plain(engine.memory()),
             late=_late(plan, inputs, outputs),
         )
+
+
+def _tick_maps(engine: SteppedTicks, seeded: Sequence[Entry], rings: Rings) -> TickMaps | None:
+    memory = engine.memory()
+    ends = {entry: place for entry in seeded if (place := engine.place_of(_held(memory, entry, rings)))}
+    return maps_of_ticks(engine.ticks, engine.starts, ends)
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
@@ -342,8 +358,9 @@ def _read(
     outputs: Sequence[Endpoint],
     period: float,
     rings: Rings,
+    ticks: TickMaps | None = None,
 ) -> PeriodMap:
-    """The map from what the dual numbers are after a period."""
+    """The map from what the dual numbers are after a period, or from the maps of its ticks."""
     memory = engine.memory()
     rows = [_held(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in engine.recorded[node]]
@@ -362,8 +379,11 @@ def _read(
     for row, value in enumerate(rows):
         before = values[row] if row < len(seeded) else 0.0
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
-        for key, slope in slopes_of(value, SIGNALS).items():
+        for key, slope in () if ticks else slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
+    if ticks:
+        places = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
+        matrix[np.ix_(places, places)] = ticks.lifted()
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
@@ -372,7 +392,9 @@ def _read(
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
     point = tuple(float(value_of(value)) for value in values)
-    return PeriodMap(tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined, point=point)
+    return PeriodMap(
+        tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined, point=point, ticks=ticks
+    )
 
 
 def _plain(memory: Memory) -> Memory:

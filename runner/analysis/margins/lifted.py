@@ -6,25 +6,21 @@ the unit circle; the delay margin is the number of whole samples before the firs
 are those of the response at the input's own frequency, found by a sweep.
 """
 
-import cmath
-import itertools
 import math
-from collections.abc import Iterable
 from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.continuation import stable_intervals
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
 from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sweep
 
 LARGEST_DELAY = 64  # samples
-MOST_VALUES = 128  # of the wire in a period
+MOST_VALUES = 4096  # of the wire in a period
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
-_NEAR_AXIS = 1e-5  # relative distance of an imaginary eigenvalue from the axis; an extra one does no harm
 _PEAK = 1e-9  # relative accuracy of the height of a peak
 _OUTSIDE = 1.0 + 1e-12
 
@@ -55,13 +51,14 @@ def figures_of(system: OpenLoop, open_at: str, stable: bool) -> Figures:
     if not stable:
         return every
     low, high = next((pair for pair in every.stable_gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
-    at, peak = largest(system, 1.0)
+    back = system.closed_response(w)
+    at, peak = largest(system, 1.0, float(np.max(np.abs(1.0 - back))))
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
         phase_margin=_critical_turn(system),
         delay_margin=delay_margin(system),
-        disk_margin=1.0 / largest(system, 0.5)[1],
+        disk_margin=1.0 / largest(system, 0.5, float(np.max(np.abs(0.5 - back))))[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
         bandwidth=_bandwidth(system, w),
@@ -76,80 +73,25 @@ def delay_margin(system: OpenLoop) -> float:
     return LARGEST_DELAY * system.sample
 
 
-def largest(system: OpenLoop, offset: float, factor: complex = 1.0) -> tuple[float, float]:
-    """Angular frequency and value of the largest |offset - T|, T = f L (I + f L)^-1, between rest and half the rate."""
-    closed = _Closed(system, factor, offset)
-    at, size = closed.largest(closed.corners(), _PEAK)
-    return abs(at) / system.map.period, size
+def largest(system: OpenLoop, offset: float, reached: float) -> tuple[float, float]:
+    """Angular frequency and value of the largest |offset - T|, which is at least what is `reached` somewhere.
 
-
-class _Closed:
-    """offset - T as a system in s, for a factor at the wire."""
-
-    def __init__(self, system: OpenLoop, factor: complex, offset: float) -> None:
-        _, b, c, d = system.matrices
-        eye = np.eye(len(d))
-        inverse = np.linalg.inv(eye + factor * d)
-        self.parts: tuple[Complex, ...] = (
-            system.closed(factor).astype(complex),
-            (b @ inverse).astype(complex),
-            -factor * inverse @ c,
-            offset * eye - factor * d @ inverse,
-        )
-        self._flat = self._continuous()
-
-    def largest(self, angles: Iterable[float], slack: float) -> tuple[float, float]:
-        """Angle w T and value of the largest size, but for a part of it, from some angles at which it may be large.
-
-        Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287, on the plane s = (z - 1) / (z + 1): between
-        the angles at which a level is crossed, eigenvalues of a Hamiltonian matrix, a higher one is looked for.
-        """
-        best, at = max((self.size(angle), angle) for angle in angles)
-        while True:
-            places = self.crossed((1.0 + slack) * best)
-            between = [0.5 * (low + high) for low, high in itertools.pairwise(places)]
-            size, angle = max(((self.size(angle), angle) for angle in between), default=(0.0, 0.0))
-            if size <= best:
-                return at, best
-            best, at = size, angle
-
-    def size(self, angle: float) -> float:
-        """The largest singular value at w T."""
-        a, b, c, d = self.parts
-        return float(np.linalg.norm(c @ np.linalg.solve(cmath.exp(1j * angle) * np.eye(len(a)) - a, b) + d, 2))
-
-    def corners(self) -> list[float]:
-        """Angles w T at which it may be large: of its poles, and the ends."""
-        poles = np.linalg.eigvals(self.parts[0]) if len(self.parts[0]) else np.zeros(0)
-        return [0.0, math.pi, *(float(np.angle(pole)) for pole in poles if pole != 0.0)]
-
-    def crossed(self, level: float) -> list[float]:
-        """Angles w T at which a singular value is at a level, in order, around the whole circle."""
-        a, b, c, d = self._flat
-        if not len(a):
-            return []
-        inner = d.conj().T @ d - level**2 * np.eye(d.shape[1])
-        into = np.linalg.solve(inner, np.hstack([d.conj().T @ c, b.conj().T]))
-        n = len(a)
-        back = np.vstack([b, -c.conj().T @ d])
-        hamiltonian = np.block([[a, np.zeros((n, n))], [-c.conj().T @ c, -a.conj().T]]) - back @ into
-        values = np.linalg.eigvals(hamiltonian)
-        near = values[np.abs(values.real) <= _NEAR_AXIS * (np.abs(values) + 1e-3)]
-        angles = sorted(2.0 * math.atan(float(value.imag)) for value in near)
-        return [*angles, angles[0] + 2.0 * math.pi] if angles else []
-
-    def _continuous(self) -> tuple[Complex, ...]:
-        a, b, c, d = self.parts
-        inverse = np.linalg.inv(np.eye(len(a)) + a)
-        root = math.sqrt(2.0)
-        return inverse @ (a - np.eye(len(a))), root * inverse @ b, root * c @ inverse, d - c @ inverse @ b
+    A level is passed where a singular value is at it at some frequency; the highest of these is found by bisection.
+    """
+    maps, angles = system.by_values, [0.0]
+    low, high = max(reached, abs(offset)) * (1.0 - _PEAK), math.inf
+    while high - low > _PEAK * low:
+        level = min(2.0 * low, 0.5 * (low + high))
+        crossed = maps.crossed(level, offset)
+        low, high, angles = (level, high, crossed) if crossed else (low, level, angles)
+    return abs(angles[len(angles) // 2]) / system.map.period, low
 
 
 def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
     """Return the intervals of factors at the wire with which the loop is stable; up to a billion counts as any."""
     last = math.log(LARGEST_FACTOR)
     places = np.linspace(-last, last, round(2.0 * last * _FACTORS / math.log(10.0)) + 1)
-    intervals = stable_intervals(lambda x: system.growth(math.exp(x)), places)
+    intervals = stable_intervals(lambda x: system.growths(np.exp(x)), places)
     return tuple(
         (0.0 if low == -last else math.exp(low), math.inf if high == last else math.exp(high))
         for low, high in intervals
@@ -159,7 +101,7 @@ def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
 def _critical_turn(system: OpenLoop) -> float | None:
     """Return the least turn at the wire that makes a stable loop unstable."""
     places = np.linspace(0.0, math.pi, _TURNS + 1)
-    _, turn = next(stable_intervals(lambda x: system.growth(cmath.exp(-1j * x)), places), (0.0, 0.0))
+    _, turn = next(stable_intervals(lambda x: system.growths(np.exp(-1j * x)), places), (0.0, 0.0))
     return None if turn == math.pi else turn
 
 

@@ -1,0 +1,232 @@
+"""A loop that is cut at one wire, from one value of the wire to the next: a product of small maps for each period.
+
+    y[k] = c[k] x[k] + d[k] u[k],   x[k+1] = a[k] x[k] + b[k] u[k],   k = 0 ... p - 1,   x[p] is the next x[0]
+
+Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]). It is computed pair
+by pair, each part with its own power of two, so that a loop which grows by any factor and shrinks again is exact.
+"""
+
+from collections.abc import Collection, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+import scipy.linalg
+
+from proofmass.graphs.model.digraph import reached
+from proofmass.runner.derivatives.dual_ticks import Place
+from proofmass.runner.derivatives.stepped_ticks import TickMap
+
+Array = npt.NDArray[np.float64]
+Entry = tuple[str, str, int]  # block, state field or buffer, and index in the buffer or -1
+_ENTRIES = 1 << 22  # numbers of a batch
+_MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
+_ON_CIRCLE = 1e-7  # distance from the unit circle within which an eigenvalue counts as on it
+_eig: Any = scipy.linalg.eig
+
+
+@dataclass(frozen=True)
+class TickMaps:
+    """The maps of one period, and the places in x of the states that the period begins and ends with."""
+
+    a: Array  # p x n x n
+    b: Array  # p x n
+    c: Array  # p x n
+    d: Array  # p
+    places: Mapping[Entry, int]
+
+    def closed(self, states: Sequence[Entry], factor: complex = 1.0) -> npt.NDArray[Any]:
+        """Return the transition matrix of some states over a period, closed through a factor."""
+        (product,), (exponent,) = self._products(np.array([factor]))
+        places = [self.places[state] for state in states]
+        return np.asarray(product[np.ix_(places, places)] * np.ldexp(1.0, exponent))
+
+    def growths(self, factors: npt.NDArray[Any], hidden: Sequence[complex] = ()) -> Array:
+        """Return by how much the slowest mode grows in a period for each factor, as a logarithm.
+
+        Poles that no factor moves are left out if they are `hidden`.
+        """
+        products, exponents = self._batches(factors)
+        grown = np.full(len(factors), np.inf)
+        for i in np.flatnonzero(np.isfinite(products).all(axis=(1, 2))):
+            left_out = [pole * 2.0 ** -float(exponents[i]) for pole in hidden]
+            sizes = np.abs(_others(np.linalg.eigvals(products[i]), left_out))
+            with np.errstate(divide="ignore"):
+                grown[i] = np.log(np.max(sizes, initial=0.0)) + exponents[i] * np.log(2.0)
+        return grown
+
+    def _batches(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+        """Return the transition matrix of x over a period for each factor, and the power of two that it lacks."""
+        ticks, n = self.b.shape
+        size = max(1, _ENTRIES // max(1, ticks * n * n))
+        parts = [self._products(factors[i : i + size]) for i in range(0, len(factors), size)]
+        matrices, exponents = zip(*parts, strict=True)
+        return np.concatenate(matrices), np.concatenate(exponents)
+
+    def _products(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+        back = self.c / (1.0 - factors[:, None] * self.d)[:, :, None] * factors[:, None, None]
+        maps = self.a + self.b[:, :, None] * back[:, :, None, :]
+        exponents = np.zeros(maps.shape[:2], dtype=np.int64)
+        while maps.shape[1] > 1:
+            odd = maps.shape[1] % 2
+            left, left_exponents = maps[:, -1:], exponents[:, -1:]
+            maps, exponents = _scaled(maps[:, 1::2] @ maps[:, : maps.shape[1] - odd : 2], _pairs(exponents, odd))
+            if odd:
+                maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
+        return maps[:, 0], exponents[:, 0]
+
+    def crossed(self, level: float, offset: float, factor: float = 1.0) -> list[float]:
+        """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
+
+        They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed of those of its
+        values as waves pass layers one after the other (Anderson, Int. J. Control 28, 1978, 295).
+        """
+        inverse = 1.0 / (1.0 - factor * self.d)
+        b, c = self.b * inverse[:, None], self.c * (factor * inverse)[:, None]
+        d = offset + factor * self.d * inverse
+        rest = level**2 - d**2
+        a = self.a + self.b[:, :, None] * c[:, None, :] + (d / rest)[:, None, None] * b[:, :, None] * c[:, None, :]
+        g = b[:, :, None] * b[:, None, :] / rest[:, None, None]
+        h = (1.0 + d**2 / rest)[:, None, None] * c[:, :, None] * c[:, None, :]
+        while len(a) > 1:
+            left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
+            a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
+        eye, zero = np.eye(a.shape[1]), np.zeros(a.shape[1:])
+        ahead = np.block([[eye, -g[0]], [zero, a[0].T]])
+        values = _eig(np.block([[a[0], zero], [-h[0], eye]]), ahead, right=False)
+        near = values[np.abs(np.abs(values) - 1.0) <= _ON_CIRCLE]
+        return sorted(float(angle) for angle in np.angle(near))
+
+    def lifted(self) -> Array:
+        """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
+        ticks, n = self.b.shape
+        moved = np.hstack([np.eye(n), np.zeros((n, ticks))])
+        read = np.zeros((ticks, n + ticks))
+        for k in range(ticks):
+            read[k] = self.c[k] @ moved
+            read[k, n + k] += self.d[k]
+            moved = self.a[k] @ moved
+            moved[:, n + k] += self.b[k]
+        kept = list(self.places.values())
+        return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
+
+
+def maps_of_ticks(
+    ticks: Sequence[TickMap], starts: Mapping[Entry, Place], ends: Mapping[Entry, Place]
+) -> TickMaps | None:
+    """Return the maps of a period, of what lies between the input and the output; None if they are too large.
+
+    `starts` and `ends` are the places of the states before and after the period.
+    """
+    edges = {(to, source) for tick in ticks for to, sources in tick.moved.items() for source in sources}
+    edges |= {(starts[entry], ends[entry]) for entry in starts.keys() & ends.keys()}
+    entered = {place for tick in ticks for place in tick.entered}
+    read = {place for tick in ticks for place in tick.read or ()}
+    ahead, back = _successors(edges), _successors({(source, to) for to, source in edges})
+    kept = sorted(entered.union(reached(ahead, entered)) & read.union(reached(back, read)))
+    valued = [tick for tick in ticks if tick.read is not None]
+    n, number = len(kept), {place: i for i, place in enumerate(kept)}
+    if len(valued) * n * n > _MOST_ENTRIES:
+        return None
+    maps = [(_matrix(tick.moved, number), _row(tick.entered, number), _row(tick.read, number)) for tick in ticks]
+    entries = [entry for entry, place in starts.items() if place in number]
+    back_again = np.zeros((n, n))
+    for entry in entries:
+        if ends.get(entry) in number:
+            back_again[number[starts[entry]], number[ends[entry]]] = 1.0
+    maps.append((back_again, np.zeros(n), None))
+    return TickMaps(*_by_values(maps), {entry: number[starts[entry]] for entry in entries})
+
+
+def _by_values(maps: Sequence[tuple[Array, Array, Array | None]]) -> tuple[Array, Array, Array, Array]:
+    """Join ticks without a value of the wire to those with one."""
+    before, a, b, c = np.eye(len(maps[0][1])), list[Array](), list[Array](), list[Array]()
+    for moved, entered, read in maps:
+        if read is not None:
+            a.append(moved @ before)
+            b.append(entered)
+            c.append(read @ before)
+            before = np.eye(len(entered))
+        elif a:
+            a[-1], b[-1] = moved @ a[-1], moved @ b[-1]
+        else:
+            before = moved @ before
+    return np.array(a), np.array(b), np.array(c), np.zeros(len(a))
+
+
+def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Array) -> TickMaps:
+    """Return maps with the transfer of a period. They keep x, what it becomes, and the outputs to come."""
+    n, ticks = len(a), len(d)
+    size = 2 * n + ticks
+    moved = np.tile(np.eye(size), (ticks, 1, 1))
+    entered, read = np.zeros((ticks, size)), np.zeros((ticks, size))
+    entered[:, n : 2 * n] = b.T
+    for k in range(ticks):
+        read[k, :n], read[k, 2 * n + k] = c[k], 1.0
+        entered[k, 2 * n + k + 1 :] = d[k + 1 :, k]
+    last = np.zeros((size, size))
+    last[:n, :n], last[:n, n : 2 * n] = a, np.eye(n)
+    moved[-1] = last @ moved[-1]
+    entered[-1] = last @ entered[-1]
+    return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
+
+
+def _successors(edges: Collection[tuple[Place, Place]]) -> dict[Place, list[Place]]:
+    found: dict[Place, list[Place]] = {}
+    for to, source in edges:
+        found.setdefault(source, []).append(to)
+        found.setdefault(to, [])
+    return found
+
+
+def _matrix(moved: Mapping[Place, Mapping[Place, float]], number: Mapping[Place, int]) -> Array:
+    matrix = np.zeros((len(number), len(number)))
+    for to, sources in moved.items():
+        if to in number:
+            matrix[number[to]] = _row(sources, number)
+    return matrix
+
+
+def _row(values: Mapping[Place, float] | None, number: Mapping[Place, int]) -> Any:
+    if values is None:
+        return None
+    row = np.zeros(len(number))
+    for place, value in values.items():
+        if place in number:
+            row[number[place]] = value
+    return row
+
+
+def _pairs(exponents: npt.NDArray[np.int64], odd: int) -> npt.NDArray[np.int64]:
+    return np.asarray(exponents[:, 1::2] + exponents[:, : exponents.shape[1] - odd : 2])
+
+
+def _scaled(
+    maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]
+) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+    """Take a power of two out of each map."""
+    _, powers = np.frexp(np.max(np.abs(maps), axis=(2, 3), initial=0.0))
+    return maps * np.ldexp(1.0, -powers)[:, :, None, None], exponents + powers
+
+
+def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
+    """Return the maps of pairs: x' = a x + g l', l = a^T l' + h x of the first, then of the second."""
+    last = len(a) - len(a) % 2
+    (a1, a2), (g1, g2), (h1, h2) = ((m[:last:2], m[1::2]) for m in (a, g, h))
+    through = np.linalg.solve(np.eye(a.shape[1]) - g1 @ h2, np.concatenate([a1, g1 @ _turned(a2)], axis=2))
+    n = a.shape[1]
+    ahead, back = through[:, :, :n], through[:, :, n:]
+    return a2 @ ahead, g2 + a2 @ back, h1 + _turned(a1) @ h2 @ ahead
+
+
+def _turned(maps: Array) -> Array:
+    return np.asarray(maps.transpose(0, 2, 1))
+
+
+def _others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[Any]:
+    """Return the eigenvalues without those that are nearest to hidden ones."""
+    left = list(values)
+    for pole in hidden:
+        left.remove(min(left, key=lambda value: abs(value - pole)))
+    return np.array(left)
