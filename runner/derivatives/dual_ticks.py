@@ -5,7 +5,7 @@ Only what the wanted outputs depend on is run. Noise is zero.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import Any
@@ -25,7 +25,7 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
-Place = tuple[str, Hashable, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
+Place = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
 
 
 class DualTicks(Interpreter):

@@ -69,4 +69,3 @@ class SteppedTicks(DualTicks):
 
         self.replace_lasting(renewed)
         return had
-

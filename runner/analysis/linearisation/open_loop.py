@@ -5,7 +5,6 @@ is stable if the zeros of det(I + L) lie inside the unit circle. Where slower bl
 period of the loop holds `per_period` values of the wire.
 """
 
-import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any

@@ -52,6 +52,7 @@ from proofmass.runner.plan.planned import Plan
 SAME = 1e-9  # relative change of a map that counts as rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
+MOST_VALUES = 4_096  # of a wire that is cut, in a map
 WAITED = 2  # least number of periods that a waiting switch stands still
 MOST_MAPS = 16  # periods whose maps are compared one by one
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
@@ -109,7 +110,8 @@ class OrbitSearch:
         self._plan, self._course, self._ends = plan, course, ends
         self._ticks = ends.common_period(plan)
         self._period = self._ticks * plan.period
-        self._most = min(LONGEST_ORBIT // self._ticks, MOST_PERIODS)
+        self._longest = min(LONGEST_ORBIT, MOST_VALUES * self._stride()) // self._ticks  # of periods of a map
+        self._most = min(self._longest, MOST_PERIODS)
         self._first = tick - tick % self._ticks
         upstream, moving = ends.blocks(plan)
         self._names = sorted(upstream)
@@ -122,6 +124,10 @@ class OrbitSearch:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
         point = self._point()
         return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks, rings=self._rings)
+
+    def _stride(self) -> int:
+        """Return the base ticks between two values of the wires that are cut; of others no map is too long."""
+        return min(map(self._plan.stride, self._ends.inputs)) if self._ends.cut else LONGEST_ORBIT
 
     def _point(self) -> OrbitPoint:
         """Return the map, over how many periods it is, and what is to be said of it."""
@@ -209,7 +215,7 @@ class OrbitSearch:
 
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
-        longest = min(LONGEST_ORBIT // self._ticks, MOST_SWITCHED)
+        longest = min(self._longest, MOST_SWITCHED)
         run = self._course.from_memory(self._after(0))
         ticks = self._ticks
         found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks), longest, self._memories)
@@ -273,12 +279,12 @@ class OrbitSearch:
     def _returns(self) -> Iterator[int]:
         """Yield the numbers of periods after which rings, sources, numbers or the map may be back."""
         turns = self._rings.turns()
-        if 1 < turns <= LONGEST_ORBIT // self._ticks:
+        if 1 < turns <= self._longest:
             yield turns
         yield from self._repetition()
         yield from self._orbit(paired=True).returns(_EXACTLY)
         first = self._map(self._after(0))
-        most = min(MOST_MAPS, LONGEST_ORBIT // self._ticks)
+        most = min(MOST_MAPS, self._longest)
         yield from (n for n in range(2, most + 1) if self._same(first, self._map(self._after(n))))
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:

@@ -202,9 +202,7 @@ def _pairs(exponents: npt.NDArray[np.int64], odd: int) -> npt.NDArray[np.int64]:
     return np.asarray(exponents[:, 1::2] + exponents[:, : exponents.shape[1] - odd : 2])
 
 
-def _scaled(
-    maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]
-) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+def _scaled(maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
     """Take a power of two out of each map."""
     _, powers = np.frexp(np.max(np.abs(maps), axis=(2, 3), initial=0.0))
     return maps * np.ldexp(1.0, -powers)[:, :, None, None], exponents + powers

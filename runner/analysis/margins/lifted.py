@@ -10,32 +10,26 @@ import math
 from typing import Any
 
 import numpy as np
+import scipy.sparse.linalg
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.continuation import stable_intervals
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
 from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sweep
 
 LARGEST_DELAY = 64  # samples
-MOST_VALUES = 4096  # of the wire in a period
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
 _PEAK = 1e-9  # relative accuracy of the height of a peak
+_LEAST = 1e-6  # part of the offset by which a level is above it: the size of any T that never answers at once
+_FEW = 64  # rows of a matrix of which all singular values are computed
+_svds: Any = scipy.sparse.linalg.svds
 _OUTSIDE = 1.0 + 1e-12
 
 
-def figures_of(system: OpenLoop, open_at: str, stable: bool) -> Figures:
-    """All figures of a loop; the margins only of a stable one. Raises `ModelError` for too many values in a period."""
-    if system.per_period > MOST_VALUES:
-        problem = Problem(
-            message=f"the loop has too many values of {open_at} in its common period",
-            key=open_at,
-            got=f"{system.per_period:,}, of which more than one matters",
-            expected=f"at most {MOST_VALUES}",
-            hint="open the loop at its slowest wire, where a period has one value",
-        )
-        raise ModelError([problem])
+def figures_of(system: OpenLoop, stable: bool) -> Figures:
+    """All figures of a loop; the margins only of a stable one."""
     w = sweep(system)
     response = Samples.on(w, system.response)
     gains = crossings(response, lambda values: np.abs(values) - 1.0)
@@ -51,14 +45,13 @@ def figures_of(system: OpenLoop, open_at: str, stable: bool) -> Figures:
     if not stable:
         return every
     low, high = next((pair for pair in every.stable_gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
-    back = system.closed_response(w)
-    at, peak = largest(system, 1.0, float(np.max(np.abs(1.0 - back))))
+    at, peak = largest(system, 1.0)
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
         phase_margin=_critical_turn(system),
         delay_margin=delay_margin(system),
-        disk_margin=1.0 / largest(system, 0.5, float(np.max(np.abs(0.5 - back))))[1],
+        disk_margin=1.0 / largest(system, 0.5)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
         bandwidth=_bandwidth(system, w),
@@ -73,18 +66,31 @@ def delay_margin(system: OpenLoop) -> float:
     return LARGEST_DELAY * system.sample
 
 
-def largest(system: OpenLoop, offset: float, reached: float) -> tuple[float, float]:
-    """Angular frequency and value of the largest |offset - T|, which is at least what is `reached` somewhere.
+def largest(system: OpenLoop, offset: float) -> tuple[float, float]:
+    """Angular frequency and value of the largest |offset - T|, T = L (I + L)^-1, between rest and half the rate.
 
-    A level is passed where a singular value is at it at some frequency; the highest of these is found by bisection.
+    Above the value at some frequency, a level is below the largest if and only if some singular value crosses it: the
+    highest such level is found by bisection (Boyd, Balakrishnan and Kabamba, Math. Control Signals Systems 2, 1989,
+    207).
     """
-    maps, angles = system.by_values, [0.0]
-    low, high = max(reached, abs(offset)) * (1.0 - _PEAK), math.inf
+    maps, period = system.by_values, system.map.period
+    w = np.abs([0.0, math.pi, *np.angle(system.poles)]) / period
+    values = [_norm(offset * np.eye(system.per_period) - matrix) for matrix in system.complementary(w)]
+    best = int(np.argmax(values))
+    low, high, angles = values[best], math.inf, [float(w[best]) * period]
+    level = max(low * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
     while high - low > _PEAK * low:
-        level = min(2.0 * low, 0.5 * (low + high))
         crossed = maps.crossed(level, offset)
         low, high, angles = (level, high, crossed) if crossed else (low, level, angles)
-    return abs(angles[len(angles) // 2]) / system.map.period, low
+        level = 2.0 * low if math.isinf(high) else 0.5 * (low + high)
+    return abs(angles[len(angles) // 2]) / period, low
+
+
+def _norm(matrix: Array) -> float:
+    if len(matrix) <= _FEW:
+        return float(np.linalg.norm(matrix, 2))
+    (value,) = _svds(matrix, k=1, return_singular_vectors=False)
+    return float(value)
 
 
 def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:

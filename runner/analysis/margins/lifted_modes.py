@@ -79,10 +79,8 @@ def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[comp
     a, b, c, d = system.map.parts()
     matrix = np.block([[dual @ a @ basis, dual @ b, np.zeros((len(dual), 1))], [c @ basis, d, np.zeros((len(c), 1))]])
     states = tuple(("", "mode", i) for i in range(len(dual)))
-    left = replace(
-        system.map, states=states, matrix=matrix, slopes={}, point=(), later=(), ticks=system.by_values
-    )
-    return OpenLoop(left, hidden=tuple(hidden))
+    alone_map = replace(system.map, states=states, matrix=matrix, slopes={}, point=(), later=(), ticks=system.by_values)
+    return OpenLoop(alone_map, hidden=tuple(hidden))
 
 
 def _subspace(a: Array, values: Sequence[complex]) -> Complex:

@@ -129,7 +129,7 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
     single = system.single()
     if single is None or len(closed) > LARGEST_ORDER:
         system, verdict, poles, hidden = lifted_modes.seen(system)
-        figures = lifted.figures_of(system, open_at, verdict == "stable")
+        figures = lifted.figures_of(system, verdict == "stable")
     else:
         a, b, c, d = single
         visible = seen(

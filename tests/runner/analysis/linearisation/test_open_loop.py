@@ -34,9 +34,9 @@ def test_responses_and_poles(number: int) -> None:
     assert loop.complementary(w)[:, 0, 0] == pytest.approx(expected / (1.0 + expected), rel=1e-9)
     closed = control.feedback(system, 1).poles()
     assert np.sort(np.abs(loop.poles)) == pytest.approx(np.sort(np.abs(closed)), rel=1e-6)
-    assert loop.radius() == pytest.approx(np.max(np.abs(closed)), rel=1e-9)
+    assert np.exp(loop.growths(np.ones(1))[0]) == pytest.approx(np.max(np.abs(closed)), rel=1e-9)
     louder = control.feedback(2.5 * system, 1).poles()
-    assert loop.radius(2.5) == pytest.approx(np.max(np.abs(louder)), rel=1e-9)
+    assert np.exp(loop.growths(np.array([2.5]))[0]) == pytest.approx(np.max(np.abs(louder)), rel=1e-9)
 
 
 def test_a_loop_without_states() -> None:
@@ -48,7 +48,7 @@ def test_a_loop_without_states() -> None:
     w = np.array([100.0, 700.0])
     assert loop.lifted(w)[0].tolist() == d.tolist()
     assert loop.response(w) == pytest.approx(0.25 * np.exp(-1j * w * 1e-3))
-    assert loop.radius() == 0.0
+    assert np.exp(loop.growths(np.ones(1))[0]) == 0.0
 
 
 def test_an_integrator_does_not_hurt_the_closed_loop() -> None:

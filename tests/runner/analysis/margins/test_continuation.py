@@ -29,8 +29,8 @@ def test_intervals_of_a_growth() -> None:
     places = np.linspace(-10.0, 10.0, 41)
     found = list(stable_intervals(lambda x: (x - 1.23) * (x - 1.29), places))
     assert found == [(pytest.approx(1.23, abs=1e-12), pytest.approx(1.29, abs=1e-12))]
-    assert list(stable_intervals(lambda x: -1.0, places)) == [(-10.0, 10.0)]
-    assert list(stable_intervals(lambda x: math.inf, places)) == []
+    assert list(stable_intervals(lambda x: np.full(len(x), -1.0), places)) == [(-10.0, 10.0)]
+    assert list(stable_intervals(lambda x: np.full(len(x), math.inf), places)) == []
     assert list(stable_intervals(lambda x: x * 1e-14, places)) == []
 
 

@@ -244,8 +244,7 @@ def test_a_pole_on_the_circle_that_the_loop_sees_is_marginal() -> None:
     assert found.distance == 0.0
 
 
-@pytest.mark.defect("C3", before="MemoryError: 521 GiB", after="refused: open the loop at its slowest wire")
-def test_a_wire_with_too_many_values_in_a_period_is_refused() -> None:
+def fast_and_very_slow(slow: str) -> Graph:
     blocks: dict[str, Block] = {
         "first": DiscreteTransferFunction(numerator=(0.1,), denominator=(1.0, -0.9)),
         "minus": Negation(),
@@ -259,9 +258,31 @@ def test_a_wire_with_too_many_values_in_a_period_is_refused() -> None:
         "slow.output -> both.second",
         "both.output -> first.input",
     ]
-    graph = Graph(name="fast and very slow", rate="1 kHz", blocks=blocks, rates={"slow": "1 Hz"}, wires=wires)
+    return Graph(name="fast and very slow", rate="1 kHz", blocks=blocks, rates={"slow": slow}, wires=wires)
+
+
+def test_a_wire_with_a_hundred_values_in_a_period() -> None:
+    """x' = (0.9 - 0.1 f) x + 0.1 f w, where w is x of the slow tick before: stable for |0.9 - 0.1 f| < 1.
+
+    Within a slow period x comes to f w / (1 + f), which is 1/2 for f = 1, and w is a slow period late. With r added to
+    the wire x' = 0.8 x - 0.1 r + 0.1 w and w = x[0] + r[0]. |S - I/2| is largest at rest, where all periods are alike.
+    """
+    found = margins(fast_and_very_slow("10 Hz"), "first.strictly_proper_part")
+    assert found.gain_margin == pytest.approx(19.0, rel=1e-9)
+    assert found.poles == pytest.approx([math.sqrt(0.5), -math.sqrt(0.5)], rel=1e-9)
+    k = np.arange(101.0)
+    start, held = 0.8**k, 0.5 - 0.5 * 0.8**k
+    fed = -0.1 * np.tril(0.8 ** (k[:, None] - k[:100] - 1.0), -1)
+    fed[:, 0] += held
+    first = fed[100] / (1.0 - start[100] - held[100])
+    answers = fed[:100] + np.outer(start[:100] + held[:100], first)
+    assert found.disk_margin == pytest.approx(1.0 / np.linalg.norm(0.5 * np.eye(100) + answers, 2), rel=1e-8)
+
+
+@pytest.mark.defect("C3", before="MemoryError: 521 GiB", after="refused: open the loop at its slowest wire")
+def test_a_wire_with_too_many_values_in_a_period_is_refused() -> None:
     with pytest.raises(ModelError, match=r"too many values of first\.strictly_proper_part"):
-        margins(graph, "first.strictly_proper_part")
+        margins(fast_and_very_slow("0.1 Hz"), "first.strictly_proper_part")
 
 
 def test_an_unstable_loop_has_crossovers_and_gains_that_would_make_it_stable() -> None:
