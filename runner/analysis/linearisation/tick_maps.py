@@ -124,7 +124,9 @@ def maps_of_ticks(
     entered = {place for tick in ticks for place in tick.entered}
     read = {place for tick in ticks for place in tick.read or ()}
     ahead, back = _successors(edges), _successors({(source, to) for to, source in edges})
-    kept = sorted(entered.union(reached(ahead, entered)) & read.union(reached(back, read)))
+    fed: set[Place] = reached(ahead, entered)
+    seen: set[Place] = reached(back, read)
+    kept = sorted((entered | fed) & (read | seen))
     valued = [tick for tick in ticks if tick.read is not None]
     n, number = len(kept), {place: i for i, place in enumerate(kept)}
     if len(valued) * n * n > _MOST_ENTRIES:

@@ -13,10 +13,11 @@ import numpy as np
 import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.analysis.margins.frequencies import zero_between
+from proofmass.runner.analysis.margins.frequencies import zeros_between
 
 _QUIET = 0.5  # part of itself by which a growth may change in a step
 _SHORTEST = 1e-3  # step that is not halved
+_FAR = 1e300  # growth that stands for infinity
 _HIDDEN = 1e-12  # growth that rounding may hide
 
 Growths = Callable[[npt.NDArray[Any]], Array]  # of many places at once
@@ -29,10 +30,10 @@ def stable_intervals(growths: Growths, places: Array) -> Iterator[tuple[float, f
         if abs(value) <= _HIDDEN:
             continue
         if stable is not None and (value < 0.0) != stable:
-            edge = zero_between(lambda x: float(growths(np.array([x]))[0]), low, high)
+            (edge,) = zeros_between(lambda x: np.clip(growths(x), -_FAR, _FAR), np.array([low]), np.array([high]))
             if stable:
-                yield begin, edge
-            begin = edge
+                yield begin, float(edge)
+            begin = float(edge)
         low, stable = high, value < 0.0
     if stable:
         yield begin, float(places[-1])

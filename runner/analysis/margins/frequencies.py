@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.linearisation.balance import balanced
@@ -24,6 +25,7 @@ _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 RealFunction = Callable[[Complex], Array]
+RealCurve = Callable[[Array], Array]
 
 
 def sweep(system: OpenLoop) -> Array:
@@ -112,21 +114,21 @@ def crossings(samples: Samples, measure: RealFunction) -> list[float]:
     told = np.flatnonzero(
         (np.abs(values) > _ROUNDING * size) & np.isfinite(values)
     )  # the sign of the others is rounding
-    curve, w, values = _curve(samples, measure), w[told], values[told]
+    w, values = w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    return [zero_between(curve, float(w[i]), float(w[i + 1])) for i in places]
+    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1]).tolist())
 
 
 def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
     """Return frequency and value at which a measure of the response is largest."""
-    w, values, curve = samples.w, measure(samples.values), _curve(samples, measure)
+    w, values = samples.w, measure(samples.values)
     best = int(np.argmax(values))
-    peak = (float(w[best]), float(values[best]))
-    for i in map(int, np.flatnonzero(values >= 0.98 * values[best])):
-        before, after = max(i - 1, 0), min(i + 1, len(w) - 1)
-        if values[i] >= max(values[before], values[after]):
-            peak = max(peak, _refined(curve, float(w[before]), float(w[after])), key=lambda pair: pair[1])
-    return peak
+    before, after = np.maximum(np.arange(len(w)) - 1, 0), np.minimum(np.arange(len(w)) + 1, len(w) - 1)
+    near = values >= np.maximum(0.98 * values[best], np.maximum(values[before], values[after]))
+    inner = np.flatnonzero(near[1:-1]) + 1
+    at, heights = _lowest(_curve(samples, measure), w, inner, np.full(len(inner), -1.0))
+    peaks = [(float(w[best]), float(values[best])), *zip(at.tolist(), (-heights).tolist(), strict=True)]
+    return max(peaks, key=lambda pair: pair[1])
 
 
 def _with_dips(samples: Samples, measure: RealFunction) -> tuple[Array, Array]:
@@ -135,34 +137,41 @@ def _with_dips(samples: Samples, measure: RealFunction) -> tuple[Array, Array]:
     size = np.abs(values)
     inner = np.flatnonzero((size[1:-1] < size[:-2]) & (size[1:-1] < size[2:])) + 1
     inner = inner[(np.sign(values[inner - 1]) == np.sign(values[inner + 1]))]
-    added = [_refined(lambda v: -abs(curve(v)), float(w[i - 1]), float(w[i + 1]))[0] for i in inner]
+    added, _ = _lowest(curve, w, inner, np.sign(values[inner]))
     joined = np.concatenate([w, added])
     order = np.argsort(joined)
-    return joined[order], np.concatenate([values, [curve(v) for v in added]])[order]
+    return joined[order], np.concatenate([values, curve(added)])[order]
 
 
-def _curve(samples: Samples, measure: RealFunction) -> Callable[[float], float]:
-    return lambda w: float(measure(samples.answer(np.array([w])))[0])
+def _curve(samples: Samples, measure: RealFunction) -> RealCurve:
+    return lambda w: np.asarray(measure(samples.answer(w.ravel()))).reshape(w.shape)
 
 
-def _refined(curve: Callable[[float], float], low: float, high: float) -> tuple[float, float]:
-    options = {"xatol": 1e-10 * high}
-    found = _optimize().minimize_scalar(lambda v: -curve(v), bounds=(low, high), method="bounded", options=options)
-    return float(found.x), -float(found.fun)
+def _lowest(curve: RealCurve, w: Array, inner: npt.NDArray[np.intp], signs: Array) -> tuple[Array, Array]:
+    """Return places and values of the minima of a curve, times a sign, between neighbours of points of a grid."""
+    if not len(inner):
+        return np.zeros(0), np.zeros(0)
+    brackets = w[inner - 1], w[inner], w[inner + 1]
+    precise = {"xrtol": 1e-10, "frtol": 1e-16}
+    found = _elementwise().find_minimum(lambda v, sign: sign * curve(v), brackets, args=(signs,), tolerances=precise)
+    told = np.isfinite(found.x)  # none where rounding makes the middle of a bracket no lower than its ends
+    return found.x[told], found.f_x[told]
 
 
-def zero_between(function: Callable[[float], float], low: float, high: float) -> float:
-    """The zero of a function that changes its sign between two places, but for rounding."""
-    ends = (function(low), function(high))
-    if ends[0] * ends[1] >= 0.0:
-        return low if abs(ends[0]) < abs(ends[1]) else high
-    return float(_optimize().brentq(function, low, high, xtol=1e-14, rtol=1e-14))
+def zeros_between(function: RealCurve, low: Array, high: Array) -> Array:
+    """The zeros of a function that changes its sign between two places, for many pairs, but for rounding."""
+    if not len(low):
+        return np.zeros(0)
+    ends = function(low), function(high)
+    found = _elementwise().find_root(function, (low, high), tolerances={"xrtol": 1e-14, "xatol": 1e-14})
+    nearest = np.where(np.abs(ends[0]) < np.abs(ends[1]), low, high)
+    return np.where(ends[0] * ends[1] < 0.0, found.x, nearest)
 
 
-def _optimize() -> Any:
+def _elementwise() -> Any:
     """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
     need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
-    import scipy.optimize
+    import scipy.optimize.elementwise
 
-    return scipy.optimize
+    return scipy.optimize.elementwise

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.margins.frequencies import Samples, crossings, highest, zero_between
+from proofmass.runner.analysis.margins.frequencies import Samples, crossings, highest, zeros_between
 
 
 def measured(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
@@ -32,5 +32,6 @@ def test_the_highest_of_several_peaks() -> None:
 
 
 def test_a_zero_at_an_end_is_that_end() -> None:
-    assert zero_between(lambda v: v - 1.0, 1.0, 2.0) == 1.0
-    assert zero_between(lambda v: v * v - 2.0, 1.0, 2.0) == pytest.approx(2.0**0.5, rel=1e-15)
+    ends = np.array([1.0, 1.0]), np.array([2.0, 2.5])
+    assert zeros_between(lambda v: v - 1.0, *ends).tolist() == [1.0, 1.0]
+    assert zeros_between(lambda v: v * v - 2.0, *ends) == pytest.approx([2.0**0.5, 2.0**0.5], rel=1e-15)
