@@ -16,7 +16,7 @@ _LASTING = object()  # marks directions of numbers that last
 
 
 class TickMap(NamedTuple):
-    """What the numbers that last are made of, and what the wire carries; None in a tick without a value of the wire."""
+    """Slopes of the numbers that last, and of the wire; None in a tick without a value of it."""
 
     moved: dict[Place, dict[Place, float]]
     entered: dict[Place, float]  # by the input

@@ -186,5 +186,5 @@ class Transfer:
 
     @cached_property
     def _later(self) -> npt.NDArray[Any]:
-        """What comes back within the period so many values later, of all values together."""
+        """Sums of the diagonals: answers within the period, by how many values they are late."""
         return np.array([np.trace(self._direct, -k) for k in range(len(self._direct))])

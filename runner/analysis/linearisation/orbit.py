@@ -54,7 +54,7 @@ FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of i
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
 WAITED = 2  # least number of periods that a waiting switch stands still
-MOST_MAPS = 16  # periods whose maps are compared one by one
+MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = 1_000  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
@@ -116,6 +116,7 @@ class OrbitSearch:
         upstream, moving = ends.blocks(plan)
         self._names = sorted(upstream)
         self._memories = {0: course.at(self._first)}
+        self._maps = dict[tuple[int, int], PeriodMap]()
         self._run = course.from_memory(self._memories[0])
         self._rings = find_rings(course.plan, moving, self._after)
         self._waiting = Waiting(course.plan, upstream, moving, self._memories[0], self._ticks, self._rings)
@@ -131,14 +132,14 @@ class OrbitSearch:
 
     def _point(self) -> OrbitPoint:
         """Return the map, over how many periods it is, and what is to be said of it."""
-        first = self._map(self._after(0))
+        first = self._map(0)
         changes = self._waiting.changes(self._after, self._horizon(first))
         changes = sorted({*changes, *(wraps - 1 for wraps in self._rings.wraps() if wraps > 1)})
         if not changes and not self._moves():
             return OrbitPoint(first, 1)
         maps = dict[int, PeriodMap]()
         for look in sorted({*self._looks(), *changes}):
-            maps[look] = self._map(self._after(look))
+            maps[look] = self._map(look)
             if look == 1 and not changes and self._same(first, maps[look]):
                 return OrbitPoint(first, 1)
         switched = [look for look in changes if not self._same(first, maps[look])]
@@ -221,8 +222,12 @@ class OrbitSearch:
         found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks), longest, self._memories)
         return [found] if found else []
 
-    def _map(self, memory: Memory, periods: int = 1) -> PeriodMap:
-        return self._ends.map(self._plan, memory=memory.copy(), periods=periods, rings=self._rings)
+    def _map(self, after: int, periods: int = 1) -> PeriodMap:
+        """Return the map of some periods that follow some others."""
+        if (after, periods) not in self._maps:
+            memory = self._after(after).copy()
+            self._maps[after, periods] = self._ends.map(self._plan, memory=memory, periods=periods, rings=self._rings)
+        return self._maps[after, periods]
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return change_between(self._shown(first), self._shown(after)) <= SAME
@@ -237,7 +242,7 @@ class OrbitSearch:
 
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared."""
-        return tuple(look for look in LOOKS if look == 1 or not self._ends.noise or look * self._ticks <= LONGEST_ORBIT)
+        return tuple(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED)
 
     def _moves(self) -> bool:
         """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
@@ -261,13 +266,13 @@ class OrbitSearch:
     def _closed(self, first: PeriodMap, returns: Iterable[int], exactly: bool = False) -> OrbitPoint | None:
         """The map over so many periods that the orbit comes back, but for a slow motion, or `exactly`."""
         for periods in returns:
-            closed = self._map(self._after(0), periods)
-            after = self._map(self._after(periods), periods)
+            closed = self._map(0, periods)
+            after = self._map(periods, periods)
             if exactly and not self._same(closed, after):
                 continue
             if exactly and self._is_repeated(first, closed, periods):
                 return OrbitPoint(first, 1)
-            change = self._drift(closed, {periods: self._map(self._after(periods))}, periods, first, after)
+            change = self._drift(closed, {periods: self._map(periods)}, periods, first, after)
             if self._ends.noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
                 continue
             if change <= FROZEN:
@@ -283,9 +288,9 @@ class OrbitSearch:
             yield turns
         yield from self._repetition()
         yield from self._orbit(paired=True).returns(_EXACTLY)
-        first = self._map(self._after(0))
-        most = min(MOST_MAPS, self._longest)
-        yield from (n for n in range(2, most + 1) if self._same(first, self._map(self._after(n))))
+        first = self._map(0)
+        most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
+        yield from (n for n in range(2, most + 1) if self._same(first, self._map(n)))
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
         """Return whether one period again and again does the same between the wires as all periods in turn.
@@ -298,7 +303,7 @@ class OrbitSearch:
 
     def _repeats(self, periods: int, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether the maps of later periods are those of the first so many."""
-        return all(self._same(self._map(self._after(look % periods)), later) for look, later in maps.items())
+        return all(self._same(self._map(look % periods), later) for look, later in maps.items())
 
     def _orbit(self, paired: bool = False) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))

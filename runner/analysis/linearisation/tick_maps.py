@@ -22,7 +22,7 @@ Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, state field or buffer, and index in the buffer or -1
 _ENTRIES = 1 << 22  # numbers of a batch
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
-_ON_CIRCLE = 1e-7  # distance from the unit circle within which an eigenvalue counts as on it
+_DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
 _eig: Any = scipy.linalg.eig
 
 
@@ -76,15 +76,17 @@ class TickMaps:
                 maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
         return maps[:, 0], exponents[:, 0]
 
-    def crossed(self, level: float, offset: float, factor: float = 1.0) -> list[float]:
+    def crossed(self, level: float, offset: float, near: float) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
+
+        What is `near` the unit circle counts as on it.
 
         They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed of those of its
         values as waves pass layers one after the other (Anderson, Int. J. Control 28, 1978, 295).
         """
-        inverse = 1.0 / (1.0 - factor * self.d)
-        b, c = self.b * inverse[:, None], self.c * (factor * inverse)[:, None]
-        d = offset + factor * self.d * inverse
+        inverse = 1.0 / (1.0 - self.d)
+        b, c = self.b * inverse[:, None], self.c * inverse[:, None]
+        d = offset + self.d * inverse
         rest = level**2 - d**2
         a = self.a + self.b[:, :, None] * c[:, None, :] + (d / rest)[:, None, None] * b[:, :, None] * c[:, None, :]
         g = b[:, :, None] * b[:, None, :] / rest[:, None, None]
@@ -92,11 +94,10 @@ class TickMaps:
         while len(a) > 1:
             left = [part[len(a) - len(a) % 2 :] for part in (a, g, h)]
             a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
-        eye, zero = np.eye(a.shape[1]), np.zeros(a.shape[1:])
-        ahead = np.block([[eye, -g[0]], [zero, a[0].T]])
-        values = _eig(np.block([[a[0], zero], [-h[0], eye]]), ahead, right=False)
-        near = values[np.abs(np.abs(values) - 1.0) <= _ON_CIRCLE]
-        return sorted(float(angle) for angle in np.angle(near))
+        kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
+        values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], np.real(self.closed(list(self.places))))
+        on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
+        return sorted(float(angle) for angle in np.angle(on_circle))
 
     def lifted(self) -> Array:
         """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
@@ -218,6 +219,24 @@ def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
     n = a.shape[1]
     ahead, back = through[:, :, :n], through[:, :, n:]
     return a2 @ ahead, g2 + a2 @ back, h1 + _turned(a1) @ h2 @ ahead
+
+
+def _symplectic_poles(a: Array, g: Array, h: Array, closed: Array) -> npt.NDArray[Any]:
+    """Return z of z x = a x + g z l, l = a^T z l + h x, in units of x in which waves of both kinds are alike."""
+    ahead, back = np.diag(_lasting(closed, g)), np.diag(_lasting(closed.T, h))
+    unit = np.divide(ahead, back, out=np.ones(len(a)), where=(ahead > 0.0) & (back > 0.0))
+    unit = np.exp2(np.round(0.25 * np.log2(unit)))
+    a, g, h = a * unit / unit[:, None], g / unit / unit[:, None], h * unit * unit[:, None]
+    eye, zero = np.eye(len(a)), np.zeros(a.shape)
+    now, later = np.block([[a, zero], [-h, eye]]), np.block([[eye, -g], [zero, a.T]])
+    return np.asarray(_eig(now, later, right=False))
+
+
+def _lasting(closed: Array, entered: Array) -> Array:
+    """Return the sum of what enters in all periods, which a stable loop forgets."""
+    for _ in range(_DOUBLED):
+        entered, closed = entered + closed @ entered @ closed.T, closed @ closed
+    return entered
 
 
 def _turned(maps: Array) -> Array:

@@ -42,7 +42,7 @@ class Waiting:
         rings: Rings = NO_RINGS,
     ) -> None:
         """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period."""
-        self._plan, self._begin, self._ticks, self._rings = plan, begin, ticks, rings
+        self._begin, self._ticks, self._rings = begin, ticks, rings
         apart = upstream - moving
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
@@ -54,14 +54,16 @@ class Waiting:
             for port, declared in type(plan.blocks[name]).outputs.items()
             if not declared.shape
         ]
+        self._run = _Alone(plan, begin.copy(), self._alone, self._wires)
 
     def sources(self, periods: int) -> Array:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
-        run = _Alone(self._plan, self._begin.copy(), self._alone, self._wires)
-        run.advance(self._begin.tick + periods * self._ticks, ())
-        return np.array(run.rows, dtype=float).reshape(periods, -1)
+        ticks = periods * self._ticks
+        if len(self._run.rows) < ticks:
+            self._run.advance(self._begin.tick + ticks, ())
+        return np.array(self._run.rows[:ticks], dtype=float).reshape(periods, -1)
 
     def counts(self, after: Callable[[int], Memory]) -> bool:
         """Return whether an integer or a truth value of a block that signals reach changes in a period."""

@@ -22,6 +22,8 @@ LARGEST_DELAY = 64  # samples
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
 _PEAK = 1e-9  # relative accuracy of the height of a peak
+_ON_CIRCLE = 1e-7  # distance from the unit circle within which an eigenvalue counts as on it
+_BEFORE = 0.1  # part of the distance of the slowest pole within which it does
 _LEAST = 1e-6  # part of the offset by which a level is above it: the size of any T that never answers at once
 _FEW = 64  # rows of a matrix of which all singular values are computed
 _svds: Any = scipy.sparse.linalg.svds
@@ -37,9 +39,9 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     hertz = 1.0 / (2.0 * math.pi)
     every = Figures(
         gain_crossovers=tuple(v * hertz for v in gains),
-        gain_crossover_phases=tuple(float(np.angle(-system.response(v))) for v in gains),
+        gain_crossover_phases=tuple(np.angle(-system.response(np.array(gains))).tolist()),
         phase_crossovers=tuple(v * hertz for v in phases),
-        phase_crossover_gains=tuple(float(np.abs(system.response(v))) for v in phases),
+        phase_crossover_gains=tuple(np.abs(system.response(np.array(phases))).tolist()),
         stable_gains=_stable_gains(system),
     )
     if not stable:
@@ -74,13 +76,14 @@ def largest(system: OpenLoop, offset: float) -> tuple[float, float]:
     207).
     """
     maps, period = system.by_values, system.map.period
-    w = np.abs([0.0, math.pi, *np.angle(system.poles)]) / period
+    w = np.unique(np.abs([0.0, math.pi, *np.angle(system.poles)])) / period
     values = [_norm(offset * np.eye(system.per_period) - matrix) for matrix in system.complementary(w)]
     best = int(np.argmax(values))
     low, high, angles = values[best], math.inf, [float(w[best]) * period]
     level = max(low * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
+    near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))
     while high - low > _PEAK * low:
-        crossed = maps.crossed(level, offset)
+        crossed = maps.crossed(level, offset, near)
         low, high, angles = (level, high, crossed) if crossed else (low, level, angles)
         level = 2.0 * low if math.isinf(high) else 0.5 * (low + high)
     return abs(angles[len(angles) // 2]) / period, low
@@ -115,7 +118,7 @@ def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
     """Return where the response is real and negative; at half the rate of the wire it is always real."""
     ends = [math.pi / system.sample]
     found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag) + ends
-    return [v for v in found if system.response(v).real < 0.0]
+    return [v for v, answer in zip(found, system.response(np.array(found)), strict=True) if answer.real < 0.0]
 
 
 def _delayed_radius(system: OpenLoop, samples: int) -> float:
