@@ -10,8 +10,6 @@ unstable in tick 0 may still settle at a limit.
 import math
 from collections.abc import Iterator
 
-import numpy as np
-
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course, Progress
@@ -75,6 +73,5 @@ def _restless(got: str) -> Problem:
         key="at",
         got=got,
         expected=f"{TOLERANCE:g} at most, in {MOST:,} base ticks",
-        hint="of carriers that fit the rate take --at periodic; else remove signals that keep changing, or name a time,"
-        " such as 20 ms",
+        hint="leave --at out: then a later point or a periodic one is looked for; or name a time, such as 20 ms",
     )
