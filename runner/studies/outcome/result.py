@@ -16,7 +16,7 @@ from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.draws.factors import parameters_of
+from proofmass.runner.studies.draws.drawn_table import RUN, DrawnTable
 from proofmass.runner.studies.outcome.intervals import (
     Interval,
     deviation_interval,
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-RECALIBRATION = "recalibration"  # column of the intervals between calibrations
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
@@ -151,26 +150,18 @@ class StudyResult(Plotted):
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.
 
-        A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
+        A parameter that drifts, or follows from one that does, has a value for each run and epoch, any other one for
+        each run.
         """
         need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 
-        study = self.study
-        coordinates: dict[str, Any] = {
-            "run": self.numbers,
-            "age": ("epoch", np.array(study.epochs), {"units": "s", "long_name": "age"}),
-        }
-        if study.recalibration.carried:
-            intervals = np.array([study.recalibrated_every(int(run)) for run in self.numbers])
-            about = {"units": "s", "long_name": "time between calibrations"}
-            coordinates[RECALIBRATION] = ("run", intervals, about)
-        for name, rows in parameters_of(study, self.numbers).items():
-            facts = {"units": study.unit_of(name), "long_name": "parameter of the run"}
-            drifts = name in study.drift
-            values = rows.T if drifts else rows[0]
-            coordinates[self.column_of(name)] = (("run", "epoch") if drifts else "run", values, facts)
+        table = DrawnTable(self.study, self.numbers)
+        coordinates: dict[str, Any] = {RUN: self.numbers}
+        for column in table.columns:
+            about = {"units": column.unit, "long_name": column.doc}
+            coordinates[column.name] = (column.dimensions, table.along(column), about)
         about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
@@ -186,11 +177,6 @@ class StudyResult(Plotted):
             faults={key: fault for key, fault in self.faults.items() if key[0] in left},
             planned_runs=self.planned_runs // parts,
         )
-
-    def column_of(self, name: str) -> str:
-        """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""
-        written = self.study.name_of(name)
-        return name if written in {"run", "epoch", "age", "fault", RECALIBRATION, *self.values} else written
 
     def attributes(self) -> dict[str, str]:
         """Return graph, seed and versions behind the numbers."""
