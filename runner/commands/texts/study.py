@@ -45,7 +45,7 @@ def _table(result: StudyResult) -> Iterator[str]:
         numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
         rows.append((row["measure"], "" if row["unit"] == "1" else row["unit"], age_text(row["age_s"]), *numbers))
     yield from text_table(rows, left=(0, 1))
-    yield "in brackets half of the 95 % confidence interval, in units of the last digits"
+    yield "in brackets half of the 95 % confidence interval, in units of the last digits; none of too few runs"
 
 
 def _yields(result: StudyResult) -> Iterator[str]:

@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 
 LEVEL = 0.95
+FEWEST_OF_DEVIATION = 5  # values
 _Z = 1.959963984540054  # standard normal quantile of (1 + LEVEL) / 2
 
 Interval = tuple[float, float]
@@ -42,18 +43,31 @@ def mean_interval(values: Array) -> Interval:
 
 
 def deviation_interval(values: Array) -> Interval:
-    """Interval of the standard deviation of any distribution with a fourth moment, for many runs: s -+ z s_s.
+    """Interval of the standard deviation: exp(ln(c s^2) -+ t e) under the root (Bonett, CSDA 50 (2006) 775).
 
-    s_s^2 = (m4 / s^2 - s^2) / 4n, with m4 the fourth central moment.
+    e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t. Small
+    samples see too few of the values that make a kurtosis large, so g counts 1 + 3 / sqrt(n) times for the upper end: it
+    is what `benchmarks/coverage.py` needs for 93 % at least, normal, lognormal, exponential or Laplace. Fewer than five
+    values, or equal ones, bound nothing.
     """
-    if len(values) < 2:
+    count = len(values)
+    if count < FEWEST_OF_DEVIATION or np.ptp(values) == 0.0:
         return 0.0, math.inf
-    deviation = float(values.std(ddof=1))
-    if deviation == 0.0:
-        return 0.0, 0.0
-    standard = (values - values.mean()) / deviation
-    error = 0.5 * deviation * math.sqrt(max(float((standard**4).mean()) - 1.0, 0.0) / len(values))
-    return max(deviation - _Z * error, 0.0), deviation + _Z * error
+    need("scipy")
+    # start-up time: this part of SciPy takes 0.15 s
+    from scipy.special import stdtrit
+
+    cut = int(count * 0.5 / math.sqrt(count - 4.0))
+    scaled = (values - values.mean()) / values.std(ddof=1)
+    kurtosis = float(((scaled - np.sort(scaled)[cut : count - cut].mean()) ** 4).sum()) * count / (count - 1.0) ** 2
+    larger, student = count / (count - _Z), float(stdtrit(count - 1, 0.5 + 0.5 * LEVEL))
+
+    def error(kurtosis: float) -> float:
+        return larger * math.sqrt(max(kurtosis - (count - 3.0) / count, 0.0) / (count - 1.0))
+
+    middle = math.sqrt(larger) * float(values.std(ddof=1))
+    upper = error(kurtosis * (1.0 + 3.0 / math.sqrt(count)))
+    return middle * math.exp(-0.5 * student * error(kurtosis)), middle * math.exp(0.5 * student * upper)
 
 
 def percentile_interval(values: Array, percent: float) -> Interval:
