@@ -48,7 +48,7 @@ class Range:
 
 @dataclass(frozen=True)
 class Tolerance:
-    """How far a parameter may be from what the graph says: a part of it, a width in its unit, or two ends."""
+    """Tolerance of a parameter: a part of what the graph says, a width in its unit, or two ends."""
 
     written: str
     unit: str

@@ -15,7 +15,7 @@ _Z = 1.959963984540054  # standard normal quantile of (1 + LEVEL) / 2
 Interval = tuple[float, float]
 
 
-def part_interval(good: int, runs: int) -> Interval:
+def part_interval(good: float, runs: int) -> Interval:
     """Wilson's interval of a probability, of which `good` of `runs` are known (Wilson, JASA 22 (1927)).
 
     (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
@@ -23,7 +23,7 @@ def part_interval(good: int, runs: int) -> Interval:
     part, share = good / runs, _Z * _Z / runs
     middle = part + 0.5 * share
     half = math.sqrt(share * part * (1.0 - part) + 0.25 * share * share)
-    low = 0.0 if good == 0 else (middle - half) / (1.0 + share)
+    low = 0.0 if good == 0.0 else (middle - half) / (1.0 + share)
     return low, 1.0 if good == runs else (middle + half) / (1.0 + share)
 
 
@@ -45,10 +45,10 @@ def mean_interval(values: Array) -> Interval:
 def deviation_interval(values: Array) -> Interval:
     """Interval of the standard deviation: exp(ln(c s^2) -+ t e) under the root (Bonett, CSDA 50 (2006) 775).
 
-    e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t. Small
-    samples see too few of the values that make a kurtosis large, so g counts 1 + 3 / sqrt(n) times for the upper end: it
-    is what `benchmarks/coverage.py` needs for 93 % at least, normal, lognormal, exponential or Laplace. Fewer than five
-    values, or equal ones, bound nothing.
+    e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t.
+    Small samples see too few of the values that make a kurtosis large, so g counts 1 + 3 / sqrt(n) times for the upper
+    end: what 93 % at least ask for of normal, lognormal, exponential and Laplace's laws. Fewer than five values, or
+    equal ones, bound nothing.
     """
     count = len(values)
     if count < FEWEST_OF_DEVIATION or np.ptp(values) == 0.0:

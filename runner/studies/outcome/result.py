@@ -68,6 +68,11 @@ class StudyResult(Plotted):
         return len(self.numbers) < self.planned_runs
 
     @cached_property
+    def sensors(self) -> int:
+        """Number of sensors: the runs that are independent, since every point is tried with the same ones."""
+        return len(np.unique(self.numbers // self.study.points))
+
+    @cached_property
     def digest(self) -> str:
         """SHA-256 over all values in the order of runs, epochs and names: equal when every bit is."""
         digest = hashlib.sha256()
@@ -99,7 +104,8 @@ class StudyResult(Plotted):
     def summary(self) -> list[dict[str, Any]]:
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
 
-        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few.
+        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few. Several
+        points have the same sensors: the interval of their mean counts each sensor once, the others have no ends.
         """
         rows = []
         for measure in self.measures:
@@ -112,16 +118,27 @@ class StudyResult(Plotted):
                     row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
                     found = np.percentile(values, PERCENTILES)
                     row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
-                    intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
-                    intervals |= {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
-                    row["intervals"] = intervals
+                    row["intervals"] = self._intervals(measure.name, epoch, values)
                 rows.append(row)
         return rows
 
+    def _intervals(self, measure: str, epoch: int, values: Array) -> dict[str, Interval]:
+        """Return the intervals of a measure at an epoch; `values` are the finite ones."""
+        if len(self.numbers) > self.sensors:
+            nothing = dict.fromkeys((f"p{p:g}" for p in PERCENTILES), (-math.inf, math.inf))
+            return {"mean": self.mean_of_sensors(self.values[measure][:, epoch]), "std": (0.0, math.inf), **nothing}
+        intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
+        return intervals | {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
+
+    def mean_of_sensors(self, values: Array) -> Interval:
+        """Return the interval of the mean of values of the runs: each sensor counts once, with its mean over points."""
+        known = np.isfinite(values)
+        _, places = np.unique(self.numbers[known] // self.study.points, return_inverse=True)
+        return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
+
     def yield_intervals(self) -> dict[str, Interval]:
-        """Return confidence intervals of the yields."""
-        runs = len(self.numbers)
-        return {name: part_interval(round(part * runs), runs) for name, part in self.yields().items()}
+        """Return confidence intervals of the yields, of as many independent runs as there are sensors."""
+        return {name: part_interval(part * self.sensors, self.sensors) for name, part in self.yields().items()}
 
     def yields(self) -> dict[str, float]:
         """Return the fraction of sensors that keep each limit at all epochs, and all limits together."""
