@@ -16,15 +16,17 @@ Interval = tuple[float, float]
 
 
 def part_interval(good: float, runs: int) -> Interval:
-    """Wilson's interval of a probability, of which `good` of `runs` are known (Wilson, JASA 22 (1927)).
+    """Interval of a probability, of which `good` of `runs` are known (Clopper and Pearson, Biometrika 26 (1934) 404).
 
-    (p + z^2/2n -+ z sqrt(p (1 - p)/n + z^2/4n^2)) / (1 + z^2/n)
+    At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least, whatever the truth.
     """
-    part, share = good / runs, _Z * _Z / runs
-    middle = part + 0.5 * share
-    half = math.sqrt(share * part * (1.0 - part) + 0.25 * share * share)
-    low = 0.0 if good == 0.0 else (middle - half) / (1.0 + share)
-    return low, 1.0 if good == runs else (middle + half) / (1.0 + share)
+    need("scipy")
+    # start-up time: this part of SciPy takes 0.15 s
+    from scipy.special import betaincinv
+
+    aside, bad = 0.5 - 0.5 * LEVEL, runs - good
+    low = float(betaincinv(good, bad + 1.0, aside)) if good > 0.0 else 0.0
+    return low, float(betaincinv(good + 1.0, bad, 1.0 - aside)) if bad > 0.0 else 1.0
 
 
 def halves_of_means(runs: Array, deviations: Array) -> Array:
@@ -46,7 +48,7 @@ def deviation_interval(values: Array) -> Interval:
     """Interval of the standard deviation: exp(ln(c s^2) -+ t e) under the root (Bonett, CSDA 50 (2006) 775).
 
     e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t.
-    Small samples see too few of the values that make a kurtosis large, so g counts 1 + 3 / sqrt(n) times for the upper
+    Small samples see too few of the values that make a kurtosis large, so g counts 1 + 4 / sqrt(n) times for the upper
     end: what 93 % at least ask for of normal, lognormal, exponential and Laplace's laws. Fewer than five values, or
     equal ones, bound nothing.
     """
@@ -66,7 +68,7 @@ def deviation_interval(values: Array) -> Interval:
         return larger * math.sqrt(max(kurtosis - (count - 3.0) / count, 0.0) / (count - 1.0))
 
     middle = math.sqrt(larger) * float(values.std(ddof=1))
-    upper = error(kurtosis * (1.0 + 3.0 / math.sqrt(count)))
+    upper = error(kurtosis * (1.0 + 4.0 / math.sqrt(count)))
     return middle * math.exp(-0.5 * student * error(kurtosis)), middle * math.exp(0.5 * student * upper)
 
 
