@@ -57,7 +57,7 @@ _NUMBERS = {  # settings beside the laws: unit, default, least value
     "onset": ("s", 86400.0, 1e-3),
     "temperature": ("K", 298.15, 1.0),
     "reference_temperature": ("K", 298.15, 100.0),
-    "activation_energy": ("J", 1.1215e-19, 0.0),
+    "activation_energy": ("J", 1.1215236438e-19, 0.0),
     "cycle_range": ("K", 100.0, 1e-3),
     "cycle_exponent": ("1", 2.0, 0.0),
 }
