@@ -28,7 +28,7 @@ from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engi
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.side_by_side import SideBySide, lanes_for
+from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values
@@ -57,7 +57,7 @@ class SensorRuns:
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine: EngineName = choose(self.plan, total, engine)
         runs = study.runs * study.points
-        wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else lanes
+        wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else whole_lanes(lanes)
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
