@@ -15,7 +15,9 @@ class ArrheniusAgeing(Block):
     """A parameter that ages steadily, and the faster the hotter it is: diffusion, outgassing, creep."""
 
     pace: float = param("1/s", "Relative deviation per second at the reference temperature.", default=1.0e-12)
-    activation_energy: float = param("J", "1 eV is 1.602e-19 J.", default=1.1215e-19, at_least=0.0, at_most=1.0e-18)
+    activation_energy: float = param(
+        "J", "1 eV is 1.602e-19 J.", default=1.1215236438e-19, at_least=0.0, at_most=1.0e-18
+    )
     reference_temperature: float = param("K", "Temperature of the stated pace.", default=298.15, at_least=100.0)
     start_deviation: float = param("1", "Relative deviation at the start.", default=0.0)
     nominal: float = param("{unit}", "Value when new.", default=1.0)

@@ -23,11 +23,10 @@ from proofmass.blocks.noise_and_drift import arrhenius_ageing, logarithmic_agein
 from proofmass.graphs.studies.missions import Mission
 from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 
-LAWS = ("ramp", "random_walk", "logarithmic", "arrhenius", "cycles")
+WALK = "random_walk"
+LAWS = ("ramp", WALK, "logarithmic", "arrhenius", "cycles")
 _FIRST_STEP = 4  # of the random walk, among the deviates of a parameter
-_SPREAD = {
-    f"{law}_spread": f"Standard deviation of {law} from sensor to sensor." for law in LAWS if law != "random_walk"
-}
+_SPREAD = {f"{law}_spread": f"Standard deviation of {law} from sensor to sensor." for law in LAWS if law != WALK}
 DRIFT_KEYS = {
     "ramp": 'Change per time: "20 ppm/year".',
     "random_walk": 'Standard deviation after a time: "5 ppm/sqrt(year)".',
@@ -58,7 +57,7 @@ _NUMBERS = {  # settings beside the laws: unit, default, least value
     "onset": ("s", 86400.0, 1e-3),
     "temperature": ("K", 298.15, 1.0),
     "reference_temperature": ("K", 298.15, 100.0),
-    "activation_energy": ("J", 1.1215e-19, 0.0),
+    "activation_energy": ("J", 1.1215236438e-19, 0.0),
     "cycle_range": ("K", 100.0, 1e-3),
     "cycle_exponent": ("1", 2.0, 0.0),
 }

@@ -118,6 +118,15 @@ class Study:
         places = self.dependence.places
         return sorted(dict.fromkeys([*self.spread, *self.drift]), key=lambda name: places.get(name, -1))
 
+    @cached_property
+    def ageing(self) -> frozenset[str]:
+        """Parameters and values that differ from epoch to epoch: those that drift, and what follows from them."""
+        ageing = set(self.drift)
+        for step in self.dependence.steps:
+            if step.target not in self.sweep and not ageing.isdisjoint(step.names.values()):
+                ageing.add(step.target)
+        return frozenset(ageing)
+
     def settings(self, values: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> dict[str, Any]:
         """The parameters that belong to parameters and values; the numbers may be arrays, of which `apply` knows."""
         return self.adjustable.settings(values, apply)
@@ -152,14 +161,18 @@ class Study:
         """The run whose noise and drift a run shares: its own number, but for the groups of Saltelli's design."""
         return run // self.points // self.designed.group * self.points + run % self.points
 
-    def drawn(self, run: int) -> list[dict[str, float]]:
-        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left."""
+    def drawn(self, run: int, *, apart: bool = False) -> list[dict[str, float]]:
+        """Parameters of a run by `block.parameter` of the flat graph, at each epoch, but for what calibrations left.
+
+        With `apart` each of them is what it would be if nothing that it follows from were spread or drifted.
+        """
         sensor, swept = run // self.points, self.point(run)
         at = [dict(swept) for _ in self.epochs]
         deviates = {name: self.designed.deviate(sensor, name) for name in self.spread}
         normals = self.correlation.applied({n: normal_quantile(deviates[n]) for n in self.correlation.names})
         for name in self.moved:
-            bases = [swept[name]] * len(at) if name in swept else [self._base(name, values) for values in at]
+            known = [swept] * len(at) if apart else at
+            bases = [swept[name]] * len(at) if name in swept else [self._base(name, values) for values in known]
             for values, now in zip(at, self._aged(name, bases, run, deviates, normals), strict=True):
                 values[name] = now
         return at

@@ -1,11 +1,14 @@
 """A study as plain data for programs: `--json` and study.json."""
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.points import first_point, parts
+from proofmass.runner.studies.shown.points import by_point, differences, first_point
+
+_MOST_ROWS = 5000  # points x epochs x measures that are written point by point
 
 
 def study_data(result: StudyResult) -> dict[str, Any]:
@@ -29,13 +32,20 @@ def study_data(result: StudyResult) -> dict[str, Any]:
 
 def _points(result: StudyResult) -> list[dict[str, Any]]:
     """The points of a sweep; empty for a study without one."""
-    study, by_point = result.study, parts(result).values()
-    if len(by_point) < 2:
+    study = result.study
+    if study.points < 2 or study.points * len(study.epochs) * len(result.measures) > _MOST_ROWS:
         return []
-    numbered = [(first_point(part), part) for part in by_point]
+    first, *others = (part for part in by_point(result) if len(part.numbers))
     return [
-        {"sweep": _swept(study, point), **_recalibration(study, point), **_answers(part)} for point, part in numbered
+        {"sweep": _swept(study, point), **_recalibration(study, point), **_answers(part), **_against(first, part)}
+        for point, part in ((first_point(part), part) for part in (first, *others))
     ]
+
+
+def _against(first: StudyResult, part: StudyResult) -> dict[str, Any]:
+    """Differences from the first point, sensor by sensor; empty for the first itself."""
+    rows = [] if part is first else [{**row, "interval": _ends(row["interval"])} for row in differences(first, part)]
+    return {"against_first": rows} if rows else {}
 
 
 def _swept(study: Study, point: int) -> dict[str, float]:
@@ -54,5 +64,9 @@ def _answers(result: StudyResult) -> dict[str, Any]:
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
     """A row for JSON, which has no infinity: null where an interval has no end."""
-    ends = {k: [end if math.isfinite(end) else None for end in ends] for k, ends in row.get("intervals", {}).items()}
+    ends = {k: _ends(ends) for k, ends in row.get("intervals", {}).items()}
     return row | ({"intervals": ends} if ends else {})
+
+
+def _ends(interval: Sequence[float]) -> list[float | None]:
+    return [end if math.isfinite(end) else None for end in interval]

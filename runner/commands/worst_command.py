@@ -1,7 +1,7 @@
 """The command `worst`: how bad margins, noise, scale factors and measures can get within tolerances."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -10,7 +10,7 @@ import click
 from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import STUDY, is_study, read_study
+from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
 from proofmass.runner.commands.graph_options import graph_of
@@ -53,7 +53,7 @@ class WorstRequest:
 
 def show_worst(request: WorstRequest) -> int:
     """Show worst cases and return the exit code."""
-    source, quantities = _source(request), dict(_quantities(request))
+    (source, left_out), quantities = _source(request), dict(_quantities(request))
     with progress(request.quiet or request.as_json, "point") as bar:
         cases = worst(
             source,
@@ -65,6 +65,7 @@ def show_worst(request: WorstRequest) -> int:
             seed=request.seed or 0,
             progress=bar,
         )
+    cases = replace(cases, left_out={**cases.left_out, **left_out})
     yields = _study_yields(source, request.runs)
     if request.as_json:
         name = source.graph.name if isinstance(source, Study) else source.name
@@ -94,13 +95,15 @@ def _yields_text(yields: Mapping[str, tuple[float, float, float]], runs: int) ->
         yield from (f"  {line}" for line in text_table([("limit", "yield", "from", "to"), *rows], left=(0,)))
 
 
-def _source(request: WorstRequest) -> Graph | Study:
+def _source(request: WorstRequest) -> tuple[Graph | Study, dict[str, str]]:
+    """Return the graph or study, of variants the first, and why the other variants do not count."""
     data, _ = read_table(request.source)
     if is_study(data) or (STUDY in data and not request.changes):
         if request.changes:
             raise click.UsageError("--set: of a graph, not of a study; change the study's graph instead")
-        return read_study(request.source, own_blocks(request.own))
-    return graph_of(request.source, request.own, request.changes)
+        (first, study), *others = read_variants(request.source, own_blocks(request.own)).items()
+        return study, {name: f"it is a variant of its own, and {first} is looked at" for name, _ in others}
+    return graph_of(request.source, request.own, request.changes), {}
 
 
 def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:

@@ -1,8 +1,9 @@
-"""Two studies compared: which means and yields moved by more than their sensors scatter.
+"""Two studies compared, point by point and age by age: which means and yields moved by more than their sensors scatter.
 
-Where both studies drew the same sensors (equal seed, design and spread parameters), each sensor is compared with
-itself; otherwise two independent samples are. The probabilities of all comparisons are those of Holm (Scandinavian
-Journal of Statistics 6 (1979) 65): the chance of even one false "moved" is at most five per cent.
+The unit that is independent is the sensor: it is at every point of a sweep and at every age, so that runs of several
+points are no larger a sample. Where both studies drew the same sensors (equal seed, design and spread parameters), each
+sensor is compared with itself; otherwise two independent samples are. The probabilities of all comparisons are those of
+Holm (Scandinavian Journal of Statistics 6 (1979) 65): the chance of even one false "moved" is at most five per cent.
 """
 
 import math
@@ -18,14 +19,16 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, mean_interval
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.points import by_point, point_text
 
 ALL = "all limits"
 
 
 @dataclass(frozen=True)
 class MeanChange:
-    """The mean of a measure at an age before and after, their difference with its interval."""
+    """The mean of a measure at a point and age before and after, their difference with its interval."""
 
+    point: str  # in words; "" where there is one
     measure: str
     unit: str
     age: float
@@ -34,15 +37,18 @@ class MeanChange:
     after: float
     difference: float
     interval: Interval
+    pairing: float  # how many times wider the interval of independent samples is; 1 where they are
     probability: float  # of a difference as large by chance, among all that are compared
     moved: bool = False
 
 
 @dataclass(frozen=True)
 class YieldChange:
-    """The part of good sensors before and after."""
+    """The part of good sensors at a point before and after."""
 
+    point: str  # in words; "" where there is one
     limit: str
+    age: float | None  # None: at all ages
     before: float
     after: float
     probability: float
@@ -78,11 +84,14 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     """Compare two studies, ended or under way."""
     changes = [*differences(before.study.graph, after.study.graph), *study_differences(before.study, after.study)]
     paired = _same_sensors(before.study, after.study)
-    places: tuple[Any, Any] = (slice(None), slice(None))
-    if paired:
-        _, *places = np.intersect1d(before.numbers, after.numbers, assume_unique=True, return_indices=True)  # type: ignore[assignment]
-    means = list(_means(before, after, places, paired=paired))
-    yields = list(_yields(before, after, places, paired=paired))
+    means, yields = list[MeanChange](), list[YieldChange]()
+    for point, first, second in _points(before, after):
+        places: tuple[Any, Any] = (slice(None), slice(None))
+        if paired:
+            sensors = (part.numbers // part.study.points for part in (first, second))
+            _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
+        means += _means(point, first, second, places, paired=paired)
+        yields += _yields(point, first, second, places, paired=paired)
     adjusted = iter(_holm([*(mean.probability for mean in means), *(part.probability for part in yields)]))
     return StudyComparison(
         tuple(changes),
@@ -110,11 +119,32 @@ def _same_sensors(before: Study, after: Study) -> bool:
     """Return whether run k of one study is the sensor of run k of the other."""
     if "latin_hypercube" in (before.design, after.design) and before.runs != after.runs:
         return False
-    drawn = [(study.seed, study.design, sorted(study.spread), study.points) for study in (before, after)]
+    drawn = [(study.seed, study.design, sorted(study.spread)) for study in (before, after)]
     return drawn[0] == drawn[1]
 
 
-def _means(before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool) -> Iterator[MeanChange]:
+def _points(before: StudyResult, after: StudyResult) -> list[tuple[str, StudyResult, StudyResult]]:
+    """Return the points that both studies have; without any, the points in their order, or all against a single one."""
+    parts = by_point(before), by_point(after)
+    keys = [[_key(result.study, point) for point in range(result.study.points)] for result in (before, after)]
+    pairs = [(first, keys[1].index(key)) for first, key in enumerate(keys[0]) if key in keys[1]]
+    if not pairs:
+        most = min if min(map(len, keys)) > 1 else max
+        pairs = [(min(n, len(keys[0]) - 1), min(n, len(keys[1]) - 1)) for n in range(most(map(len, keys)))]
+    several = len(keys[1]) > 1
+    study = after.study if several else before.study
+    return [
+        (point_text(study, second if several else first), parts[0][first], parts[1][second]) for first, second in pairs
+    ]
+
+
+def _key(study: Study, point: int) -> tuple[Any, ...]:
+    return (*sorted(study.point(point).items()), study.recalibrated_every(point))
+
+
+def _means(
+    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
+) -> Iterator[MeanChange]:
     units = {measure.name: measure.unit for measure in before.measures}
     ages = [age for age in before.study.epochs if age in after.study.epochs]
     for name in (name for name in before.values if name in after.values):
@@ -129,59 +159,75 @@ def _means(before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, 
             else:
                 values = [column[np.isfinite(column)] for column in values]
             if min(map(len, values)) > 1:
-                yield _mean_change(name, units[name], age, *values, paired=paired)
+                yield _mean_change((point, name, units[name], age), *values, paired=paired)
 
 
-def _mean_change(name: str, unit: str, age: float, first: Array, second: Array, *, paired: bool) -> MeanChange:
+def _mean_change(place: tuple[str, str, str, float], first: Array, second: Array, *, paired: bool) -> MeanChange:
+    (interval, probability), gain = _independent(first, second), 1.0
     if paired:
+        width = interval[1] - interval[0]
         interval, probability = mean_interval(second - first), _paired(second - first)
-    else:
-        interval, probability = _independent(first, second)
+        gain = width / (interval[1] - interval[0]) if interval[1] > interval[0] else math.inf
     means = float(first.mean()), float(second.mean())
     difference = float((second - first).mean()) if paired else means[1] - means[0]
-    return MeanChange(name, unit, age, (len(first), len(second)), *means, difference, interval, probability)
+    return MeanChange(*place, (len(first), len(second)), *means, difference, interval, gain, probability)
 
 
 def _paired(apart: Array) -> float:
     """Probability of Student's test of differences; certain where they are all the same."""
-    need("scipy")
-    # for start-up time: graphs and runs are compared without it
-    from scipy.stats import ttest_1samp
-
-    if np.ptp(apart) == 0.0:
-        return 1.0 if apart[0] == 0.0 else 0.0
-    test: Any = ttest_1samp(apart, 0.0)
-    return float(test.pvalue)
+    return _probability(float(apart.mean()), float(apart.var(ddof=1)) / len(apart), len(apart) - 1.0)
 
 
 def _independent(first: Array, second: Array) -> tuple[Interval, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
     need("scipy")
     # for start-up time: graphs and runs are compared without it
-    from scipy.stats import ttest_ind
+    from scipy.special import stdtrit
 
-    if np.ptp(first) == 0.0 and np.ptp(second) == 0.0:
-        difference = float(second[0] - first[0])
-        return (difference, difference), 1.0 if difference == 0.0 else 0.0
-    test: Any = ttest_ind(second, first, equal_var=False)
-    low, high = test.confidence_interval(LEVEL)
-    return (float(low), float(high)), float(test.pvalue)
+    difference = float(second.mean() - first.mean())
+    squares = [float(column.var(ddof=1)) / len(column) for column in (first, second)]
+    if not sum(squares):
+        return (difference, difference), _probability(difference, 0.0, 1.0)
+    pairs = zip(squares, (first, second), strict=True)
+    freedom = sum(squares) ** 2 / sum(square**2 / (len(column) - 1.0) for square, column in pairs)
+    half = float(stdtrit(freedom, 0.5 + 0.5 * LEVEL)) * math.sqrt(sum(squares))
+    return (difference - half, difference + half), _probability(difference, sum(squares), freedom)
 
 
-def _yields(before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool) -> Iterator[YieldChange]:
+def _probability(difference: float, variance: float, freedom: float) -> float:
+    """Probability that Student's deviate is as large as a difference; without scatter any difference is certain."""
+    need("scipy")
+    # for start-up time: graphs and runs are compared without it
+    from scipy.special import stdtr
+
+    if variance == 0.0:
+        return float(difference == 0.0)
+    return 2.0 * float(stdtr(freedom, -abs(difference) / math.sqrt(variance)))
+
+
+def _yields(
+    point: str, before: StudyResult, after: StudyResult, places: tuple[Any, Any], *, paired: bool
+) -> Iterator[YieldChange]:
+    """Yield the changes of each limit at all ages together, and at each age that both have, if there are several."""
     shared = [name for name in before.study.limits if name in after.study.limits]
+    ages = [age for age in before.study.epochs if age in after.study.epochs]
     for name in [*shared, *([ALL] if shared else [])]:
-        kept = [_kept(result, name)[place] for result, place in zip((before, after), places, strict=True)]
-        if min(map(len, kept)):
-            one, other = kept
-            probability = _yield_probability(one, other, paired=paired)
-            yield YieldChange(name, float(one.mean()), float(other.mean()), probability)
+        within = [_within(result, name)[place] for result, place in zip((before, after), places, strict=True)]
+        if min(map(len, within)):
+            for age in (None, *(ages if len(ages) > 1 else ())):
+                one, other = (_at(rows, part.study, age) for rows, part in zip(within, (before, after), strict=True))
+                probability = _yield_probability(one, other, paired=paired)
+                yield YieldChange(point, name, age, float(one.mean()), float(other.mean()), probability)
 
 
-def _kept(result: StudyResult, name: str) -> Array:
-    good = result.good() if name == ALL else result.kept(name)
-    assert good is not None
-    return good
+def _within(result: StudyResult, name: str) -> Array:
+    """Return by run and epoch whether a limit is kept, or all of them."""
+    names = result.study.limits if name == ALL else [name]
+    return np.asarray(np.logical_and.reduce([result.within(limit) for limit in names]))
+
+
+def _at(within: Array, study: Study, age: float | None) -> Array:
+    return np.asarray(within.all(axis=1) if age is None else within[:, study.epochs.index(age)])
 
 
 def _yield_probability(first: Array, second: Array, *, paired: bool) -> float:
@@ -213,4 +259,5 @@ def _holm(probabilities: Sequence[float]) -> list[float]:
 
 def _finite(row: dict[str, Any]) -> dict[str, Any]:
     """A row for JSON, which has no infinity."""
-    return row | {"interval": [end if math.isfinite(end) else None for end in row["interval"]]}
+    interval = [end if math.isfinite(end) else None for end in row["interval"]]
+    return row | {"interval": interval, "pairing": row["pairing"] if math.isfinite(row["pairing"]) else None}

@@ -70,11 +70,16 @@ def study_tables(comparison: StudyComparison) -> list[Table]:
         difference_table("graph and study", comparison.differences),
         Table(
             f"means, compared {how}",
-            ("measure", "unit", "age", "before", "after", "change", "95 % interval", ""),
+            ("point", "measure", "unit", "age", "before", "after", "change", "95 % interval", "pairs gain", ""),
             tuple(map(_mean, comparison.means)),
-            (0, 1, 7),
+            (0, 1, 2, 9),
         ),
-        Table("yields", ("limit", "before", "after", "probability", ""), tuple(map(_yield, comparison.yields)), (0, 4)),
+        Table(
+            "yields",
+            ("point", "limit", "age", "before", "after", "probability", ""),
+            tuple(map(_yield, comparison.yields)),
+            (0, 1, 6),
+        ),
     ]
 
 
@@ -127,9 +132,11 @@ def _mean(change: MeanChange) -> tuple[str, ...]:
     low, high = change.interval
     interval = f"{low:+.3g} to {high:+.3g}"
     numbers = f"{change.before:.9g}", f"{change.after:.9g}", f"{change.difference:+.4g}", interval
-    return change.measure, change.unit, age_text(change.age), *numbers, "moved" if change.moved else ""
+    where = change.point, change.measure, change.unit, age_text(change.age)
+    return *where, *numbers, f"{change.pairing:.3g}", "moved" if change.moved else ""
 
 
 def _yield(change: YieldChange) -> tuple[str, ...]:
     parts = f"{change.before:.4g}", f"{change.after:.4g}", f"{change.probability:.2g}"
-    return change.limit, *parts, "moved" if change.moved else ""
+    age = "all" if change.age is None else age_text(change.age)
+    return change.point, change.limit, age, *parts, "moved" if change.moved else ""

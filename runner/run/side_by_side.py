@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.plan.keys import WireOf
@@ -16,6 +16,7 @@ from proofmass.runner.targets.native import Array
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 LEAST = 8  # lanes
+MOST = 64
 NEAR = 112 * 1024  # bytes of all lanes
 
 
@@ -38,13 +39,27 @@ def lanes_for(runs: int, size: int) -> int:
     return next(fitting, LEAST if 2 * runs >= LEAST else 0)
 
 
+def whole_lanes(lanes: int) -> int:
+    """Return the least number of lanes from `lanes` on for which LLVM makes code: a power of two, 2 to 64; 0 stays.
+
+    Rows of other lengths would lie across the boundaries of vectors, and LLVM ends the process where it has no
+    instructions for them. Lanes without a run are idle. Raises `ModelError`.
+
+    >>> whole_lanes(0), whole_lanes(1), whole_lanes(10), whole_lanes(64)
+    (0, 2, 16, 64)
+    """
+    if not 0 <= lanes <= MOST:
+        raise ModelError([Problem(message="out of range", key="lanes", got=str(lanes), expected=f"0 to {MOST}")])
+    return max(2, 1 << (lanes - 1).bit_length()) if lanes else 0
+
+
 class SideBySide:
     """Runs a plan with varied parameters, `lanes` at a time; the bits are those of each run alone."""
 
     def __init__(self, plan: Plan, seed: int, ticks: int, lanes: int, names: Iterable[str]) -> None:
-        self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, lanes
+        self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, whole_lanes(lanes)
         nodes = {name: _node(name) for name in names}
-        self.compiled = CompiledLanes(plan, frozenset(nodes.values()), lanes)
+        self.compiled = CompiledLanes(plan, frozenset(nodes.values()), self.lanes)
         self._settled = [name for name, node in nodes.items() if node[0] in self.compiled.settled]
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
 

@@ -248,7 +248,8 @@ def draw(**options: Any) -> int:
 @click.option(
     "--lanes",
     type=Whole(0, 64),
-    help="Run this many sensors side by side in a thread; 0 for one at a time (default: automatic).",
+    help="Run this many sensors side by side in a thread, or the next power of two; 0 for one at a time (default:"
+    " automatic).",
 )
 @click.option(
     "--dask", metavar="ADDRESS|local[:N]", help="Run on the Dask cluster at ADDRESS, or start N local workers."

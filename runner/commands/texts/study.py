@@ -1,6 +1,6 @@
 """A study as text for people."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
@@ -9,7 +9,7 @@ from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.studies.outcome.intervals import concise
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
-from proofmass.runner.studies.shown.points import all_points_text, parts
+from proofmass.runner.studies.shown.points import all_points_text, differences, parts
 
 _COLUMNS = ("mean", "std", "p1", "p50", "p99")
 
@@ -25,6 +25,7 @@ def study_text(result: StudyResult) -> str:
         lines += [f"{name}:", ""] if name else []
         lines += [*_table(part), "", *yields]
         lines += [""] if yields and len(points) > 1 else []
+    lines += _against_first(points)
     if len(points) < study.points:
         lines += ["", all_points_text(study)]
     planned = study.runs * study.points
@@ -45,7 +46,21 @@ def _table(result: StudyResult) -> Iterator[str]:
         numbers = [concise(row[key], row["intervals"][key]) if key in row else "" for key in _COLUMNS]
         rows.append((row["measure"], "" if row["unit"] == "1" else row["unit"], age_text(row["age_s"]), *numbers))
     yield from text_table(rows, left=(0, 1))
-    yield "in brackets half of the 95 % confidence interval, in units of the last digits"
+    yield "in brackets half of the 95 % confidence interval, in units of the last digits; none of too few runs"
+
+
+def _against_first(points: Mapping[str, StudyResult]) -> Iterator[str]:
+    """Yield how far each point is from the first at the last age: the sensors are the same."""
+    (first_name, first), *others = points.items()
+    rows: list[tuple[str, ...]] = [("point", "measure", "unit", "difference")]
+    for name, part in others:
+        for row in (row for row in differences(first, part) if row["age_s"] == first.study.epochs[-1]):
+            unit = "" if row["unit"] == "1" else row["unit"]
+            rows.append((name, row["measure"], unit, concise(row["difference"], row["interval"])))
+    if len(rows) > 1:
+        yield f"against {first_name}, sensor by sensor, at {age_text(first.study.epochs[-1])}:"
+        yield ""
+        yield from text_table(rows, left=(0, 1, 2))
 
 
 def _yields(result: StudyResult) -> Iterator[str]:

@@ -302,7 +302,9 @@ def _outcome(
     outputs = tuple(_output(solver, signal, raw) for signal in solver.signals)
     known = {u.name: float(v) for u, v in zip(unknowns, values, strict=True) if u.of_block}
     fitted = with_parameters(graph, {u.written: known[u.name] for u in unknowns if u.of_block})
-    left = {o.signal: (o.rms, sum(int(m.sum()) for m in _masks_of(solver, o.signal))) for o in outputs}
+    counts = {o.signal: sum(int(mask.sum()) for mask in _masks_of(solver, o.signal)) for o in outputs}
+    free = max(rows - len(unknowns), 0) / rows  # of each row
+    left = {o.signal: (o.rms**2 * counts[o.signal], free * counts[o.signal]) for o in outputs}
     return Fitted(
         source=graph,
         estimates=estimates,

@@ -9,6 +9,8 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+import scipy.special
+
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -18,7 +20,7 @@ from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.runner.analysis.noise.budget import noise
 
-_QUANTILE = 1.959964  # of the normal distribution, for 95 %
+_ASIDE = 0.025  # probability beyond each end of an interval of 95 %
 
 
 @dataclass(frozen=True)
@@ -44,11 +46,11 @@ class NoiseLevel:
 
 
 def noise_levels(
-    graph: Graph, parameters: Sequence[str], left: Mapping[str, tuple[float, int]]
+    graph: Graph, parameters: Sequence[str], left: Mapping[str, tuple[float, float]]
 ) -> Iterator[NoiseLevel]:
     """Yield the level of each source, from the output of which it makes the largest part.
 
-    `left` has the rms of the residuals of each output, and how many there are.
+    `left` has the sum of the squares of the residuals of each output, and how many degrees of freedom they have.
     """
     if not parameters:
         return
@@ -72,9 +74,15 @@ def noise_levels(
         if of_block <= 0.0 or before <= 0.0:
             message, hint = "makes no noise in the recorded outputs", "give it a value above zero to begin with"
             raise ModelError([Problem(message=message, key=written, got=f"{before:g}", hint=hint)])
-        rms, count = left[signal]
-        rest = rms**2 - others
+        squares, free = left[signal]
+        variance = squares / free if free > 0.0 else 0.0
+        rest = variance - others
         value = before * math.sqrt(rest / of_block) if rest > 0.0 else None
-        half = math.inf if value is None else _QUANTILE * value * rms**2 / rest / math.sqrt(2.0 * count)
+        half = math.inf if value is None else value * variance / rest * _larger_half(free)
         unit = short_unit(unit_of(target[0], target[1]))
         yield NoiseLevel(written, unit, before, value, half, signal)
+
+
+def _larger_half(free: float) -> float:
+    """Return the larger half of the interval of a standard deviation, relative to it, by chi-square."""
+    return math.sqrt(0.5 * free / float(scipy.special.gammaincinv(0.5 * free, _ASIDE))) - 1.0

@@ -17,7 +17,7 @@ import scipy.optimize
 
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
-from proofmass.runner.design.worst.ranges import Range
+from proofmass.runner.design.worst.box import Box
 
 _UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
 _LARGEST = 5e5  # largest finite value, as such a multiple
@@ -66,12 +66,12 @@ class BoxSearch:
     def __init__(
         self,
         evaluator: Evaluator,
-        ranges: Sequence[Range],
+        box: Box,
         expected: int,
         progress: Progress | None,
         stop: threading.Event | None,
     ) -> None:
-        self.evaluator, self.ranges = evaluator, ranges
+        self.evaluator, self.box = evaluator, box
         self.cases: dict[tuple[float, ...], Case] = {}
         self.random: list[tuple[float, ...]] = []
         self._expected, self._progress, self._stop = expected, progress, stop
@@ -84,8 +84,7 @@ class BoxSearch:
             return known
         if self._stop is not None and self._stop.is_set():
             raise InterruptedSearch
-        values = {r.name: r.at(part) for r, part in zip(self.ranges, key, strict=True)}
-        self.cases[key] = Case(key, self.evaluator.readings(values, slopes), slopes)
+        self.cases[key] = Case(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
         if self._progress:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
         return self.cases[key]
@@ -105,8 +104,8 @@ class BoxSearch:
             grown = [r for name, r in case.readings.items() if name.startswith(STABLE) and r is not None]
             reading, sign = max(grown, key=lambda r: r.value, default=None), 1.0
         slopes: Mapping[str, float] = reading.slopes if reading is not None else {}
-        pairs = zip(self.ranges, case.place, strict=True)
-        return np.array([sign * slopes.get(r.name, 0.0) * r.slope(part) for r, part in pairs])
+        rows = self.box.slopes(case.place)
+        return np.array([sign * sum(slopes.get(name, 0.0) * by for name, by in row.items()) for row in rows])
 
     def worst(self, side: Side) -> Case:
         """Return the worst case so far."""
@@ -114,7 +113,7 @@ class BoxSearch:
 
     def search(self, sides: Sequence[Side], corners: int, samples: int, seed: int) -> None:
         """Try everything, for each of some quantities and sides."""
-        size = len(self.ranges)
+        size = len(self.box.ranges)
         nominal = (0.0,) * size
         self.at(nominal, slopes=True)
         for number, sign in itertools.product(range(size), (-1.0, 1.0)):  # one at a time, for the table
@@ -146,15 +145,16 @@ class BoxSearch:
             place = following
 
     def _others(self, side: Side) -> None:
-        """Try every parameter at its other end from the worst corner, until none is worse."""
+        """Try every parameter at its other end, or its other choices, from the worst corner, until none is worse."""
         corners = [case for case in self.cases.values() if case.corner]
         if not corners:
             return
         best = max(corners, key=lambda case: self.badness(case, side))
         for _ in range(_SWEEPS):
             tried = [
-                self.at([-part if i == number else part for i, part in enumerate(best.place)])
-                for number in range(len(self.ranges))
+                self.at([other if i == number else part for i, part in enumerate(best.place)])
+                for number, wanted in enumerate(self.box.ranges)
+                for other in wanted.others(best.place[number])
             ]
             worse = max(tried, key=lambda case: self.badness(case, side))
             if self.badness(worse, side) <= self.badness(best, side):
@@ -186,6 +186,6 @@ class BoxSearch:
             np.array(case.place),
             jac=True,
             method="L-BFGS-B",
-            bounds=[(-1.0, 1.0)] * len(self.ranges),
+            bounds=[(-1.0, 1.0)] * len(self.box.ranges),
             options={"maxiter": 15, "ftol": 1e-9},
         )

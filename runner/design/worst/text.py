@@ -16,7 +16,7 @@ def worst_text(cases: WorstCases) -> str:
     lines = ["interrupted: the worst so far"] if cases.interrupted else []
     for case in cases.cases:
         lines += [*_case(case, cases), ""]
-    return "\n".join([*lines, *_coverage(cases)])
+    return "\n".join([*lines, *_coverage(cases), *_left_out(cases)])
 
 
 def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
@@ -64,6 +64,11 @@ def _coverage(cases: WorstCases) -> Iterator[str]:
             f"no random point is worse: with 95 % confidence less than {100.0 * cases.unseen:.2g} % of the box is;"
             " this is a search, not a proof"
         )
+
+
+def _left_out(cases: WorstCases) -> Iterator[str]:
+    for name, reason in cases.left_out.items():
+        yield f"{name} does not count: {reason}"
 
 
 def _number(value: float | None) -> str:

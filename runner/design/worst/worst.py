@@ -23,7 +23,8 @@ from proofmass.graphs.model.quantities import (
 )
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.quantities.evaluator import Evaluator
-from proofmass.runner.design.worst.ranges import Range, ranges_of
+from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.design.worst.search import BoxSearch, Case, InterruptedSearch, Progress, Side
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
@@ -98,6 +99,7 @@ class WorstCases(Plotted):
     random: int  # points that were tried
     evaluations: int  # points that were tried in all
     interrupted: bool  # True after Ctrl-C
+    left_out: Mapping[str, str]  # what varies and does not count, with its reason
 
     @property
     def all_corners(self) -> bool:
@@ -122,6 +124,7 @@ class WorstCases(Plotted):
             "unseen_part_95": self.unseen,
             "evaluations": self.evaluations,
             "interrupted": self.interrupted,
+            "left_out": dict(self.left_out),
         }
 
 
@@ -140,8 +143,9 @@ def worst(
 
     `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main", "figure":
     "phase_margin"}}`; unless given, the gain and phase margins of all named loops. `tolerances` maps parameters to
-    "5 %", to a width with a unit or to a list of two values; a study brings those of its spread, normal ones up to
-    three standard deviations. The worst yield of a study is that within `tolerances` alone: its spread is in the yield.
+    "5 %", to a width with a unit or to a list of two values; a study brings everything that varies in it, normal
+    deviates up to three standard deviations. The worst yield of a study is that within `tolerances` alone: its spread
+    is in the yield.
     All corners are tried if there are no more than `corners`, and so many random `samples`.
 
     Raises `ModelError` with everything that is wrong.
@@ -175,14 +179,14 @@ def worst_of(
     """Find the worst cases of quantities that have been read; `signs` are 1 for lowest, -1 for highest values."""
     graph = source.graph if isinstance(source, Study) else source
     yields = any(isinstance(quantity, YieldOf) for quantity in wanted.values())
-    ranges = ranges_of(graph if yields else source, tolerances)
-    widths = {r.name: r.high - r.low for r in ranges}
+    box = box_of(graph if yields else source, tolerances)
+    ranges = box.ranges
     sides = {name: signs or _sides(quantity) for name, quantity in wanted.items()}
     searched = [Side(name, sign) for name, signs in sides.items() for sign in signs]
     expected = 2 * len(ranges) + samples + min(2 ** len(ranges), corners) + 20 * len(searched)
     with interrupts() as stop:
-        evaluator = Evaluator(graph, wanted, at, widths, source if isinstance(source, Study) else None)
-        search = BoxSearch(evaluator, ranges, expected, progress, stop)
+        evaluator = Evaluator(graph, wanted, at, box.widths(), source if isinstance(source, Study) else None)
+        search = BoxSearch(evaluator, box, expected, progress, stop)
         interrupted = False
         try:
             search.search(searched, corners, samples, seed)
@@ -197,6 +201,7 @@ def worst_of(
         random=len(search.random),
         evaluations=len(search.cases),
         interrupted=interrupted,
+        left_out=box.left_out,
     )
 
 
@@ -240,8 +245,9 @@ def _sides(quantity: Quantity) -> tuple[float, ...]:
 
 
 def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> WorstCase:
-    size, ranges = len(search.ranges), search.ranges
+    size, ranges = len(search.box.ranges), search.box.ranges
     nominal, corner = search.cases[(0.0,) * size], search.worst(side)
+    known = search.box.values(corner.place)
     word = "lowest" if side.sign > 0.0 else "highest"
     singles = []
     for number, wanted in enumerate(ranges):
@@ -262,7 +268,7 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         nominal=begin,
         worst=_value(corner, side),
         first_order=first_order,
-        values={r.written: r.at(part) for r, part in zip(ranges, corner.place, strict=True)},
+        values={r.written: known.get(r.name, r.at(part)) for r, part in zip(ranges, corner.place, strict=True)},
         places={r.written: part for r, part in zip(ranges, corner.place, strict=True)},
         one_at_a_time=tuple(singles),
         corners=tuple((_signs(case), _value(case, side)) for case in corners[:_LISTED]),

@@ -30,14 +30,18 @@ exponentials = Elementwise(exponential, {"x": float}, float)
 permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "seed": int, "stream": int}, int)
 
 
-def drawn_together(study: Study, runs: Array) -> dict[str, Array]:
-    """Return parameters and values of runs by their names in the flat graph: arrays with a row for each epoch."""
+def drawn_together(study: Study, runs: Array, *, apart: bool = False) -> dict[str, Array]:
+    """Return parameters and values of runs by their names in the flat graph: arrays with a row for each epoch.
+
+    With `apart` each of them is what it would be if nothing that it follows from were spread or drifted.
+    """
     sensors = runs // study.points
-    drawn = {name: _rows(study, value) for name, value in _points(study, runs).items()}
+    swept = {name: _rows(study, value) for name, value in _points(study, runs).items()}
+    drawn = dict(swept)
     deviates = _deviates(study, sensors)
     normals = _normals(study, deviates)
     for name in study.moved:
-        base = drawn[name] if name in study.sweep else _base(study, name, drawn, len(runs))
+        base = drawn[name] if name in study.sweep else _base(study, name, swept if apart else drawn, len(runs))
         if (base == base[0]).all():
             drawn[name] = _aged(study, name, base[0], runs, deviates, normals)
         else:  # what it follows from drifts

@@ -6,6 +6,10 @@ With x(e) a parameter at an epoch and c the last epoch before e that calibrated 
     x(e) - x(c)    its change since then, of a parameter that drifts; named "change of" the parameter
 
 A calibrated sensor depends on the changes alone: the calibration has removed the effect of earlier values.
+
+Of a parameter that follows a formula and has a spread or drift of its own, x is the part that is its own: what the
+parameter would be if nothing that it follows from were spread or drifted. So what several parameters follow from is
+one factor, and what each adds to it is another.
 """
 
 from collections.abc import Iterator, Mapping
@@ -15,9 +19,9 @@ import numpy as np
 
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
+from proofmass.runner.studies.draws.drawn_table import DrawnTable
 
 CHANGE = "change of "
-_ONE_BY_ONE = 20_000  # runs and epochs up to which compiling the functions that draw them is not worth it
 
 
 @dataclass(frozen=True)
@@ -29,20 +33,19 @@ class Factors:
 
 
 class Drawn:
-    """Parameters of runs of a study at all epochs, drawn once."""
+    """Factors of runs of a study at all epochs, drawn once."""
 
     def __init__(self, study: Study, runs: Array) -> None:
         self.study, self.runs = study, runs
-        self.parameters = parameters_of(study, runs)
+        self.table = DrawnTable(study, runs, apart=True)
 
     def factors(self, epoch: int) -> Factors:
         """Return the factors at an epoch that differ between runs."""
         since = self.since(epoch)
         columns, units = dict[str, Array](), dict[str, str]()
-        for name, values, change in self._columns(epoch, since):
+        for name, unit, values in self._columns(epoch, since):
             if values.size and np.ptp(values) > 0.0:
-                label = CHANGE * change + self.study.name_of(name)
-                columns[label], units[label] = values, self.study.unit_of(name)
+                columns[name], units[name] = values, unit
         return Factors(columns, units)
 
     def since(self, epoch: int) -> Array:
@@ -54,21 +57,10 @@ class Drawn:
             lasts.append(max((before for before in range(epoch) if calibrated[before]), default=0))
         return np.asarray(np.array(lasts)[self.runs % intervals])
 
-    def _columns(self, epoch: int, since: Array) -> Iterator[tuple[str, Array, bool]]:
-        for name, rows in self.parameters.items():
-            before = rows[since, np.arange(len(self.runs))]
-            yield name, before, False
-            if name in self.study.drift:
-                yield name, rows[epoch] - before, True
-
-
-def parameters_of(study: Study, runs: Array) -> dict[str, Array]:
-    """Return parameters of runs by name in the flat graph, a row for each epoch, without calibrated values."""
-    if len(runs) * len(study.epochs) > _ONE_BY_ONE:
-        # start-up time: only influences need arrays of draws
-        from proofmass.runner.studies.draws.drawing import drawn_together
-
-        return drawn_together(study, runs)
-    drawn = [study.drawn(int(run)) for run in runs]
-    names = drawn[0][0] if drawn else ()
-    return {name: np.array([[at[name] for at in run] for run in drawn], dtype=float).T for name in names}
+    def _columns(self, epoch: int, since: Array) -> Iterator[tuple[str, str, Array]]:
+        for column in self.table.parameters:
+            values = self.table[column]
+            before = values[np.arange(len(self.runs)), since]
+            yield column.name, column.unit, before
+            if column.parameter in self.study.drift:
+                yield CHANGE + column.name, column.unit, values[:, epoch] - before

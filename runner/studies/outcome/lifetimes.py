@@ -2,7 +2,7 @@
 
 A sensor is looked at at each epoch. It survives an age if it has kept its limits at every epoch that counts up to it:
 survival never rises, though a calibration may bring a sensor back into the yield. What it was at an epoch counts as
-time until the next one. Intervals are Wilson's at each age; the band holds at all ages together, S -+ b with
+time until the next one. Intervals are exact ones of parts at each age; the band holds at all ages together, S -+ b with
 b = sqrt(log(2 / (1 - level)) / 2n) (Massart, Annals of Probability 18 (1990) 1269).
 """
 
@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, mean_interval, part_interval
+from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, part_interval
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.outcome.weibull import Weibull, weibull
 
@@ -80,25 +80,25 @@ def _of(result: StudyResult, name: str, first: int, good: Array) -> Lifetimes:
     ages = result.study.epochs[first:]
     good = good[:, first:]
     never_left = np.logical_and.accumulate(good, axis=1)
-    sensors = len(good)
+    runs, sensors = len(good), result.sensors
     alive = never_left.sum(axis=0)
     edges, left = ages, (-np.diff(alive)).tolist()
     if ages[0] > 0.0:  # a sensor that is bad when new has no lifetime; all others leave after that
-        edges, left = (0.0, *ages), [sensors - int(alive[0]), *left]
+        edges, left = (0.0, *ages), [runs - int(alive[0]), *left]
     spans = np.diff(ages)
-    out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(sensors)
+    out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(runs)
     return Lifetimes(
         limit=name,
         sensors=sensors,
         epochs=tuple(range(first, first + len(ages))),
         ages=tuple(ages),
         good=good.mean(axis=0),
-        good_intervals=tuple(part_interval(int(number), sensors) for number in good.sum(axis=0)),
-        surviving=alive / sensors,
-        surviving_intervals=tuple(part_interval(int(number), sensors) for number in alive),
+        good_intervals=tuple(part_interval(part * sensors, sensors) for part in good.mean(axis=0).tolist()),
+        surviving=alive / runs,
+        surviving_intervals=tuple(part_interval(number / runs * sensors, sensors) for number in alive.tolist()),
         good_at_last=good[:, -1],
         band=math.sqrt(math.log(2.0 / (1.0 - LEVEL)) / (2.0 * sensors)),
         law=weibull(edges, left, int(alive[-1])) if len(edges) > 1 else None,
         time_out=float(out.mean()),
-        time_out_interval=mean_interval(out),
+        time_out_interval=result.mean_of_sensors(out),
     )

@@ -16,7 +16,7 @@ from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
-from proofmass.runner.studies.draws.factors import parameters_of
+from proofmass.runner.studies.draws.drawn_table import RUN, DrawnTable
 from proofmass.runner.studies.outcome.intervals import (
     Interval,
     deviation_interval,
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-RECALIBRATION = "recalibration"  # column of the intervals between calibrations
 PERCENTILES = (1.0, 50.0, 99.0)
 
 
@@ -69,6 +68,11 @@ class StudyResult(Plotted):
         return len(self.numbers) < self.planned_runs
 
     @cached_property
+    def sensors(self) -> int:
+        """Number of sensors: the runs that are independent, since every point is tried with the same ones."""
+        return len(np.unique(self.numbers // self.study.points))
+
+    @cached_property
     def digest(self) -> str:
         """SHA-256 over all values in the order of runs, epochs and names: equal when every bit is."""
         digest = hashlib.sha256()
@@ -100,7 +104,8 @@ class StudyResult(Plotted):
     def summary(self) -> list[dict[str, Any]]:
         """Return runs, mean, std (n - 1), extremes and percentiles by measure and epoch, without failed runs.
 
-        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few.
+        `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few. Several
+        points have the same sensors: the interval of their mean counts each sensor once, the others have no ends.
         """
         rows = []
         for measure in self.measures:
@@ -113,16 +118,27 @@ class StudyResult(Plotted):
                     row["std"] = float(values.std(ddof=1)) if len(values) > 1 else 0.0
                     found = np.percentile(values, PERCENTILES)
                     row |= {f"p{p:g}": float(v) for p, v in zip(PERCENTILES, found, strict=True)}
-                    intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
-                    intervals |= {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
-                    row["intervals"] = intervals
+                    row["intervals"] = self._intervals(measure.name, epoch, values)
                 rows.append(row)
         return rows
 
+    def _intervals(self, measure: str, epoch: int, values: Array) -> dict[str, Interval]:
+        """Return the intervals of a measure at an epoch; `values` are the finite ones."""
+        if len(self.numbers) > self.sensors:
+            nothing = dict.fromkeys((f"p{p:g}" for p in PERCENTILES), (-math.inf, math.inf))
+            return {"mean": self.mean_of_sensors(self.values[measure][:, epoch]), "std": (0.0, math.inf), **nothing}
+        intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
+        return intervals | {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
+
+    def mean_of_sensors(self, values: Array) -> Interval:
+        """Return the interval of the mean of values of the runs: each sensor counts once, with its mean over points."""
+        known = np.isfinite(values)
+        _, places = np.unique(self.numbers[known] // self.study.points, return_inverse=True)
+        return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
+
     def yield_intervals(self) -> dict[str, Interval]:
-        """Return confidence intervals of the yields."""
-        runs = len(self.numbers)
-        return {name: part_interval(round(part * runs), runs) for name, part in self.yields().items()}
+        """Return confidence intervals of the yields, of as many independent runs as there are sensors."""
+        return {name: part_interval(part * self.sensors, self.sensors) for name, part in self.yields().items()}
 
     def yields(self) -> dict[str, float]:
         """Return the fraction of sensors that keep each limit at all epochs, and all limits together."""
@@ -151,26 +167,18 @@ class StudyResult(Plotted):
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.
 
-        A parameter that drifts has a value for each run and epoch, one that does not a value for each run.
+        A parameter that drifts, or follows from one that does, has a value for each run and epoch, any other one for
+        each run.
         """
         need("xarray")
         # start-up time: xarray takes 0.4 s
         import xarray
 
-        study = self.study
-        coordinates: dict[str, Any] = {
-            "run": self.numbers,
-            "age": ("epoch", np.array(study.epochs), {"units": "s", "long_name": "age"}),
-        }
-        if study.recalibration.carried:
-            intervals = np.array([study.recalibrated_every(int(run)) for run in self.numbers])
-            about = {"units": "s", "long_name": "time between calibrations"}
-            coordinates[RECALIBRATION] = ("run", intervals, about)
-        for name, rows in parameters_of(study, self.numbers).items():
-            facts = {"units": study.unit_of(name), "long_name": "parameter of the run"}
-            drifts = name in study.drift
-            values = rows.T if drifts else rows[0]
-            coordinates[self.column_of(name)] = (("run", "epoch") if drifts else "run", values, facts)
+        table = DrawnTable(self.study, self.numbers)
+        coordinates: dict[str, Any] = {RUN: self.numbers}
+        for column in table.columns:
+            about = {"units": column.unit, "long_name": column.doc}
+            coordinates[column.name] = (column.dimensions, table.along(column), about)
         about_measures = {m.name: {"units": m.unit, "long_name": f"{m.statistic} of {m.signal}"} for m in self.measures}
         variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
@@ -186,11 +194,6 @@ class StudyResult(Plotted):
             faults={key: fault for key, fault in self.faults.items() if key[0] in left},
             planned_runs=self.planned_runs // parts,
         )
-
-    def column_of(self, name: str) -> str:
-        """Name of a parameter in tables: as it is written, or its path where a measure or column has that name."""
-        written = self.study.name_of(name)
-        return name if written in {"run", "epoch", "age", "fault", RECALIBRATION, *self.values} else written
 
     def attributes(self) -> dict[str, str]:
         """Return graph, seed and versions behind the numbers."""

@@ -28,7 +28,7 @@ from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engi
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.side_by_side import SideBySide, lanes_for
+from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values
@@ -57,7 +57,7 @@ class SensorRuns:
         total = self.ticks * study.runs * study.points * len(study.epochs)
         self.engine: EngineName = choose(self.plan, total, engine)
         runs = study.runs * study.points
-        wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else lanes
+        wanted = lanes_for(runs, bytes_of_a_run(self.plan)) if lanes is None else whole_lanes(lanes)
         self.lanes = wanted if ENGINES[self.engine].lanes else 0
         self.together = self._side_by_side() if self.lanes else None
 
@@ -127,10 +127,8 @@ class SensorRuns:
         outcomes = outcomes_of((run for runs, _ in every for run in runs), epochs, measures)
         after = np.array([rows for _, rows in every]).reshape(len(every), epochs, -1)
         calibrated = np.array([self.study.calibrated(number) for number in numbers.tolist()], dtype=bool)
-        failed = np.zeros_like(calibrated)
-        for place, (runs, _) in enumerate(every):
-            failed[place] = [run.values is None for run in runs]
-        return self._with_changes(outcomes, calibrated & ~failed, after)
+        done = calibrated & np.isfinite(outcomes.values[:, :, self._carried]).all(axis=2)
+        return self._with_changes(outcomes, done, after)
 
     def _nothing(self, numbers: Array) -> Outcomes:
         shape = len(numbers), len(self.study.epochs), len(self.own_measures)
@@ -155,12 +153,17 @@ class SensorRuns:
 
     def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> Array:
         """Store the results of calibrations as parameters of later epochs, and return which were done."""
-        failed = {number for number, at in outcomes.faults if at == epoch}
-        new = calibrated & ~np.isin(outcomes.numbers, list(failed))
-        names = [measure.name for measure in self.own_measures]
-        for name, measure in self.study.recalibration.carried.items():
-            left[name] = np.where(new, outcomes.values[:, epoch, names.index(measure)], left[name])
+        measured = outcomes.values[:, epoch, self._carried]
+        new = calibrated & np.isfinite(measured).all(axis=1)
+        for name, values in zip(self.study.recalibration.carried, measured.T, strict=True):
+            left[name] = np.where(new, values, left[name])
         return np.asarray(new)
+
+    @cached_property
+    def _carried(self) -> list[int]:
+        """Places of the measures that calibrations store, in the order of the parameters."""
+        names = [measure.name for measure in self.own_measures]
+        return [names.index(measure) for measure in self.study.recalibration.carried.values()]
 
     def run(self, number: int) -> list[SensorRun]:
         """Return one run at each epoch, without changes; results of calibrations become parameters of later epochs."""
@@ -189,11 +192,9 @@ class SensorRuns:
         return drawn[epoch] | left
 
     def _left_by(self, run: SensorRun) -> dict[str, float]:
-        """Return the parameters that a calibration sets; none if it failed."""
-        if run.values is None:
-            return {}
-        measured = {measure.name: value for measure, value in zip(self.own_measures, run.values, strict=True)}
-        return {name: measured[measure] for name, measure in self.study.recalibration.carried.items()}
+        """Return the parameters that a calibration sets; none if it failed, or one of its measures has no value."""
+        measured = [run.values[place] for place in self._carried] if run.values else [math.nan]
+        return dict(zip(self.study.recalibration.carried, measured, strict=True)) if _all_finite(measured) else {}
 
     def _abreast(
         self,
@@ -264,6 +265,10 @@ class SensorRuns:
     def _starter(self) -> Starter:
         """Starts one run; not needed while all runs go side by side."""
         return ENGINES[self.engine].prepare(self.plan)
+
+
+def _all_finite(values: Sequence[float]) -> bool:
+    return all(map(math.isfinite, values))
 
 
 def _said(problem: Problem) -> str:

@@ -1,8 +1,7 @@
 """A study for other tools: netCDF, labelled by run and epoch; CSV and Parquet, with a row per run and epoch.
 
-The columns of a table are run, epoch and age, the time between calibrations where there are some, the parameters
-that are spread, swept or drift, the measures, and why a run failed; its numbers are empty then. Every file appears
-whole or not at all.
+The columns of a table are run and epoch, those of `DrawnTable`, the measures, and why a run failed; its numbers are
+empty then. Every file appears whole or not at all.
 """
 
 import csv
@@ -12,12 +11,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-import numpy as np
-
 from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.studies.draws.factors import parameters_of
-from proofmass.runner.studies.outcome.result import RECALIBRATION, StudyResult
+from proofmass.runner.studies.draws.drawn_table import EPOCH, FAULT, RUN, DrawnTable, drawn_columns
+from proofmass.runner.studies.outcome.result import StudyResult
 
 _RUNS = 10_000  # drawn again and written together
 
@@ -32,16 +29,12 @@ class Column(NamedTuple):
 
 def columns(result: StudyResult) -> list[Column]:
     """Return the columns of a table."""
-    study = result.study
-    parameters = dict.fromkeys([*study.sweep, *study.spread, *study.drift])
     return [
-        Column("run", "1", "Number of the run."),
-        Column("epoch", "1", "Number of the epoch, from 0."),
-        Column("age", "s", "Age of the sensor."),
-        *([Column(RECALIBRATION, "s", "Time between calibrations.")] if study.recalibration.carried else []),
-        *(Column(result.column_of(name), study.unit_of(name), "Parameter at this age.") for name in parameters),
+        Column(RUN, "1", "Number of the run."),
+        Column(EPOCH, "1", "Number of the epoch, from 0."),
+        *(Column(drawn.name, drawn.unit, drawn.doc) for drawn in drawn_columns(result.study)),
         *(Column(m.name, m.unit, f"{m.statistic} of {m.signal}") for m in result.measures),
-        Column("fault", "", "Why the run failed; empty when it did not."),
+        Column(FAULT, "", "Why the run failed; empty when it did not."),
     ]
 
 
@@ -66,8 +59,8 @@ def save_study_csv(result: StudyResult, path: str | Path) -> Path:
         text = io.TextIOWrapper(file, encoding="utf-8", newline="")
         writer = csv.writer(text, lineterminator="\n")
         writer.writerow(f"{c.name} [{c.unit}]" if c.unit not in ("", "1") else c.name for c in columns(result))
-        for rows in _rows(result):
-            writer.writerows([_number(entry) for entry in row] for row in rows)
+        for piece in _pieces(result):
+            writer.writerows(zip(*map(_texts, piece), strict=True))
         text.flush()
         text.detach()
     return Path(path)
@@ -88,28 +81,28 @@ def save_study_parquet(result: StudyResult, path: str | Path) -> Path:
     ]
     schema = pyarrow.schema(fields, metadata=result.attributes())
     with whole_file(path) as file, pyarrow.parquet.ParquetWriter(file, schema) as writer:
-        for rows in _rows(result):
-            arrays = [pyarrow.array(column, kind) for column, kind in zip(zip(*rows, strict=True), kinds, strict=True)]
+        for piece in _pieces(result):
+            arrays = [pyarrow.array(column, kind) for column, kind in zip(piece, kinds, strict=True)]
             writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
     return Path(path)
 
 
-def _rows(result: StudyResult) -> Iterator[list[list[Any]]]:
-    """Yield rows of the table, piece by piece."""
-    study = result.study
+def _pieces(result: StudyResult) -> Iterator[list[list[Any]]]:
+    """Yield the columns of the table, some runs at a time: an entry for each run and epoch."""
+    epochs = range(len(result.study.epochs))
     for first in range(0, len(result.numbers), _RUNS):
-        some = result.numbers[first : first + _RUNS]
-        drawn = np.array(list(parameters_of(study, some).values())).reshape(-1, len(study.epochs), len(some))
-        measured = np.array([result[m.name][first : first + _RUNS] for m in result.measures])
-        parameters, rows = np.moveaxis(drawn, 0, 2).tolist(), []
-        for place, (run, values) in enumerate(zip(some.tolist(), np.moveaxis(measured, 0, 2).tolist(), strict=True)):
-            every = [study.recalibrated_every(run)] if study.recalibration.carried else []
-            for epoch, age in enumerate(study.epochs):
-                numbers = [None if math.isnan(value) else value for value in values[epoch]]
-                fault = result.faults.get((run, epoch), "")
-                rows.append([run, epoch, age, *every, *parameters[epoch][place], *numbers, fault])
-        yield rows
+        some = slice(first, first + _RUNS)
+        runs = result.numbers[some].tolist()
+        table = DrawnTable(result.study, result.numbers[some])
+        measured = (result[measure.name][some].ravel() for measure in result.measures)
+        yield [
+            [run for run in runs for _ in epochs],
+            [epoch for _ in runs for epoch in epochs],
+            *(table[drawn].ravel().tolist() for drawn in table.columns),
+            *([None if math.isnan(value) else value for value in values.tolist()] for values in measured),
+            [result.faults.get((run, epoch), "") for run in runs for epoch in epochs],
+        ]
 
 
-def _number(entry: Any) -> Any:
-    return repr(entry) if isinstance(entry, float) else "" if entry is None else entry
+def _texts(column: list[Any]) -> list[Any]:
+    return [repr(entry) if isinstance(entry, float) else "" if entry is None else entry for entry in column]

@@ -12,6 +12,7 @@ from typing import Any
 from proofmass.graphs.studies.ages import some_of
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
+from proofmass.runner.studies.draws.drawn_table import drawn_columns
 from proofmass.runner.studies.draws.factors import CHANGE, Drawn, Factors
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.points import first_point, parts
@@ -143,7 +144,8 @@ def point_columns(part: StudyResult) -> dict[str, Any]:
     told_apart = len(part.numbers) and (part.numbers % study.points == point).all()
     swept = study.point(point) if told_apart else {}
     every = {"recalibration_s": study.recalibrated_every(point) if told_apart else math.nan}
-    named = {study.name_of(name): value for name, value in swept.items()}
+    names = {column.parameter: column.name for column in drawn_columns(study)}
+    named = {names[name]: value for name, value in swept.items()}
     return named | (every if study.recalibration.carried else {})
 
 

@@ -1,8 +1,14 @@
 """The points of a study: values of its sweep and intervals between calibrations, each seen alone."""
 
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import recalibration_text
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.studies.outcome.intervals import mean_interval
 from proofmass.runner.studies.outcome.result import StudyResult
 
 MOST_POINTS = 12  # with tables and pictures of their own
@@ -19,6 +25,23 @@ def parts(result: StudyResult) -> dict[str, StudyResult]:
     found = by_point(result) if result.study.points <= MOST_POINTS else []
     named = {point_text(result.study, point): part for point, part in enumerate(found) if len(part.numbers)}
     return named or {"": result}
+
+
+def differences(first: StudyResult, other: StudyResult) -> Iterator[dict[str, Any]]:
+    """Yield how far the mean of each measure at each age is from that at another point, sensor by sensor.
+
+    The same sensors are at both points: what they have in common falls out of the interval.
+    """
+    sensors = (part.numbers // part.study.points for part in (first, other))
+    _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
+    for measure in first.measures:
+        before, after = (part[measure.name][at] for part, at in zip((first, other), places, strict=True))
+        for epoch, age in enumerate(first.study.epochs):
+            apart = (after - before)[:, epoch]
+            apart = apart[np.isfinite(apart)]
+            if len(apart):
+                row = {"measure": measure.name, "unit": measure.unit, "age_s": age, "sensors": len(apart)}
+                yield row | {"difference": float(apart.mean()), "interval": mean_interval(apart)}
 
 
 def swept_parts(result: StudyResult) -> dict[str, StudyResult]:

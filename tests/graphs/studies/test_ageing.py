@@ -8,6 +8,7 @@ import pytest
 from scipy.constants import Boltzmann, electron_volt
 
 from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.noise_and_drift.arrhenius_ageing import ArrheniusAgeing
 from proofmass.graphs.studies.ageing import LAWS, read_drift
 
 YEAR = 31557600.0
@@ -33,6 +34,16 @@ def test_arrhenius() -> None:
     factor = math.exp(0.7 * electron_volt / Boltzmann * (1.0 / 298.15 - 1.0 / 358.0))
     table = {"arrhenius": "1 ppm/year", "temperature": "358 K", "activation_energy": "0.7 eV"}
     assert aged(table) == pytest.approx([1e-6 * factor * age / YEAR for age in AGES], rel=1e-9, abs=1e-15)
+
+
+@pytest.mark.defect("S213", before="0.699985 eV where nothing is said", after="0.7 eV to the last digit")
+def test_the_activation_energy_is_that_of_the_documents() -> None:
+    table = {"arrhenius": "1 ppm/year", "relative": True}
+    said = read_drift({**table, "activation_energy": "0.7 eV"}, "V")
+    assert read_drift(table, "V") == said
+    assert (
+        ArrheniusAgeing().activation_energy == said.activation_energy == pytest.approx(0.7 * electron_volt, rel=1e-15)
+    )
 
 
 def test_a_random_walk_has_independent_steps_of_the_variance_of_their_time() -> None:

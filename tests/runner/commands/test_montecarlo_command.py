@@ -68,6 +68,8 @@ def test_intervals_between_calibrations_have_tables_of_their_own(
     command = ["montecarlo", str(study), "--runs", "2", "--engine", "python", "--out", str(tmp_path / "out")]
     assert main(command) == 0
     said = capsys.readouterr().out
+    said, _, against = said.partition("against never recalibrated, sensor by sensor, at 40 years:")
+    assert against.count("found") == 2
     tables = said.split("recalibrated")
     assert [table.count("found") for table in tables] == [0, 11, 11, 11]  # of 41 epochs
     assert "0 h" in tables[1]

@@ -11,7 +11,7 @@ import xarray
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
-from proofmass.runner.studies.draws.factors import Drawn
+from proofmass.runner.studies.draws.drawn_table import DrawnTable
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import index_rows, influence_rows
 from proofmass.runner.studies.shown.sensitivities import regression
@@ -184,10 +184,11 @@ def test_sobol_indices_are_told_at_every_interval(result: StudyResult) -> None:
 
 
 def test_drawing_is_the_same_one_by_one_and_together(result: StudyResult, monkeypatch: pytest.MonkeyPatch) -> None:
-    alone = Drawn(result.study, result.numbers[:50]).parameters
-    monkeypatch.setattr("proofmass.runner.studies.draws.factors._ONE_BY_ONE", 0)
-    together = Drawn(result.study, result.numbers[:50]).parameters
-    assert {name: rows.tolist() for name, rows in alone.items()} == {n: rows.tolist() for n, rows in together.items()}
+    alone = DrawnTable(result.study, result.numbers[:50])
+    values = [alone[column].tolist() for column in alone.columns]
+    monkeypatch.setattr("proofmass.runner.studies.draws.drawn_table._ONE_BY_ONE", 0)
+    together = DrawnTable(result.study, result.numbers[:50])
+    assert values == [together[column].tolist() for column in together.columns]
 
 
 @pytest.mark.defect("S13", before="tornado and drawn parameters only inside HTML", after="JSON, CSV, Parquet, netCDF")

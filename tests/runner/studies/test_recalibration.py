@@ -105,3 +105,44 @@ def _with(study: Study, recalibration: object) -> Study:
     made = study.changed(runs=study.runs, seed=study.seed)
     object.__setattr__(made, "recalibration", recalibration)
     return made
+
+
+NOTHING = """\
+name = "a calibration that finds nothing"
+rate = "1 kHz"
+samples = 1
+wires = ["drifting.output -> product.first", "register.output -> product.second"]
+[measures]
+y = { signal = "product.output", statistic = "last" }
+new = "= sqrt(y)"
+[blocks]
+drifting = { kind = "Constant", value = 1 }
+register = { kind = "Constant", value = 1 }
+other = { kind = "Constant", value = 1 }
+product = { kind = "Product" }
+[study]
+epochs = { ages = ["0 h", "1 year", "2 year", "3 year", "4 year"] }
+drift = { "drifting.value" = { ramp = "-0.7 1/year" } }
+changes = { since = { measure = "y", since = "calibration" } }
+[study.recalibration]
+every = "1 year"
+carried = { "register.value" = "new", "other.value" = "y" }
+"""
+
+
+@pytest.mark.defect("S212", before="a calibration without a value made all later ones fail", after="nothing is stored")
+@pytest.mark.parametrize("engine", ["python", "compiled"])
+def test_a_calibration_without_a_value_leaves_all_parameters(engine: EngineName, tmp_path: Path) -> None:
+    study = read(tmp_path, NOTHING)
+    result = run_study(study, runs=1, engine=engine)
+    register, expected, stored = 1.0, [], 1.0
+    for age in range(5):
+        y = (1.0 - 0.7 * age) * register
+        expected.append(y)
+        if y >= 0.0:
+            register, stored = np.sqrt(y), y
+    assert result["y"][0] == pytest.approx(expected)
+    assert np.isnan(result["new"][0, 2:]).all()
+    assert np.isfinite(result["since"][0, 1:]).all()
+    left = SensorRuns(study, "python").parameters(0, 4)
+    assert (left["register.value"], left["other.value"]) == pytest.approx((register, stored))

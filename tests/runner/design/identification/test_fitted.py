@@ -207,3 +207,41 @@ def test_codes_of_a_converter_are_compared_too() -> None:
     fitted = fit(read_graph_text(text), data, inputs=INPUTS, outputs={"adc.code": "code"}, free=FREE)
     off = [abs(e.value - truth) for e, truth in zip(fitted.estimates, TRUTH.values(), strict=True)]
     assert np.all(np.array(off) < 4.0 * cramer_rao())
+
+
+FEW = read_graph_text("""\
+name = "a gain with noise"
+rate = "1 kHz"
+samples = 10
+wires = ["force.output -> gain.input", "gain.output -> seen.first", "hiss.output -> seen.second"]
+[blocks]
+force = { kind = "Constant", value = 1 }
+gain = { kind = "Gain", gain = 1.5 }
+hiss = { kind = "WhiteNoise", density = 0.1 }
+seen = { kind = "Sum" }
+""")
+
+
+@pytest.mark.defect("S211", before="10 rows and 2 unknowns: 0.898 of the level", after="no bias, by n - p")
+def test_levels_of_few_rows_count_what_was_fitted() -> None:
+    squares, held, truth = [], 0, 0.2 / math.sqrt(500.0)  # of one row, over the square root of half the rate
+    for seed in range(80):
+        dice = np.random.default_rng(seed)
+        force = dice.normal(size=10)
+        volts = 2.0 * force + 0.3 + 0.2 * dice.normal(size=10)
+        data = {"time": np.arange(10) / 1e3, "force": force, "volts": volts}
+        fitted = fit(
+            FEW,
+            data,
+            inputs=INPUTS,
+            outputs=OUTPUTS,
+            free=["gain.gain"],
+            offsets=["seen.output"],
+            levels=["hiss.density"],
+        )
+        (level,) = fitted.levels
+        assert level.value is not None
+        squares.append((level.value / truth) ** 2)
+        held += abs(level.value - truth) <= level.half_width
+    assert np.mean(squares) == pytest.approx(1.0, abs=3.0 * math.sqrt(2.0 / 8.0 / 80.0))
+    assert held >= 74, "95 % of 80, less two standard deviations"

@@ -13,8 +13,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.plot import plot_worst
-from proofmass.runner.design.worst.ranges import ranges_of
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import WorstCases, worst
 from tests.by_hand.design_texts import COUPLED, INTEGRATING, RESONATOR
@@ -125,10 +125,10 @@ def test_ranges_are_those_of_the_study_and_of_tolerances() -> None:
         '"plant.gain" = { uniform = 0.25 }\n'
     )
     study = read_study_text(text)
-    known = {r.name: (r.low, r.high) for r in ranges_of(study, {})}
+    known = {r.name: (r.low, r.high) for r in box_of(study, {}).ranges}
     assert known["controller.gain"] == pytest.approx((97.0, 103.0)), "three standard deviations"
     assert known["plant.gain"] == pytest.approx((0.75, 1.25))
-    wider = {r.name: (r.low, r.high) for r in ranges_of(study, {"controller.gain": "50 %"})}
+    wider = {r.name: (r.low, r.high) for r in box_of(study, {"controller.gain": "50 %"}).ranges}
     assert wider["controller.gain"] == pytest.approx((50.0, 150.0))
 
 

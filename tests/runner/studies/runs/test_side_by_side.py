@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.studies.build import Study
@@ -35,6 +36,17 @@ def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
     expected = run_study(study, engine="python").digest
     for lanes, threads in ((0, 1), (0, 2), (8, 1), (8, 2), (16, 2), (32, 1)):
         assert run_study(study, engine="compiled", lanes=lanes, threads=threads).digest == expected, (lanes, threads)
+
+
+@pytest.mark.defect(
+    "C201", before="10 or 12 lanes ended the process, 3, 5 to 7 in errors", after="any number, one digest"
+)
+def test_any_number_of_lanes(study: Study) -> None:
+    expected = run_study(study, engine="python").digest
+    for lanes in range(65):
+        assert run_study(study, engine="compiled", lanes=lanes, threads=1).digest == expected, lanes
+    with pytest.raises(ModelError, match="lanes: out of range"):
+        run_study(study, lanes=65)
 
 
 def test_in_any_company(study: Study) -> None:
