@@ -33,6 +33,7 @@ from proofmass.runner.analysis.linearisation.orbit import MOST_VALUES, Ends, Orb
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, PointSlopes
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
+from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.groups import Group
@@ -237,10 +238,13 @@ def _raised(error: ModelError) -> Linearisation:
 
 
 def _starts_up(system: OpenLoop) -> bool:
-    """Return whether a loop changes after its operating point, or grows away from it."""
+    """Return whether a loop changes after its operating point, or grows away from it beyond doubt."""
     poles = system.poles
     grows = np.max(poles.real if system.continuous else np.abs(poles) - 1.0, initial=-1.0) > _GROWS
-    return bool(grows or system.map.starting)
+    if not grows or system.map.starting:
+        return system.map.starting
+    verdict, _ = judged(np.real(system.closed()), not system.continuous, system.variation, system.ticks)
+    return verdict == "unstable"
 
 
 def _tick_of_time(plan: Plan, at: At) -> int:
