@@ -76,10 +76,10 @@ class TickMaps:
                 maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
         return maps[:, 0], exponents[:, 0]
 
-    def crossed(self, level: float, offset: float, near: float) -> list[float]:
+    def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
 
-        What is `near` the unit circle counts as on it.
+        What is `near` the unit circle counts as on it, but for the `hidden` poles there, which are there at any level.
 
         They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed of those of its
         values as waves pass layers one after the other (Anderson, Int. J. Control 28, 1978, 295).
@@ -96,6 +96,7 @@ class TickMaps:
             a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
         kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
         values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], np.real(self.closed(list(self.places))))
+        values = _others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
 
@@ -233,7 +234,7 @@ def _symplectic_poles(a: Array, g: Array, h: Array, closed: Array) -> npt.NDArra
 
 
 def _lasting(closed: Array, entered: Array) -> Array:
-    """Return the sum of what enters in all periods, which a stable loop forgets."""
+    """Return about the sum of what enters in all periods, which a stable loop forgets."""
     for _ in range(_DOUBLED):
         entered, closed = entered + closed @ entered @ closed.T, closed @ closed
     return entered

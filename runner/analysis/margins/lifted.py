@@ -83,7 +83,7 @@ def largest(system: OpenLoop, offset: float) -> tuple[float, float]:
     level = max(low * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
     near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))
     while high - low > _PEAK * low:
-        crossed = maps.crossed(level, offset, near)
+        crossed = maps.crossed(level, offset, near, system.hidden)
         low, high, angles = (level, high, crossed) if crossed else (low, level, angles)
         level = 2.0 * low if math.isinf(high) else 0.5 * (low + high)
     return abs(angles[len(angles) // 2]) / period, low
