@@ -54,6 +54,7 @@ class Linearisation:
     course: Course
     point: Point = 0
     told: str = ""  # how the point was found
+    at: At = 0.0  # what finds it again
     _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
 
     @property
@@ -180,14 +181,18 @@ class OperatingPoints:
 
     def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up."""
-        starting: list[OpenLoop] = []
+        return self.about_loop(node, by_parameters)[1]
 
-        def ask(about: Linearisation) -> OpenLoop:
-            system = about.loop(node, by_parameters)
-            if self.at == AUTO and _starts_up(system):
-                starting.append(system)
+    def about_loop(self, node: Endpoint, by_parameters: bool = False) -> tuple[Linearisation, OpenLoop]:
+        """Return the loop through an output as `loop` does, and what it is taken from."""
+        starting: list[tuple[Linearisation, OpenLoop]] = []
+
+        def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
+            found = about, about.loop(node, by_parameters)
+            if self.at == AUTO and _starts_up(found[1]):
+                starting.append(found)
                 raise ModelError([self.plan.graph.placed(_no_gain(node))])
-            return system
+            return found
 
         try:
             return self.answered(ask)
@@ -200,7 +205,7 @@ class OperatingPoints:
         if self.at != AUTO:
             yield self._one(str(self.at))
             return
-        yield self._linearisation(first, "")
+        yield self._linearisation(first, "", 0.0)
         for way in (SETTLED, _END, PERIODIC):
             yield self._one(way)
 
@@ -214,19 +219,20 @@ class OperatingPoints:
         return self._known[way]
 
     def _found(self, way: str) -> Linearisation:
+        period = self.plan.period
         if way == SETTLED:
             tick = settled_tick(self._course, self._progress)
-            return self._linearisation(tick, f"settled after {time_text(tick * self.plan.period)}")
+            return self._linearisation(tick, f"settled after {time_text(tick * period)}", SETTLED)
         if way == PERIODIC:
-            return self._linearisation(periodic_point(self._course), "an orbit that repeats")
+            return self._linearisation(periodic_point(self._course), "an orbit that repeats", PERIODIC)
         if way == _END:
             tick = self.plan.ticks()
             self._course.at(tick)
-            return self._linearisation(tick, f"the end of the run, {time_text(tick * self.plan.period)}")
-        return self._linearisation(self._time, "")
+            return self._linearisation(tick, f"the end of the run, {time_text(tick * period)}", tick * period)
+        return self._linearisation(self._time, "", self.at)
 
-    def _linearisation(self, point: Point, told: str) -> Linearisation:
-        return Linearisation(self.plan, self._course, point, told)
+    def _linearisation(self, point: Point, told: str, at: At) -> Linearisation:
+        return Linearisation(self.plan, self._course, point, told, at)
 
 
 _END = "end"

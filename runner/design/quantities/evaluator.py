@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.problem import ModelError, Refusal
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, Graph, split
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -24,7 +25,7 @@ from proofmass.graphs.model.quantities import (
     YieldOf,
 )
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
@@ -65,6 +66,7 @@ class Evaluator:
         self.yields = {name: q.limit for name, q in quantities.items() if isinstance(q, YieldOf)}
         self._study = YieldRuns(study, self.yields.values()) if self.yields else None
         self.evaluations = 0
+        self._ways = dict[str, At]()  # to the operating point of each loop
         self._runs: dict[tuple[str, ...], SideBySide] = {}
         if self.measures:
             self.ticks = self.plan.ticks()
@@ -114,7 +116,7 @@ class Evaluator:
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         nothing: Readings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
-            system = OperatingPoints(changed, self.at or 0.0).loop(node, by_parameters=slopes)
+            system = OperatingPoints(changed, self._way(loop, changed)).loop(node, by_parameters=slopes)
             margins = margins_of(system, loop, ".".join(node))
         except (ModelError, np.linalg.LinAlgError, ArithmeticError):
             return nothing
@@ -126,9 +128,17 @@ class Evaluator:
             readings[name] = _figure(margins, system, quantity.figure, free, slopes)
         return readings
 
+    def _way(self, loop: str, changed: Plan) -> At:
+        """Return how the operating point of a loop is found: as for the first parameters, so that figures are smooth."""
+        if self.at:
+            return self.at
+        if loop not in self._ways:
+            self._ways[loop] = OperatingPoints(changed).about_loop(self.loops[loop])[0].at
+        return self._ways[loop]
+
     def _transfer(self, changed: Plan, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
         nodes = node_of(changed, wanted.input), node_of(changed, wanted.output)
-        points = OperatingPoints(changed, self.at or 0.0)
+        points = OperatingPoints(changed, self.at or AUTO)
         both = points.answered(lambda about: transfer_sensitivities(about, *nodes))
         found = both[wanted.part == "bias"]
         slopes = {effect.parameter: effect.derivative for effect in found.effects}

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import one_loop
@@ -91,7 +92,7 @@ def _draw_goals(tuned: Tuned, panel: "Axes") -> None:
 def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
     for graph, colour, label in ((tuned.tuning.graph, INK, "before"), (tuned.graph, BLUE, "after")):
         planned = plan(graph.changed(probes=()))
-        system = OperatingPoints(planned, tuned.tuning.at or 0.0).loop(one_loop(planned, loop)[1])
+        system = OperatingPoints(planned, tuned.tuning.at or AUTO).loop(one_loop(planned, loop)[1])
         w = sweep(system)
         response = system.response(w)
         frequency, style = w / (2.0 * math.pi), "--" if label == "before" else "-"
