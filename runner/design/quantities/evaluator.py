@@ -129,7 +129,7 @@ class Evaluator:
         return readings
 
     def _way(self, loop: str, changed: Plan) -> At:
-        """Return how the operating point of a loop is found: as for the first parameters, so that figures are smooth."""
+        """Return how the operating point of a loop is found: as for the first parameters, for smooth figures."""
         if self.at:
             return self.at
         if loop not in self._ways:
