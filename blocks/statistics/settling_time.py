@@ -1,4 +1,4 @@
-"""Settling time: t = T (1 + number of the last sample with |u - target| > within), counted from the first one."""
+"""Settling time: t = delay + T (1 + number of the last sample with |u - target| > within), the first being sample 0."""
 
 from typing import NamedTuple
 
@@ -10,6 +10,7 @@ class SettlingTime(Block):
 
     target: float = param("{unit}", "Value at which the signal settles.", default=0.0)
     within: float = param("{unit}", "Largest distance from the target.", default=1.0, above=0.0)
+    delay: float = param("s", "Time of the first sample, since the signal is to settle.", default=0.0, at_least=0.0)
     skip: int = param("1", "Ticks left out at the start.", default=0, at_least=0)
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
@@ -28,17 +29,18 @@ class Constants(NamedTuple):
     skip: int
     until: int
     period: float
+    delay: float
 
 
 @SettlingTime.constants
 def constants(p: SettlingTime, period: float) -> Constants:
-    return Constants(p.target, p.within, p.skip, p.until, period)
+    return Constants(p.target, p.within, p.skip, p.until, period, p.delay)
 
 
 @SettlingTime.output("s")
 def time_to_settle(c: Constants, x: State) -> float:
-    """Time from the first sample to the first after the last one outside; all of the time where that is the last."""
-    return float(x.settled) * c.period
+    """Time to the first sample after the last one outside; all of the time where that is the last."""
+    return float(x.settled) * c.period + c.delay
 
 
 @SettlingTime.output("1")

@@ -1,6 +1,7 @@
 """Tone of a known frequency by least squares: input = a sin(2 pi f t) + b cos(2 pi f t) + constant (IEEE Std 1057).
 
-t is the time since tick 0. Over a whole number of cycles this is the discrete Fourier transform at f (Goertzel 1958).
+t is `delay` and the time since tick 0. Over a whole number of cycles this is the discrete Fourier transform at f
+(Goertzel 1958).
 """
 
 import math
@@ -16,6 +17,7 @@ class ToneMeter(Block):
     """Amplitude and phase of a tone in all samples before the tick; zero until there are three of them."""
 
     frequency: float = param("Hz", "Frequency of the tone.", default=10.0, above=0.0, not_driven=_KEPT)
+    delay: float = param("s", "Time of tick 0, such as a clock offset.", default=0.0, at_least=0.0, not_driven=_KEPT)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
     until: int = param("1", "Tick from which on nothing counts; 0 for no end.", default=0, at_least=0)
     unit: str = param("", "Unit of the input.", default="1")
@@ -37,13 +39,14 @@ class State(NamedTuple):
 
 class Constants(NamedTuple):
     turns: float  # in a tick
+    delay: float  # turns before tick 0
     skip: int
     until: int
 
 
 @ToneMeter.constants
 def constants(p: ToneMeter, period: float) -> Constants:
-    return Constants(p.frequency * period, p.skip, p.until)
+    return Constants(p.frequency * period, p.frequency * p.delay, p.skip, p.until)
 
 
 @ToneMeter.output("{unit}")
@@ -55,7 +58,7 @@ def amplitude(c: Constants, x: State) -> float:
 
 @ToneMeter.output("rad")
 def phase(c: Constants, x: State) -> float:
-    """Phase of the tone as a sine, at tick 0."""
+    """Phase of the tone as a sine, at time 0."""
     a, b = parts(x)
     return arctangent2(b, a)
 
@@ -78,7 +81,8 @@ def update(c: Constants, x: State, tick: int, input: float) -> State:
     if tick < c.skip or 0 < c.until <= tick:
         return x
     first = 1.0 * input if x.samples == 0 else x.first  # measures read codes and bits too
-    u, s, k = 1.0 * input - first, sine_of_turns(c.turns * tick), cosine_of_turns(c.turns * tick)
+    turns = c.turns * tick + c.delay
+    u, s, k = 1.0 * input - first, sine_of_turns(turns), cosine_of_turns(turns)
     return State(
         x.samples + 1, first, x.sum + u, x.sines + s, x.cosines + k,
         x.sine_squares + s * s, x.products + s * k, x.by_sine + u * s, x.by_cosine + u * k,

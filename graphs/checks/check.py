@@ -28,6 +28,7 @@ from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output, find_target
+from proofmass.graphs.model.rates import Clock
 from proofmass.graphs.model.statistics import STATISTICS
 
 # Beginnings of problems that depend on the values of parameters.
@@ -306,7 +307,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
             message = "a vector cannot be measured"
             yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
         try:
-            measure.reducer(unit_of(output[0], output[1]), Fraction(1))
+            measure.reducer(unit_of(output[0], output[1]), Clock(Fraction(1)))
         except ModelError as error:
             counted_later = {
                 option.samples for option in STATISTICS[measure.statistic].times.values()

@@ -33,6 +33,10 @@ class Beat(NamedTuple):
         """Return how many of them come before a tick."""
         return -((self.phase - tick) // self.stride)
 
+    def at(self, number: int) -> int:
+        """Return the base tick of the one with this number, counted from 0."""
+        return self.phase + number * self.stride
+
 
 Step: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
 

@@ -1,6 +1,5 @@
 """Measures of a graph: signals reduced to one number each while it runs; no trace is kept for them."""
 
-import math
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
 from typing import Any, NamedTuple
@@ -11,7 +10,7 @@ from proofmass.blocks.declaration.units import same_dimension, unit
 from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
-from proofmass.graphs.model.rates import read_duration
+from proofmass.graphs.model.rates import Clock, read_duration
 from proofmass.graphs.model.statistics import LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # path of the blocks that measure
@@ -38,12 +37,12 @@ class Measure(NamedTuple):
         """The output of that block which is the measure."""
         return STATISTICS[self.statistic].output or "value"
 
-    def end(self, rate: Fraction) -> int:
+    def end(self, clock: Clock) -> int:
         """The first tick that no longer counts; 0 where there is none."""
-        return 0 if self.until is None else max(1, math.ceil(self.until * rate))
+        return 0 if self.until is None else clock.first(self.until)
 
-    def reducer(self, unit: str, rate: Fraction) -> Block | None:
-        """The block that reduces a signal of that unit and rate, if it takes one.
+    def reducer(self, unit: str, clock: Clock) -> Block | None:
+        """The block that reduces a signal of that unit and clock, if it takes one.
 
         Raises `ModelError` for options that do not suit.
         """
@@ -51,16 +50,20 @@ class Measure(NamedTuple):
         if block is None:
             return None
         if block is LastValue:
-            return LastValue(until=self.end(rate), unit=unit)
+            return LastValue(until=self.end(clock), unit=unit)
         values: dict[str, Any] = {key: value for key, value in self.options if key not in TIMES}
-        values |= {"until": self.end(rate)} if self.until is not None else {}
-        return block(skip=math.ceil(self.start * rate), unit=unit, **values, **self._in_samples(rate))
+        values |= {"until": self.end(clock)} if self.until is not None else {}
+        delay = STATISTICS[self.statistic].delay
+        values |= {"delay": float(delay(clock, self.start))} if delay else {}
+        return block(skip=clock.first(self.start), unit=unit, **values, **self._in_samples(clock.rate))
 
     def least(self, rate: Fraction) -> int:
         """Least number of samples for this measure."""
         counts = self._in_samples(rate)
-        times = STATISTICS[self.statistic].times.values()
-        return max((option.least * counts[option.samples] for option in times), default=1)
+        statistic = STATISTICS[self.statistic]
+        return max(
+            (option.least * counts[option.samples] for option in statistic.times.values()), default=statistic.least
+        )
 
     def _in_samples(self, rate: Fraction) -> dict[str, int]:
         """Parameters of the block that are times, each as the nearest number of samples."""

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable
 from fractions import Fraction
+from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.units import convert_exactly
@@ -69,6 +70,21 @@ def common_base_rate(rates: Iterable[Fraction]) -> Fraction | None:
         if base > LARGEST_RATIO * slowest:
             return None
     return base
+
+
+class Clock(NamedTuple):
+    """The times of a signal's values: `offset`, in seconds, and every 1 / `rate` from then on."""
+
+    rate: Fraction
+    offset: Fraction = Fraction(0)
+
+    def time(self, tick: int) -> Fraction:
+        """Return when a tick is, in seconds."""
+        return self.offset + tick / self.rate
+
+    def first(self, time: Fraction) -> int:
+        """Return the first tick at a time or after it."""
+        return max(0, math.ceil((time - self.offset) * self.rate))
 
 
 def with_offsets(base: Fraction, offsets: Iterable[Fraction]) -> Fraction:

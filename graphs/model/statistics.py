@@ -1,7 +1,8 @@
 """Statistics of measures, a row each: its block, its unit and the options that it needs."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from fractions import Fraction
 from types import MappingProxyType
 
 from proofmass.blocks.declaration.declare import Block
@@ -16,6 +17,7 @@ from proofmass.blocks.statistics.running_range import RunningRange
 from proofmass.blocks.statistics.running_statistics import RunningStatistics
 from proofmass.blocks.statistics.settling_time import SettlingTime
 from proofmass.blocks.statistics.tone_meter import ToneMeter
+from proofmass.graphs.model.rates import Clock
 
 
 @dataclass(frozen=True)
@@ -36,6 +38,9 @@ class Statistic:
     output: str = ""
     unit: str = "{unit}"  # of the measure, for a signal in that unit
     options: Mapping[str, Option] = field(default_factory=dict)
+    least: int = 1  # samples, below which it has no value
+    defined: str = ""  # output of the block that is true where it has a value; without it, always
+    delay: Callable[[Clock, Fraction], Fraction] | None = None  # the block's `delay`, from the clock and `from`
 
     @property
     def times(self) -> dict[str, Option]:
@@ -45,6 +50,14 @@ class Statistic:
     def unit_for(self, unit: str) -> str:
         """Return the unit of a measure of a signal in `unit`."""
         return short_unit(self.unit.format(unit=unit))
+
+
+def _to_the_first_tick(clock: Clock, start: Fraction) -> Fraction:
+    return clock.offset
+
+
+def _to_the_first_sample(clock: Clock, start: Fraction) -> Fraction:
+    return clock.time(clock.first(start)) - start
 
 
 LAST = "last"
@@ -59,21 +72,30 @@ _SEGMENT = Option('For a density: how long a segment is, "1 s".', '"1 s"', sampl
 STATISTICS: Mapping[str, Statistic] = MappingProxyType(
     {
         "mean": Statistic(RunningStatistics, "mean"),
-        "std": Statistic(RunningStatistics, "standard_deviation"),
+        "std": Statistic(RunningStatistics, "standard_deviation", least=2),
         "rms": Statistic(RunningStatistics, "root_mean_square"),
         "mean_absolute": Statistic(MeanAbsolute, "mean_absolute"),
         "min": Statistic(RunningRange, "minimum"),
         "max": Statistic(RunningRange, "maximum"),
         "peak_to_peak": Statistic(RunningRange, "peak_to_peak"),
         LAST: Statistic(),
-        "slope": Statistic(LinearTrend, "slope", unit="({unit})/s"),
+        "slope": Statistic(LinearTrend, "slope", unit="({unit})/s", least=2),
         "percentile": Statistic(RunningPercentile, "percentile", options={"percent": _PERCENT}),
         "allan_deviation": Statistic(AllanDeviation, "deviation", options={"tau": _TAU}),
         "settling_time": Statistic(
-            SettlingTime, "time_to_settle", unit="s", options={"target": _TARGET, "within": _WITHIN}
+            SettlingTime,
+            "time_to_settle",
+            unit="s",
+            options={"target": _TARGET, "within": _WITHIN},
+            defined="settled",
+            delay=_to_the_first_sample,
         ),
-        "tone_amplitude": Statistic(ToneMeter, "amplitude", options={"frequency": _FREQUENCY}),
-        "tone_phase": Statistic(ToneMeter, "phase", unit="rad", options={"frequency": _FREQUENCY}),
+        "tone_amplitude": Statistic(
+            ToneMeter, "amplitude", options={"frequency": _FREQUENCY}, least=3, delay=_to_the_first_tick
+        ),
+        "tone_phase": Statistic(
+            ToneMeter, "phase", unit="rad", options={"frequency": _FREQUENCY}, least=3, delay=_to_the_first_tick
+        ),
         "band_rms": Statistic(BandMeter, "rms", options={"low": _LOW, "high": _HIGH}),
         "density": Statistic(
             DensityMeter,

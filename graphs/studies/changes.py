@@ -5,6 +5,7 @@ follows the last calibration before e at once, with what it left and noise of it
 just been calibrated.
 """
 
+import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
@@ -56,6 +57,16 @@ def read_change(given: object, units: Mapping[str, str], ages: Sequence[float], 
         age = float(read_duration(since))
     except Refusal as error:
         raise error.under("since", since, f'an age, or "{CALIBRATION}"') from None
+    same = next((epoch for epoch in ages if math.isclose(age, epoch, rel_tol=1e-9)), None)
+    if age and same is None:
+        raise _no_epoch(since, age, ages)
+    return Change(measure, same or 0.0, relative)
+
+
+def _no_epoch(since: object, age: float, ages: Sequence[float]) -> Refusal:
     if age > ages[-1]:
-        raise Refusal("no epoch is so old", key="since", got=shown(since), expected=f"at most {age_text(ages[-1])}")
-    return Change(measure, age, relative)
+        return Refusal("no epoch is so old", key="since", got=shown(since), expected=f"at most {age_text(ages[-1])}")
+    later = next(number for number, epoch in enumerate(ages) if epoch > age)
+    near = " or ".join(age_text(epoch) for epoch in ages[max(later - 1, 0) : later + 1])
+    hint = "add it to the ages, or take one of them"
+    return Refusal("no sensor is measured at this age", hint, key="since", got=shown(since), expected=near)

@@ -1,6 +1,5 @@
 """The graph that a command works on: a file, with what `--blocks`, `--set` and `--probe` say."""
 
-import tomllib
 from collections import Counter
 from collections.abc import Iterator
 from pathlib import Path
@@ -18,6 +17,7 @@ from proofmass.graphs.model.integration import read_integration
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.targets import DURATION, RATE
 from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.swept_values import value_of
 
 
 def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes: tuple[str, ...] = ()) -> Graph:
@@ -39,25 +39,6 @@ def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
     return with_parameters(graph, values) if values else graph
 
 
-def sweeps(texts: tuple[str, ...]) -> dict[str, list[object]]:
-    """Return the values of each `--sweep`; raises `click.UsageError`."""
-    lists: dict[str, list[object]] = {}
-    for text in texts:
-        key, equals, values = text.partition("=")
-        if not equals or not values.strip():
-            raise click.UsageError(f"--sweep {text}: write NAME=VALUE,VALUE, for example adc.bits=10,12,14")
-        lists[key.strip()] = [_value(value) for value in values.split(",")]
-    return lists
-
-
-def _value(text: str) -> Any:
-    """A number or true or false, or else the text itself, as a quantity without quotes."""
-    try:
-        return tomllib.loads(f"value = {text}")["value"]
-    except (ValueError, RecursionError):
-        return text.strip()
-
-
 def _change(graph: Graph, text: str) -> tuple[str, Any]:
     """Key and value of one `--set`."""
     key, equals, value = text.partition("=")
@@ -69,7 +50,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
         message = f"is driven by {driver}: a value would change nothing"
         hint = f"change {split(driver)[0]}, or remove the wire"
         raise ModelError([Problem(message=message, key=key, hint=hint)])
-    return key, _value(value)
+    return key, value_of(value)
 
 
 def _with_integration(graph: Graph, changes: dict[str, Any]) -> Graph:

@@ -97,6 +97,8 @@ def _measures(result: Result) -> Iterator[str]:
         of = measure.signal if derived else f"{measure.statistic} of {measure.signal}"
         if math.isnan(measure.value) and derived:
             yield f"{name} has no value: {of}; one of its measures has none, or it divides by zero"
+        elif math.isnan(measure.value) and measure.statistic == "settling_time":
+            yield f"{name} has no value: {measure.signal} is not settled at the end of the run; run longer"
         elif math.isnan(measure.value):
             yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
         else:

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_me
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
-from proofmass.runner.commands.graph_options import sweeps
+from proofmass.runner.commands.swept_values import sweeps
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.sweeps import plot_sweep, save_sweep_csv, sweep_lines
 from proofmass.runner.run.sweep import Sweep, sweep

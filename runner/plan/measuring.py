@@ -15,7 +15,7 @@ from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, Wire, split
 from proofmass.graphs.model.measures import MEASURES, Measure
-from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.rates import Clock, write_rate
 from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.runner.plan.bindings import Binding, State, Tick
 from proofmass.runner.plan.memory import Memory
@@ -56,11 +56,11 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     for measure in graph.measures.values():
         name = _reducer(graph, measure)
         source, port = split(measure.signal)
-        rate = _rate(graph, scheduled, (source, port))
+        clock = _clock(graph, scheduled, (source, port))
         unit = unit_of(graph.blocks[source], type(graph.blocks[source]).outputs[port])
-        block = _hidden_block(graph, name, measure, unit, rate)
+        block = _hidden_block(graph, name, measure, unit, clock)
         if block is not None and name not in blocks:
-            rates[name], blocks[name] = rate, block
+            rates[name], blocks[name] = clock.rate, block
             wires.append(Wire(measure.signal, f"{name}.input"))
             divisors[name] = _stride(graph, scheduled, (source, port))
             if source in phases:
@@ -71,15 +71,16 @@ def with_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[FlatGraph, Sch
     return measured, replace(scheduled, divisors=in_order, drivers=drivers, phases=phases)
 
 
-def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, rate: Fraction) -> Block | None:
+def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, clock: Clock) -> Block | None:
     """Return the hidden block, if the measure takes one; raises `ModelError` if the rate is too high for it."""
-    if measure.until is not None and measure.end(rate) < math.ceil(measure.start * rate) + measure.least(rate):
-        got, expected = f"until {float(measure.until):g} s", f"{measure.least(rate)} or more samples"
+    least = measure.least(clock.rate)
+    if measure.until is not None and measure.end(clock) < clock.first(measure.start) + least:
+        got, expected = f"until {float(measure.until):g} s", f"{least} or more samples"
         path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
         problem = Problem(message="too short", key=".".join(path), got=got, expected=expected, path=path)
         raise ModelError([graph.placed(problem)])
     try:
-        return measure.reducer(unit, rate)
+        return measure.reducer(unit, clock)
     except ModelError as error:
         first = error.problems[0]
         own = first.path[-1] if first.path else first.key.rpartition(".")[2]
@@ -94,17 +95,14 @@ def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeas
     measures = []
     for name, measure in graph.measures.items():
         statistic, node = STATISTICS[measure.statistic], split(measure.signal)
-        rate = _rate(graph, scheduled, node)
-        late = graph.offsets.get(node[0], Fraction(0))
-        first = (math.ceil(measure.start * rate) + measure.least(rate) - 1) * _stride(graph, scheduled, node)
-        first += int(late * scheduled.base_rate)
+        clock = _clock(graph, scheduled, node)
+        first = clock.first(measure.start) + measure.least(clock.rate) - 1
+        at = Beat(_stride(graph, scheduled, node), scheduled.phases.get(node[0], 0)).at(first)
         read = (_reducer(graph, measure), measure.output) if measure.block else node
         block = graph.blocks[node[0]]
         unit = statistic.unit_for(unit_of(block, type(block).outputs[node[1]]))
         reduced = measure.block is not None
-        measures.append(
-            PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, first, measure.unit)
-        )
+        measures.append(PlannedMeasure(name, measure.signal, measure.statistic, unit, read, reduced, at, measure.unit))
     return tuple(measures)
 
 
@@ -143,8 +141,19 @@ def value_of(plan: Plan, measure: PlannedMeasure, memory: Memory) -> float:
         return math.nan
     if not measure.reduced:
         return float(memory.wires[name, port])
+    defined = STATISTICS[measure.statistic].defined
+    return (
+        float(_output(plan, (name, port), memory))
+        if not defined or _output(plan, (name, defined), memory)
+        else math.nan
+    )
+
+
+def _output(plan: Plan, node: Endpoint, memory: Memory) -> Any:
+    """Value of an output of a hidden block after the last tick."""
+    name, port = node
     given = (_at_the_end(memory, binding) for binding in plan.bindings(name, port))
-    return float(type(plan.blocks[name]).output_functions[port].function(plan.constants[name], *given))
+    return type(plan.blocks[name]).output_functions[port].function(plan.constants[name], *given)
 
 
 def _at_the_end(memory: Memory, binding: Binding) -> Any:
@@ -186,8 +195,9 @@ def _kind(measure: Measure) -> tuple[object, ...]:
     return measure.block, measure.signal, measure.start, measure.until, measure.options
 
 
-def _rate(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> Fraction:
-    return scheduled.base_rate / _stride(graph, scheduled, node)
+def _clock(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> Clock:
+    rate = scheduled.base_rate / _stride(graph, scheduled, node)
+    return Clock(rate, graph.offsets.get(node[0], Fraction(0)))
 
 
 def _stride(graph: FlatGraph, scheduled: Schedule, node: Endpoint) -> int:

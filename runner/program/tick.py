@@ -14,6 +14,7 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.graphs.checks.schedule import Beat, ConstantsOf, outputs_of
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import Binding, Tick, Time, Wire
 from proofmass.runner.plan.keys import (
@@ -331,14 +332,21 @@ class TickWriter:
     def measure(self) -> None:
         """Compute the measures after the last tick, each in the place of its wire."""
         frame = self.frame
-        for name, port in dict.fromkeys(measure.node for measure in self.plan.measures if measure.reduced):
+        for (name, port), statistic in {m.node: m.statistic for m in self.plan.measures if m.reduced}.items():
             beat = self.plan.schedule.beat(name)
             last = self.builder.compute("subtract_integers", beat.phase, self.last)
             frame.tick = self.builder.compute(
                 "subtract_integers", 0, self.builder.compute("floor_divide", last, beat.stride)
             )
-            made = frame.called(name, port, type(self.plan.blocks[name]).output_functions[port], self._at_the_end)
-            frame.set(frame.wires[name, port], made.value)
+            made, defined = self._measured(name, port).value, STATISTICS[statistic].defined
+            if defined:
+                made = self.builder.compute("select", self._measured(name, defined).value, made, nan())
+            frame.set(frame.wires[name, port], made)
+
+    def _measured(self, name: str, port: str) -> Called:
+        """Compute an output of a hidden block."""
+        function = type(self.plan.blocks[name]).output_functions[port]
+        return self.frame.called(name, port, function, self._at_the_end)
 
     def _at_the_end(self, binding: Binding) -> Lowered:
         return self.frame.tick if isinstance(binding, Tick) else self.frame.argument(binding)

@@ -94,7 +94,7 @@ def cli(traceback: bool) -> None:
     multiple=True,
     metavar="NAME=VALUE,VALUE",
     shell_complete=parameters,
-    help="Run once for each of these values, for example adc.bits=10,12,14, and show the measures; repeatable.",
+    help="Run once for each value, as in adc.bits=10,12,14 or mass.mass=1g:1kg:4:log, for its measures; repeatable.",
 )
 @click.option(
     "--zip",

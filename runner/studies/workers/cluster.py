@@ -15,6 +15,7 @@ from proofmass.runner.run.faults import RunError
 LOCAL = "local"
 CONNECT_SECONDS = 5
 MOST_WORKERS = 1024
+STARTS = 4  # of a worker that dies as it starts, one after the other
 _ADDRESS = re.compile(r"((tcp|tls|ws|wss|ucx)://)?[^/\s]+:\d+")
 
 
@@ -56,22 +57,42 @@ def _local_cluster(distributed: Any, count: int) -> Any:
     """Start workers that talk to this process alone, over TLS, with a certificate that is never written to disk.
 
     Otherwise anyone who reaches the scheduler's port, even another user of this machine, can run code as its owner.
+    Raises `RunError` if a worker dies each time it starts.
     """
     try:
         security = distributed.Security.temporary()
     except ImportError:
         message = "cryptography is not installed; local workers need it to refuse strangers"
         raise RunError(Problem(message=message, key="dask", hint=cure("cryptography"))) from None
-    return distributed.LocalCluster(
-        security=security,
-        n_workers=count or None,
-        threads_per_worker=1,
-        processes=True,
-        dashboard_address="127.0.0.1:0",  # of its pages; any free port
-        worker_dashboard_address=None,
-        silence_logs=logging.CRITICAL,  # failures of workers are reported here
-        preload="proofmass.runner.studies.workers.worker",
-    )
+    try:
+        return distributed.LocalCluster(
+            security=security,
+            n_workers=count or None,
+            threads_per_worker=1,
+            worker_class=_persistent_nanny(distributed),
+            dashboard_address="127.0.0.1:0",  # of its pages; any free port
+            worker_dashboard_address=None,
+            silence_logs=logging.CRITICAL,  # failures of workers are reported here
+            preload="proofmass.runner.studies.workers.worker",
+        )
+    except RuntimeError as error:
+        message, got = "local workers do not start", f"{STARTS} tries; {error}"
+        hint = "something ends new processes, such as a limit of memory; take fewer workers, or none: leave out --dask"
+        raise RunError(Problem(message=message, key="dask", got=got, hint=hint)) from None
+
+
+def _persistent_nanny(distributed: Any) -> type:
+    """Return the nanny of a worker which starts another where that dies as it starts; Dask's own gives up."""
+
+    async def instantiate(self: Any) -> Any:
+        known, status = distributed.Status, None
+        for _ in range(STARTS):
+            status = await distributed.Nanny.instantiate(self)
+            if status == known.running or self.status not in (known.init, known.starting, known.running):
+                break
+        return status
+
+    return type("PersistentNanny", (distributed.Nanny,), {"instantiate": instantiate})
 
 
 def _refuse_silent(distributed: Any, address: str) -> None:

@@ -107,6 +107,15 @@ def test_a_wrong_change_is_refused(tmp_path: Path, entry: str, said: str) -> Non
     assert said in str(caught.value)
 
 
+@pytest.mark.defect("S218", before="the change since the next age, 5 years", after="refused, with the ages beside it")
+def test_a_change_since_an_age_between_two_is_refused(tmp_path: Path) -> None:
+    table = '[study.changes]\ndrift = { measure = "bias", since = "13 month" }\n[study.epochs]'
+    aged = STUDY.partition("ages =")[0].replace("[study.epochs]", table) + 'ages = ["0 h", "12 month", "5 year"]\n'
+    with pytest.raises(ModelError, match=r"(?s)no sensor is measured at this age.*1 year or 5 years"):
+        study(tmp_path, aged)
+    assert study(tmp_path, aged.replace("13 month", "1 year")).changes["drift"].reference([0.0, 31557600.0]) == 1
+
+
 def test_a_change_may_not_take_the_name_of_a_measure(tmp_path: Path) -> None:
     with pytest.raises(ModelError, match="there is a measure of that name"):
         study(tmp_path, STUDY + '\n[study.changes]\nbias = { measure = "noise" }\n')

@@ -84,7 +84,9 @@ def test_a_calibration_may_leave_one() -> None:
 
 def test_no_value_follows_from_no_value() -> None:
     late = read_graph_text(
-        TEXT.replace('"rising.output", statistic = "last"', '"rising.output", statistic = "std", from = "2 ms"')
+        TEXT.replace(
+            '"rising.output", statistic = "last"', '"rising.output", statistic = "peak_to_peak", from = "2 ms"'
+        )
     )
     none = simulate(late.with_parameters({"falling.gain": 0.0}), engine="python").measures
     assert none["high"].value == 0.0

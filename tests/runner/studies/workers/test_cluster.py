@@ -1,7 +1,12 @@
 """Workers of this machine listen to the process that started them, and to nobody else."""
 
 import asyncio
+import contextlib
+import multiprocessing
 import socket
+import threading
+import time
+from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -43,6 +48,43 @@ def test_strangers_are_not_answered_by_local_workers() -> None:
             assert not reached(address, **own)
         known = client.security.get_connection_args("client")
         assert reached(addresses[0], **known)
+
+
+@contextlib.contextmanager
+def killed_as_they_start(most: int, delay: float) -> Iterator[list[int]]:
+    """Kill the first `most` worker processes so many seconds after they begin; yields their numbers."""
+    killed, end = list[int](), threading.Event()
+
+    def kill() -> None:
+        while not end.wait(0.005):
+            for process in multiprocessing.active_children():
+                if process.pid and process.pid not in killed and len(killed) < most:
+                    time.sleep(delay)
+                    process.kill()
+                    killed.append(process.pid)
+
+    thread = threading.Thread(target=kill)
+    thread.start()
+    try:
+        yield killed
+    finally:
+        end.set()
+        thread.join()
+
+
+@pytest.mark.parametrize("delay", [0.0, 0.2])
+@pytest.mark.defect("C201", before="an error inside proofmass: Nanny failed to start", after="another worker starts")
+def test_a_worker_that_dies_as_it_starts_is_replaced(delay: float) -> None:
+    with killed_as_they_start(2, delay) as killed, connected("local:1") as client:
+        assert client.submit(sum, [1, 2, 3]).result(timeout=60) == 6
+        assert len(killed) == 2
+
+
+@pytest.mark.defect("C202", before="an error inside proofmass: Nanny failed to start", after="says what happened")
+def test_workers_that_die_each_time_they_start() -> None:
+    refused = pytest.raises(RunError, match="local workers do not start")
+    with killed_as_they_start(100, 0.0), refused, connected("local:1"):
+        pass
 
 
 @pytest.mark.defect("C6", before="RuntimeError of asyncio, in a notebook", after="no Dask scheduler answers")

@@ -1,0 +1,94 @@
+"""Loops with several values of their wire in a period, as products of small maps: against dense algebra and 50 digits."""
+
+import math
+
+import mpmath
+import numpy as np
+import pytest
+
+from proofmass import margins, simulate
+from proofmass.blocks import (
+    BitToSigned,
+    Constant,
+    Difference,
+    DiscreteIntegrator,
+    Gain,
+    Product,
+    Sum,
+)
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.tick_maps import Array, TickMaps, maps_of_lifted
+
+STATES = (("x", "first", -1), ("x", "second", -1), ("y", "state", -1))
+
+
+def random_maps(seed: int, ticks: int) -> TickMaps:
+    """A stable loop of three states, whose maps differ from value to value."""
+    dice = np.random.default_rng(seed)
+    a = 0.9 * np.linalg.qr(dice.normal(size=(ticks, 3, 3)))[0]
+    b, c = 0.3 * dice.normal(size=(ticks, 3)), 0.3 * dice.normal(size=(ticks, 3))
+    return TickMaps(a, b, c, np.zeros(ticks), dict(zip(STATES, range(3), strict=True)))
+
+
+def whole(maps: TickMaps) -> tuple[Array, Array, Array, Array]:
+    """A, B, C and D of the period, value by value."""
+    ticks = len(maps.d)
+    a, b, c, d = np.eye(3), np.zeros((3, ticks)), np.zeros((ticks, 3)), np.zeros((ticks, ticks))
+    for k in range(ticks):
+        c[k], d[k] = maps.c[k] @ a, maps.c[k] @ b
+        a, b = maps.a[k] @ a, maps.a[k] @ b
+        b[:, k] += maps.b[k]
+    return a, b, c, d
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 3, 7, 16, 31])
+def test_a_period_is_the_product_of_its_values(ticks: int) -> None:
+    maps = random_maps(ticks, ticks)
+    a, b, c, d = whole(maps)
+    assert maps.lifted() == pytest.approx(np.block([[a, b], [c, d]]), abs=1e-14)
+    for factor in (1.0, -0.7, 0.3 - 0.4j):
+        closed = a + factor * b @ np.linalg.solve(np.eye(ticks) - factor * d, c)
+        assert maps.closed(STATES, factor) == pytest.approx(closed, abs=1e-13)
+        assert maps_of_lifted(STATES, a, b, c, d).closed(STATES, factor) == pytest.approx(closed, abs=1e-13)
+    factors = np.array([0.1, 1.0, 5.0])
+    expected = [math.log(max(abs(np.linalg.eigvals(maps.closed(STATES, factor))))) for factor in factors.tolist()]
+    assert maps.growths(factors) == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("ticks", [1, 2, 5, 12, 33])
+@pytest.mark.parametrize("offset", [0.5, 1.0])
+def test_levels_are_crossed_where_a_singular_value_is_at_them(ticks: int, offset: float) -> None:
+    maps = random_maps(100 + ticks, ticks)
+    a, b, c, d = whole(maps)
+    inverse = np.linalg.inv(np.eye(ticks) - d)
+    closed, entry, out, direct = a + b @ inverse @ c, b @ inverse, inverse @ c, offset * np.eye(ticks) + d @ inverse
+
+    def values(angle: float) -> Array:
+        z = np.exp(1j * angle)
+        return np.linalg.svd(out @ np.linalg.solve(z * np.eye(3) - closed, entry) + direct, compute_uv=False)
+
+    highest = max(values(angle)[0] for angle in np.linspace(0.0, math.pi, 2001))
+    for level in np.linspace(offset * 1.001, 1.2 * highest, 9).tolist():
+        crossed = maps.crossed(level, offset, 1e-8)
+        for angle in crossed:
+            assert min(abs(values(angle) - level)) < 1e-6 * level
+        passed = {bool(values(angle)[0] > level) for angle in np.linspace(0.0, math.pi, 2001)}
+        assert bool(crossed) == (len(passed) == 2)
+
+
+def signed_loop(length: int, factor: float = 1.0) -> Graph:
+    """The error of an integrator is weighted by 1 + 0.9 s / 2, s the signs of a maximal-length sequence, K T = 0.4."""
+    blocks: dict[str, Block] = {
+        "one": Constant(value=1.0),
+        "chips": SEQUENCE(length),
+        "sign": BitToSigned(amplitude=0.45),
+        "weight": Sum(),
+        "input": Constant(value=0.0),
+        "error": Difference(),
+        "product": Product(),
+        "integrator": DiscreteIntegrator(gain=factor * 400.0, output_unit="1"),
+        "back": Gain(gain=1.0),
+    }
+    wires = ["one.output -> weight.first"]
+    return Graph(name="signed", rate="1 kHz", blocks=blocks, wires=wires)
