@@ -54,8 +54,9 @@ FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of i
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
 WAITED = 2  # least number of periods that a waiting switch stands still
+_SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
-MOST_SWITCHED = 1_000  # periods of a map over those of a switch
+MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
 
@@ -208,11 +209,12 @@ class OrbitSearch:
     def _horizon(self, first: PeriodMap) -> int:
         """Return the number of periods within which a switch of the whole loop would matter."""
         longest = LONGEST_ORBIT // self._ticks
-        if self._ends.noise:
-            return longest
+        return longest if self._ends.noise else int(min(longest, 1.0 / (FROZEN * self._rate(first))))
+
+    def _rate(self, first: PeriodMap) -> float:
+        """Return by how much of its time constant, that of the lowest crossover, a loop comes on in a period."""
         crossovers = self._crossovers(first)
-        rate = 2.0 * math.pi * crossovers[0] * self._period if crossovers else _slowest(pole_rates(first))
-        return int(min(longest, 1.0 / (FROZEN * rate)))
+        return 2.0 * math.pi * crossovers[0] * self._period if crossovers else _slowest(pole_rates(first))
 
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
@@ -313,8 +315,9 @@ class OrbitSearch:
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return what is to be said of a switch that has waited, if it matters."""
         shown = self._shown(first)
+        least = WAITED if self._ends.noise or not switched else max(WAITED, _SETTLED_IN / self._rate(first))
         for look in switched[:1]:
-            if look > WAITED and change_between(shown, self._shown(maps[look])) > FROZEN:
+            if look > least and change_between(shown, self._shown(maps[look])) > FROZEN:
                 return (switch_note(look * self._period),)
         return ()
 

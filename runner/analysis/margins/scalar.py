@@ -1,9 +1,12 @@
 """The figures of a loop with one L, from polynomials that are known exactly."""
 
 import math
+from itertools import accumulate, pairwise
 from typing import NamedTuple
 
-from proofmass.runner.analysis.linearisation.rational import Rational, Transfer, roots
+import flint
+
+from proofmass.runner.analysis.linearisation.rational import Rational, Transfer, precise, roots
 from proofmass.runner.analysis.margins.crossings import (
     Crossing,
     end,
@@ -16,6 +19,7 @@ from proofmass.runner.analysis.margins.crossings import (
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
 
 _TURN = 2.0 * math.pi
+_TANGENTIAL = 1e-6  # part of its speed with which a pole must cross the boundary for its direction to be certain
 
 
 def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Figures:
@@ -32,7 +36,7 @@ def figures_of(loop: Transfer, sampled: bool, period: float, stable: bool) -> Fi
         gain_crossover_phases=tuple(c.lag for c in gains),
         phase_crossovers=tuple(c.w * hertz for c in phases),
         phase_crossover_gains=tuple(c.size for c in phases),
-        stable_gains=_stable_gains(loop, sampled, [limit.factor for limit in limits]),
+        stable_gains=_stable_gains(loop, sampled, limits),
     )
     if not stable:
         return every
@@ -66,8 +70,8 @@ class _Limit(NamedTuple):
 def _limits(axis: Rational, phases: list[Crossing]) -> list[_Limit]:
     """All of them, the smallest first."""
     ends = [at for at in (rest(axis), end(axis)) if at is not None and at.lag == 0.0]
-    places = {crossing.size: crossing.w for crossing in [*ends, *phases]}
-    return sorted(_Limit(1.0 / size, w) for size, w in places.items() if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
+    places = {(crossing.size, crossing.w) for crossing in [*ends, *phases]}
+    return sorted(_Limit(1.0 / size, w) for size, w in places if 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
 
 
 def _delay_margin(axis: Rational, gains: list[Crossing]) -> tuple[Crossing | None, float]:
@@ -79,14 +83,44 @@ def _delay_margin(axis: Rational, gains: list[Crossing]) -> tuple[Crossing | Non
     return late, (late.lag % _TURN) / late.w if late else math.inf
 
 
-def _stable_gains(loop: Transfer, sampled: bool, factors: list[float]) -> tuple[Interval, ...]:
-    """The intervals between critical factors in which all poles are inside."""
-    intervals: list[Interval] = []
-    edges = [0.0, *factors]
-    for low, high in zip(edges, [*factors, math.inf], strict=True):
-        inner = 2.0 * low + 1.0 if math.isinf(high) else 0.5 * (low + high)
-        top, bottom = inner.as_integer_ratio()
-        closed = top * loop.numerator + bottom * loop.denominator
-        if all((abs(root) < 1) if sampled else (root.real < 0) for root in roots(closed)):
-            intervals.append((low, high))
-    return tuple(intervals)
+def _stable_gains(loop: Transfer, sampled: bool, limits: list[_Limit]) -> tuple[Interval, ...]:
+    """The intervals between critical factors in which all poles are inside.
+
+    Poles outside are counted in the first interval, and on from there as they cross the boundary. Where that does not
+    give the count of the last one, or a crossing does not tell its direction, each interval is counted.
+    """
+    edges = [0.0, *dict.fromkeys(limit.factor for limit in limits), math.inf]
+    intervals = list(pairwise(edges))
+    moved = [sum(_crossing(loop, sampled, limit) for limit in limits if limit.factor == edge) for edge in edges[1:-1]]
+    counts = list(accumulate(moved, initial=_outside(loop, sampled, intervals[0])))
+    if not math.isfinite(counts[-1]) or counts[-1] != _outside(loop, sampled, intervals[-1]):
+        counts = [_outside(loop, sampled, interval) for interval in intervals]
+    return tuple(interval for interval, count in zip(intervals, counts, strict=True) if count == 0)
+
+
+def _outside(loop: Transfer, sampled: bool, factors: Interval) -> float:
+    """Return the number of closed-loop poles that are not inside, for a factor between two."""
+    low, high = factors
+    top, bottom = (2.0 * low + 1.0 if math.isinf(high) else 0.5 * (low + high)).as_integer_ratio()
+    closed = top * loop.numerator + bottom * loop.denominator
+    return sum(not (abs(root) < 1 if sampled else root.real < 0) for root in roots(closed))
+
+
+def _crossing(loop: Transfer, sampled: bool, limit: _Limit) -> float:
+    """Return how many more poles are outside beyond a critical factor; NaN where that is not certain.
+
+    The pole z of f N + D moves by -N / (f N' + D') times the change of the factor f.
+    """
+    if math.isinf(limit.w):
+        return math.nan
+    precise()
+    place = flint.acb.exp(flint.acb(0, limit.w)) if sampled else flint.acb(0, limit.w)
+    slope = limit.factor * loop.numerator.derivative()(place) + loop.denominator.derivative()(place)
+    if slope == 0:
+        return math.nan
+    speed = complex(-loop.numerator(place) / slope)
+    outwards = (speed / complex(place)).real if sampled else speed.real
+    if not abs(outwards) > _TANGENTIAL * abs(speed):
+        return math.nan
+    pair = 1.0 if limit.w == 0.0 or (sampled and limit.w == math.pi) else 2.0
+    return math.copysign(pair, outwards)

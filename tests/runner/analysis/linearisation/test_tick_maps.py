@@ -1,21 +1,13 @@
-"""Loops with several values of their wire in a period, as products of small maps: against dense algebra and 50 digits."""
+"""Loops with several values of their wire in a period, as products of small maps: against dense algebra and by hand."""
 
 import math
 
-import mpmath
 import numpy as np
 import pytest
+import scipy.optimize
 
-from proofmass import margins, simulate
-from proofmass.blocks import (
-    BitToSigned,
-    Constant,
-    Difference,
-    DiscreteIntegrator,
-    Gain,
-    Product,
-    Sum,
-)
+from proofmass import margins
+from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Product, RepeatingSequence
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.tick_maps import Array, TickMaps, maps_of_lifted
@@ -68,27 +60,36 @@ def test_levels_are_crossed_where_a_singular_value_is_at_them(ticks: int, offset
         z = np.exp(1j * angle)
         return np.linalg.svd(out @ np.linalg.solve(z * np.eye(3) - closed, entry) + direct, compute_uv=False)
 
-    highest = max(values(angle)[0] for angle in np.linspace(0.0, math.pi, 2001))
-    for level in np.linspace(offset * 1.001, 1.2 * highest, 9).tolist():
+    around = np.array([values(angle) for angle in np.linspace(0.0, math.pi, 401)])
+    for level in np.linspace(offset * 1.001, 1.2 * around.max(), 9).tolist():
         crossed = maps.crossed(level, offset, 1e-8)
         for angle in crossed:
             assert min(abs(values(angle) - level)) < 1e-6 * level
-        passed = {bool(values(angle)[0] > level) for angle in np.linspace(0.0, math.pi, 2001)}
-        assert bool(crossed) == (len(passed) == 2)
+        above = around > level
+        assert bool(crossed) == bool((above != above[0]).any())
 
 
-def signed_loop(length: int, factor: float = 1.0) -> Graph:
-    """The error of an integrator is weighted by 1 + 0.9 s / 2, s the signs of a maximal-length sequence, K T = 0.4."""
+@pytest.mark.parametrize(("length", "seed"), [(31, 1), (255, 2), (1023, 3)])
+def test_a_loop_whose_gain_follows_a_sequence(length: int, seed: int) -> None:
+    """x' = (1 - 0.4 w f) x with weights w of 0.55 and 1.45: a turn is a product, which may grow within."""
+    weights = 1.0 + 0.45 * np.random.default_rng(seed).choice([-1.0, 1.0], length)
     blocks: dict[str, Block] = {
-        "one": Constant(value=1.0),
-        "chips": SEQUENCE(length),
-        "sign": BitToSigned(amplitude=0.45),
-        "weight": Sum(),
-        "input": Constant(value=0.0),
+        "weights": RepeatingSequence(values=tuple(weights.tolist())),
         "error": Difference(),
         "product": Product(),
-        "integrator": DiscreteIntegrator(gain=factor * 400.0, output_unit="1"),
-        "back": Gain(gain=1.0),
+        "integrator": DiscreteIntegrator(gain=400.0, input_unit="1", output_unit="1"),
     }
-    wires = ["one.output -> weight.first"]
-    return Graph(name="signed", rate="1 kHz", blocks=blocks, wires=wires)
+    wires = ["weights.output -> product.second", "error.output -> product.first", "product.output -> integrator.input"]
+    wires += ["integrator.output -> error.second", "zero.output -> error.first"]
+    graph = Graph(name="weighted", rate="1 kHz", blocks={**blocks, "zero": Constant(value=0.0)}, wires=wires)
+    found = margins(graph, "integrator.output")
+
+    def growth(factor: float) -> float:
+        return float(np.sum(np.log(np.abs(1.0 - 0.4 * factor * weights))))
+
+    grid = np.linspace(1.0, 9.0, 4001)
+    unstable = grid[np.flatnonzero([growth(factor) > 0.0 for factor in grid.tolist()])[0]]
+    limit = scipy.optimize.brentq(growth, unstable - 3e-3, unstable)
+    assert found.system.per_period == length
+    assert found.gain_margin == pytest.approx(limit, rel=1e-9)
+    assert found.slowest[0].value.real == pytest.approx(np.prod(1.0 - 0.4 * weights), rel=1e-9, abs=1e-300)
