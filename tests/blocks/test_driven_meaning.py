@@ -142,7 +142,7 @@ DRIVEN = {
     "SamplingNoise": {"capacitance", "temperature", "jitter"},
     "SecondOrderSection": {"b0", "b1", "b2", "a1", "a2"},
     "SelfTestVerdict": {"residual_limit"},
-    "SettlingTime": {"target", "within"},
+    "SettlingTime": {"target", "within", "delay"},
     "SigmaDeltaModulator": {"resonance", "reference"},
     "Sine": {"amplitude", "phase", "offset"},
     "SineFunction": {"amplitude"},
@@ -199,7 +199,7 @@ REFUSED = {
     "RunningPercentile": {"percent": "RunningPercentile"},
     "Sine": {"frequency": "NumericallyControlledOscillator"},
     "TemperatureCycle": dict.fromkeys(("pace", "soak_time"), "DiscreteIntegrator"),
-    "ToneMeter": {"frequency": "ToneMeter"},
+    "ToneMeter": dict.fromkeys(("frequency", "delay"), "ToneMeter"),
 }
 KINDS = all_blocks()
 
