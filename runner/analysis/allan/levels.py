@@ -150,12 +150,13 @@ class _Fit:
 
     def level(self, number: int, squares: Array, least: float) -> Level:
         """A coefficient with the interval in which the likelihood of the others at their best stays high enough."""
-        enough = least + 0.5 * float(chi2.ppf(CONFIDENCE, 1)) * _COMMON
+        middle = float(squares[number])
+        # Where the model does not suit the record, as of a vibration line, one search may end above another.
+        enough = max(least, self.best(number, middle)[1]) + 0.5 * float(chi2.ppf(CONFIDENCE, 1)) * _COMMON
 
         def within(square: float) -> bool:
             return self.best(number, square)[1] <= enough
 
-        middle = float(squares[number])
         size = middle or float(np.min(self.density / self.terms[:, number]))
         low = 0.0 if within(0.0) else _edge(within, middle, 0.5)
         while not middle and not within(size):

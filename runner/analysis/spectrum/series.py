@@ -14,6 +14,7 @@ from proofmass.runner.plan.recording import Column, RecordingError, numbers, rea
 from proofmass.runner.run.result import Trace
 
 Array = npt.NDArray[np.float64]
+_LEAST, _MOST = 1e-140, 1e140  # size of values whose squares, summed and divided, are still numbers
 JITTER = 0.05  # of a step, by which the times of a recording may be off equal steps
 
 
@@ -32,6 +33,16 @@ class Series:
     period: float  # seconds from value to value
     name: str = ""  # of the column
     unit: str = "1"  # of the values
+
+    def __post_init__(self) -> None:
+        """Refuse values whose squares are beyond the range of doubles."""
+        scatter = float(np.ptp(0.5 * self.values)) if len(self.values) else 0.0
+        if scatter and not _LEAST < scatter < _MOST:
+            expected, hint = f"{_LEAST:g} to {_MOST:g}", "give them in another unit"
+            message = "the values are too large for their squares" if scatter > 1.0 else "the values are too small"
+            raise ModelError(
+                [Problem(message=message, key=self.name, got=f"{scatter:.3g}", expected=expected, hint=hint)]
+            )
 
     @property
     def rate(self) -> float:

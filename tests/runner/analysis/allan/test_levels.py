@@ -94,3 +94,14 @@ def test_words_of_data_sheets() -> None:
     assert word_of("N", "m/s^2") == "velocity random walk"
     assert word_of("N", "V") == "white noise"
     assert word_of("B", "Hz") == "bias instability"
+
+
+@pytest.mark.defect("C410", before="ZeroDivisionError", after="intervals around the values, and by how much they miss")
+@pytest.mark.parametrize("line", [3.7, 12.5, 31.0])
+def test_a_vibration_line_is_told_as_what_it_is(line: float) -> None:
+    """A sine ten times as strong as the white noise beside it, at 200 Hz for 5 s."""
+    t = np.arange(1000) / 200.0
+    noise = 1e-3 * np.random.default_rng(5).normal(size=1000)
+    found = fitted(Series(1e-2 * np.sin(2.0 * math.pi * line * t) + noise, 1.0 / 200.0))
+    assert all(level.low <= level.value <= level.high < math.inf for level in found.levels)
+    assert found.misfit > 2.0  # dB

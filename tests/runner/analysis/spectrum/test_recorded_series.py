@@ -7,7 +7,7 @@ import pyarrow
 import pyarrow.parquet
 import pytest
 
-from proofmass import Graph, read_series, simulate
+from proofmass import Graph, Series, read_series, simulate
 from proofmass.blocks import Gain, WhiteNoise
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.output.export import save_csv, save_netcdf, save_parquet
@@ -51,3 +51,14 @@ def test_what_is_no_series_is_refused(tmp_path: Path, text: str, said: str) -> N
     path.write_text(text, encoding="utf-8")
     with pytest.raises(ModelError, match=said):
         read_series(path)
+
+
+@pytest.mark.defect(
+    "C411", before="ValueError, or an rms of inf", after="refused: their squares are beyond all numbers"
+)
+@pytest.mark.parametrize("size", [1e300, 1e-300])
+def test_values_beyond_squares_are_refused(size: float) -> None:
+    values = size * np.random.default_rng(1).normal(size=100)
+    with pytest.raises(ModelError, match=r"1e-140 to 1e\+140"):
+        Series(values, 0.01)
+    assert Series(np.full(10, 1e300), 0.01).duration == pytest.approx(0.1)
