@@ -1,8 +1,7 @@
 """Percentile by the P2 algorithm: five markers, q[i] of rank n[i] = 1 + (n - 1) {0, p/2, p, (1+p)/2, 1} of n samples.
 
 Jain and Chlamtac, Communications of the ACM 28 (1985), box 1. A marker whose rank is off by one or more moves by one
-along the parabola through its neighbours, or along the straight line where the parabola would pass one of them. The
-error has no bound: it is small for many values of a smooth distribution, and large for few values or few levels.
+along the parabola through its neighbours, or the straight line. The error has no bound: it is large for few values.
 """
 
 import math

@@ -69,4 +69,4 @@ def _no_epoch(since: object, age: float, ages: Sequence[float]) -> Refusal:
     later = next(number for number, epoch in enumerate(ages) if epoch > age)
     near = " or ".join(age_text(epoch) for epoch in ages[max(later - 1, 0) : later + 1])
     hint = "add it to the ages, or take one of them"
-    return Refusal("no sensor is measured at this age", hint, key="since", got=shown(since), expected=near)
+    return Refusal("no epoch is at this age", hint, key="since", got=shown(since), expected=near)

@@ -84,8 +84,9 @@ class Response(Plotted):
         fallen = np.abs(self._samples.values) < _HALF * size
         below = np.flatnonzero(fallen & (frequencies < middle))
         above = np.flatnonzero(fallen & (frequencies > middle))
-        low = self._between(frequencies[below[-1]], min(frequencies[below[-1] + 1], middle)) if len(below) else None
-        high = self._between(frequencies[above[0]], max(frequencies[above[0] - 1], middle)) if len(above) else None
+        shown: list[float] = frequencies.tolist()
+        low = self._between(shown[below[-1]], min(shown[below[-1] + 1], middle)) if len(below) else None
+        high = self._between(shown[above[0]], max(shown[above[0] - 1], middle)) if len(above) else None
         return low, high
 
     @property

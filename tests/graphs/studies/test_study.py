@@ -111,7 +111,7 @@ def test_a_wrong_change_is_refused(tmp_path: Path, entry: str, said: str) -> Non
 def test_a_change_since_an_age_between_two_is_refused(tmp_path: Path) -> None:
     table = '[study.changes]\ndrift = { measure = "bias", since = "13 month" }\n[study.epochs]'
     aged = STUDY.partition("ages =")[0].replace("[study.epochs]", table) + 'ages = ["0 h", "12 month", "5 year"]\n'
-    with pytest.raises(ModelError, match=r"(?s)no sensor is measured at this age.*1 year or 5 years"):
+    with pytest.raises(ModelError, match=r"(?s)no epoch is at this age.*1 year or 5 years"):
         study(tmp_path, aged)
     assert study(tmp_path, aged.replace("13 month", "1 year")).changes["drift"].reference([0.0, 31557600.0]) == 1
 
