@@ -6,8 +6,8 @@ A mutant is one operator, number or word changed in a copy of the project. The t
 its name, and those that import it. What they all pass has survived. Of those with a reason in `mutants_that_stay.toml`
 nothing is expected.
 
-mutmut calls each function by way of another one; the syntax trees of blocks, which are compiled, would be those of that.
-cosmic-ray runs the same tests for every file.
+mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
+same tests for every file.
 """
 
 import argparse
@@ -140,7 +140,7 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
                 yield from _code(child)
 
 
-# -- the tests nearest to a file ----------------------------------------------------------------------------------------
+# -- the tests nearest to a file -------------------------------------------------------------------------------------
 
 
 class Nearest:
@@ -186,7 +186,7 @@ def _imported(path: Path) -> Iterator[str]:
                 yield from (f"{module}.{alias.name}" for alias in names)
 
 
-# -- one mutant after the other -----------------------------------------------------------------------------------------
+# -- one mutant after the other -------------------------------------------------------------------------------------
 
 
 class Outcome(NamedTuple):

@@ -219,13 +219,14 @@ def _fsum(terms: Any) -> Any:
     return sum(kept, 0.0) if any(isinstance(term, Dual) for term in kept) else math.fsum(kept)
 
 
-_WHOLE = ("floor", "ceil", "trunc", "isfinite", "isnan", "isinf")
+_WHOLE = ("floor", "ceil", "isfinite", "isnan", "isinf")
 _REST: dict[str, Callable[..., Any]] = {
     "hypot": _hypot,
     "atan2": _atan2,
     "pow": _power,
     "copysign": _copysign,
     "fabs": abs,
+    "trunc": _converting(math.trunc),
     "fmod": lambda x, y: x - y * math.trunc(plain(x) / plain(y)) if isinstance(x, Dual) else math.fmod(x, y),
     "frexp": _frexp,
     "ldexp": _ldexp,
@@ -271,4 +272,4 @@ _REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
 }
 _REPLACED |= {function: _of_one(function, _itself(slope)) for function, slope in SLOPES_OF_ONE.items()}
 _REPLACED |= {function: _of_two(function, _itself(slopes)) for function, slopes in SLOPES_OF_TWO.items()}
-vars(dual_math).update({f.__name__: _REPLACED[f] for f in SLOPES_OF_ONE if getattr(math, f.__name__, None) is f})
+vars(dual_math).update({name: _REPLACED[f] for name, f in vars(math).items() if callable(f) and f in SLOPES_OF_ONE})

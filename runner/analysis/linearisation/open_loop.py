@@ -189,8 +189,8 @@ class Transfer:
         x = np.zeros((len(self._form), len(z)), dtype=complex)
         for i in range(len(x) - 1, -1, -1):
             x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ spectra) / (z - self._form[i, i])
-        back = turns.conj()
-        value: Complex = (np.sum((back @ self._out) * x.T, axis=1) + back @ self._later) / len(spectra)
+        later = np.sum((turns @ self._out.conj()) * x.T.conj(), axis=1) + turns @ self._later.conj()
+        value: Complex = later.conj() / len(spectra)
         return value
 
     @cached_property
