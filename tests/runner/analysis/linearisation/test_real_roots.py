@@ -74,4 +74,4 @@ def assert_as_all_roots(polynomial: Any) -> None:
     expected = sorted(roots, key=lambda root: float(root.log()))
     assert len(found) == len(expected)
     for ball, root in zip(found, expected, strict=True):
-        assert abs(ball - root) < root * flint.arb(2) ** (64 - BITS)
+        assert abs(ball - root) < root * flint.arb(2) ** -256
