@@ -1,19 +1,22 @@
-"""Percentile by the P2 algorithm: five markers, q[i] of rank n[i] = 1 + (n - 1) {0, p/2, p, (1+p)/2, 1} of n samples.
+"""Percentile of all samples: on the straight line between the two of nearest rank, as numpy.percentile.
 
-Jain and Chlamtac, Communications of the ACM 28 (1985), box 1. A marker whose rank is off by one or more moves by one
-along the parabola through its neighbours, or the straight line. The error has no bound: it is large for few values.
+Up to 1,024 different values stand in a table with their counts; beyond that neighbours are joined to their mean.
+`join_neighbours` says which.
 """
 
-import math
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.arithmetic.ordered_counts import join_neighbours, place_of, take_in
+from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
-_KEPT = "the samples before are kept for one part alone: take a RunningPercentile for each"
+_KEPT = "the samples before are joined for one part alone: take a RunningPercentile for each"
+_VALUES = 1024
+_FRESH = 64  # values that wait, in order, until they go into the table together
+_GROWTH = 1.25  # of the samples that may be joined, until a quarter of the table is free
 
 
 class RunningPercentile(Block):
-    """Estimate of a percentile of all samples before the tick, without keeping them; exact up to five samples."""
+    """Percentile of all samples before the tick: exact up to 1,024 different values, beyond that an estimate."""
 
     percent: float = param("%", "Part of the samples below.", default=50.0, above=0.0, below=100.0, not_driven=_KEPT)
     skip: int = param("1", "Ticks left out at the start, while a loop settles.", default=0, at_least=0)
@@ -22,79 +25,73 @@ class RunningPercentile(Block):
 
     input = Input("{unit}", "Signal to sort.")
 
+    value = Buffer("Different values, or means of joined ones, in order.", float, (_VALUES + _FRESH,))
+    count = Buffer("Samples of each of them; negative where they are joined.", int, (_VALUES + _FRESH,))
+    fresh = Buffer("Values that are not in the table yet, in order.", float, (_FRESH,))
+    fresh_count = Buffer("Samples of each of these.", int, (_FRESH,))
+
 
 class State(NamedTuple):
     samples: int
-    lowest: float
-    below: float
-    middle: float
-    above: float
-    highest: float
-    rank_below: float
-    rank_middle: float
-    rank_above: float
+    values: int
+    fresh: int
+    limit: float  # samples that may be joined at the wanted rank
 
 
 @RunningPercentile.start
 def start(p: RunningPercentile) -> State:
-    return State(0, math.inf, math.inf, math.inf, math.inf, math.inf, 2.0, 3.0, 4.0)
+    return State(0, 0, 0, 1.0)
 
 
 @RunningPercentile.output("{unit}")
-def percentile(p: RunningPercentile, x: State) -> float:
-    """The estimate; of up to five samples the straight line between the two of nearest rank, zero of none."""
-    if x.samples > 5:
-        return x.middle
+def percentile(
+    p: RunningPercentile, x: State, value: list[float], count: list[int], fresh: list[float], fresh_count: list[int]
+) -> float:
+    """The percentile, on the straight line between the two samples of nearest rank; zero of no samples."""
     place = p.percent / 100.0 * float(x.samples - 1)
-    if x.samples < 2:
-        return x.lowest if x.samples == 1 else 0.0
-    if place < 1.0:
-        return x.lowest + place * (x.below - x.lowest)
-    if place < 2.0:
-        return x.below + (place - 1.0) * (x.middle - x.below)
-    if place < 3.0:
-        return x.middle + (place - 2.0) * (x.above - x.middle)
-    return x.above + (place - 3.0) * (x.highest - x.above)
+    i, k, below, low, low_place = 0, 0, 0, 0.0, 0.0
+    while i < x.values or k < x.fresh:
+        if k < x.fresh and (i == x.values or fresh[k] < value[i]):
+            high, samples = fresh[k], fresh_count[k]
+            k += 1
+        else:
+            high, samples = value[i], count[i]
+            i += 1
+        joined = 0.5 * float(-samples - 1) if samples < 0 else 0.0  # samples of a mean lie about it
+        samples = abs(samples)
+        first, last = float(below) + joined, float(below + samples - 1) - joined
+        if place < first:
+            return low + (place - low_place) / (first - low_place) * (high - low)
+        if place <= last:
+            return high
+        below, low, low_place = below + samples, high, last
+    return low
 
 
 @RunningPercentile.update
-def update(p: RunningPercentile, x: State, tick: int, input: float) -> State:
+def update(
+    p: RunningPercentile, x: State, tick: int, value: list[float], count: list[int], fresh: list[float],
+    fresh_count: list[int], input: float,
+) -> State:  # fmt: skip
     if tick < p.skip or 0 < p.until <= tick:
         return x
     u = 1.0 * input  # measures read codes and bits too
-    if x.samples < 5:  # sorted in; the places that are still free hold infinity
-        lowest, u = (u, x.lowest) if u < x.lowest else (x.lowest, u)
-        below, u = (u, x.below) if u < x.below else (x.below, u)
-        middle, u = (u, x.middle) if u < x.middle else (x.middle, u)
-        above, u = (u, x.above) if u < x.above else (x.above, u)
-        highest = u if u < x.highest else x.highest
-        return State(x.samples + 1, lowest, below, middle, above, highest, 2.0, 3.0, 4.0)
-    last, part = float(x.samples), p.percent / 100.0  # samples before this one
-    n2 = x.rank_below + 1.0 if u < x.below else x.rank_below
-    n3 = x.rank_middle + 1.0 if u < x.middle else x.rank_middle
-    n4 = x.rank_above + 1.0 if u < x.above else x.rank_above
-    q1 = u if u < x.lowest else x.lowest
-    q5 = u if u > x.highest else x.highest
-    q2, n2 = _moved(q1, x.below, x.middle, 1.0, n2, n3, 1.0 + last * 0.5 * part)
-    q3, n3 = _moved(q2, x.middle, x.above, n2, n3, n4, 1.0 + last * part)
-    q4, n4 = _moved(q3, x.above, q5, n3, n4, last + 1.0, 1.0 + last * 0.5 * (1.0 + part))
-    return State(x.samples + 1, q1, q2, q3, q4, q5, n2, n3, n4)
-
-
-def _moved(
-    left: float, height: float, right: float, rank_left: float, rank: float, rank_right: float, wanted: float
-) -> tuple[float, float]:
-    """Height and rank of a marker, one nearer to the rank that is wanted where there is room."""
-    up = wanted - rank >= 1.0 and rank_right - rank > 1.0
-    down = wanted - rank <= -1.0 and rank_left - rank < -1.0
-    if not up and not down:
-        return height, rank
-    step = 1.0 if up else -1.0
-    to_right = (rank - rank_left + step) * (right - height) / (rank_right - rank)
-    to_left = (rank_right - rank - step) * (height - left) / (rank - rank_left)
-    moved = height + step / (rank_right - rank_left) * (to_right + to_left)
-    if not left < moved < right and up:
-        moved = height + (right - height) / (rank_right - rank)
-    elif not left < moved < right:
-        moved = height - (left - height) / (rank_left - rank)
-    return moved, rank + step
+    samples, i = x.samples + 1, place_of(value, x.values, u)
+    if i < x.values and value[i] == u:
+        count[i] += 1 if count[i] > 0 else -1
+        return x._replace(samples=samples)
+    i = place_of(fresh, x.fresh, u)
+    if i < x.fresh and fresh[i] == u:
+        fresh_count[i] += 1
+        return x._replace(samples=samples)
+    for k in range(x.fresh, i, -1):
+        fresh[k], fresh_count[k] = fresh[k - 1], fresh_count[k - 1]
+    fresh[i], fresh_count[i] = u, 1
+    if x.fresh + 1 < len(fresh):
+        return x._replace(samples=samples, fresh=x.fresh + 1)
+    take_in(x.values, value, count, fresh, fresh_count)
+    values, limit = x.values + len(fresh), x.limit
+    while values > _VALUES:
+        values = join_neighbours(values, value, count, limit, p.percent / 100.0, float(samples))
+        limit *= 1.0 if 4 * values <= 3 * _VALUES else _GROWTH
+    return State(samples, values, 0, limit)

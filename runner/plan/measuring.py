@@ -17,7 +17,7 @@ from proofmass.graphs.model.graph import Endpoint, Wire, split
 from proofmass.graphs.model.measures import MEASURES, Measure
 from proofmass.graphs.model.rates import Clock, write_rate
 from proofmass.graphs.model.statistics import STATISTICS
-from proofmass.runner.plan.bindings import Binding, State, Tick
+from proofmass.runner.plan.bindings import Binding, Buffer, State, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
@@ -161,6 +161,8 @@ def _at_the_end(memory: Memory, binding: Binding) -> Any:
     match binding:
         case State(name):
             return memory.states[name]
+        case Buffer(node):
+            return memory.buffers[node]
         case Tick(divisor, phase):
             return Beat(divisor, phase).before(memory.tick)
         case _:
