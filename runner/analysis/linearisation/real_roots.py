@@ -24,10 +24,9 @@ def isolated(polynomial: Polynomial, bits: int) -> list[Any]:
     simple = polynomial // polynomial.gcd(polynomial.derivative())
     before = flint.ctx.prec
     try:
-        found = [_precise(simple, low, high, bits) for low, high in _separated(simple)]
+        return [_precise(simple, low, high, bits) for low, high in sorted(_separated(simple))]
     finally:
         flint.ctx.prec = before
-    return sorted(found, key=lambda root: float(root.log()))
 
 
 def _separated(simple: Polynomial) -> Iterator[tuple[Fraction, Fraction]]:
