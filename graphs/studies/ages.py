@@ -4,17 +4,19 @@ import math
 from collections.abc import Sequence
 
 SHOWN = 11  # ages in a table
-HOUR, MONTH, YEAR = 3600.0, 2629800.0, 31557600.0  # seconds
+HOUR, DAY, MONTH, YEAR = 3600.0, 86400.0, 2629800.0, 31557600.0  # seconds
 
 
 def written_age(seconds: float) -> str:
     """Return an age as a study file has it, in the unit that suits it.
 
-    >>> written_age(0.0), written_age(3.6e6), written_age(7889400.0), written_age(63115200.0)
-    ('0 h', '1000 h', '3 month', '2 year')
+    >>> written_age(0.0), written_age(10.0), written_age(3.6e6), written_age(7889400.0), written_age(63115200.0)
+    ('0 h', '10 s', '1000 h', '3 month', '2 year')
     """
     if seconds >= YEAR:
         return f"{seconds / YEAR:g} year"
+    if 0.0 < seconds < HOUR:
+        return f"{seconds:g} s"
     months = seconds / MONTH
     return f"{months:.0f} month" if months >= 1.0 and months == round(months) else f"{seconds / HOUR:g} h"
 
@@ -22,11 +24,11 @@ def written_age(seconds: float) -> str:
 def age_text(seconds: float) -> str:
     """Return an age for a reader.
 
-    >>> age_text(3.6e6), age_text(7889400.0), age_text(31557600.0), age_text(63115200.0)
-    ('1000 h', '3 months', '1 year', '2 years')
+    >>> age_text(10.0), age_text(3.6e6), age_text(7889400.0), age_text(31557600.0), age_text(63115200.0)
+    ('10 s', '1000 h', '3 months', '1 year', '2 years')
     """
     number, unit = written_age(seconds).split()
-    return f"{number} {unit}" if unit == "h" or number == "1" else f"{number} {unit}s"
+    return f"{number} {unit}" if unit in ("s", "h") or number == "1" else f"{number} {unit}s"
 
 
 def some_of(ages: Sequence[float]) -> frozenset[float]:

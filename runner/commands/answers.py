@@ -1,6 +1,5 @@
 """Answers of commands: text for people or JSON for programs, then the files that were written."""
 
-import json
 import os
 from collections.abc import Iterable
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import click
 
 from proofmass.runner.commands.exit_codes import INTERRUPTED
+from proofmass.runner.output.json_text import json_text
 
 if TYPE_CHECKING:
     from proofmass.blocks.declaration.problem import Problem
@@ -30,7 +30,7 @@ def print_problem(problem: "Problem", err: bool = True) -> None:
 
 def print_json(data: Any) -> None:
     """Print plain data as JSON."""
-    click.echo(json.dumps(data, indent=2))
+    click.echo(json_text(data))
 
 
 def print_text(lines: Iterable[str], err: bool = False) -> None:

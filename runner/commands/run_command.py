@@ -1,6 +1,5 @@
 """The command `run`: read a graph, change it, simulate it, show and write the result."""
 
-import json
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -19,6 +18,7 @@ from proofmass.runner.commands.progress import PREPARING, progress, working
 from proofmass.runner.commands.run_files import need_for_run, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
+from proofmass.runner.output.json_text import json_text
 from proofmass.runner.output.plot import save_plot
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.checkpoint import is_interrupted
@@ -143,7 +143,7 @@ def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tu
     from proofmass.runner.analysis.noise.report_part import noise_section
 
     budgets = [noise(graph, output) for output in outputs]
-    text = json.dumps([budget.as_data() for budget in budgets], indent=2)
+    text = json_text([budget.as_data() for budget in budgets])
     (out / "noise.json").write_text(text + "\n", encoding="utf-8")
     return [noise_section(budget, 1 + i) for i, budget in enumerate(budgets)], ["noise.json"]
 

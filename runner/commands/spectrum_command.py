@@ -1,6 +1,5 @@
 """The command `spectrum`: density, tone, SNR, THD, SFDR, ENOB and band rms of a signal."""
 
-import math
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -43,7 +42,7 @@ def show_spectrum(request: SpectrumRequest) -> int:
     slope = density.slope(band) if band else None
     if as_json:
         data = density.as_data() | {"rms": density.rms(band), "band_hz": band, "slope_db_per_decade": slope}
-        print_json(data | {"tone": _finite(figures.as_data()) if figures else None})
+        print_json(data | {"tone": figures.as_data() if figures else None})
     else:
         print_text(
             [spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"]
@@ -101,8 +100,3 @@ def tone_text(measured: Tones, of: Spectrum) -> str:
             + f" a tone of {nearest:.9g} Hz would be coherent"
         )
     return "\n".join(lines)
-
-
-def _finite(data: dict[str, Any]) -> dict[str, Any]:
-    """JSON has no infinity: a ratio to nothing is null there."""
-    return {key: None if isinstance(v, float) and not math.isfinite(v) else v for key, v in data.items()}

@@ -1,7 +1,5 @@
 """A study as plain data for programs: `--json` and study.json."""
 
-import math
-from collections.abc import Sequence
 from typing import Any
 
 from proofmass.graphs.studies.study import Study
@@ -44,7 +42,7 @@ def _points(result: StudyResult) -> list[dict[str, Any]]:
 
 def _against(first: StudyResult, part: StudyResult) -> dict[str, Any]:
     """Differences from the first point, sensor by sensor; empty for the first itself."""
-    rows = [] if part is first else [{**row, "interval": _ends(row["interval"])} for row in differences(first, part)]
+    rows = [] if part is first else list(differences(first, part))
     return {"against_first": rows} if rows else {}
 
 
@@ -52,21 +50,10 @@ def _swept(study: Study, point: int) -> dict[str, float]:
     return {study.name_of(name): value for name, value in study.point(point).items()}
 
 
-def _recalibration(study: Study, point: int) -> dict[str, float | None]:
-    interval = study.recalibrated_every(point)
-    return {"every_s": interval if math.isfinite(interval) else None} if study.recalibration.carried else {}
+def _recalibration(study: Study, point: int) -> dict[str, float]:
+    """The interval between calibrations, infinite without any."""
+    return {"every_s": study.recalibrated_every(point)} if study.recalibration.carried else {}
 
 
 def _answers(result: StudyResult) -> dict[str, Any]:
-    measures = [_finite(row) for row in result.summary()]
-    return {"measures": measures, "yield": result.yields(), "yield_intervals": result.yield_intervals()}
-
-
-def _finite(row: dict[str, Any]) -> dict[str, Any]:
-    """A row for JSON, which has no infinity: null where an interval has no end."""
-    ends = {k: _ends(ends) for k, ends in row.get("intervals", {}).items()}
-    return row | ({"intervals": ends} if ends else {})
-
-
-def _ends(interval: Sequence[float]) -> list[float | None]:
-    return [end if math.isfinite(end) else None for end in interval]
+    return {"measures": result.summary(), "yield": result.yields(), "yield_intervals": result.yield_intervals()}

@@ -1,10 +1,10 @@
 """The files of a study in its folder."""
 
-import json
 from pathlib import Path
 
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -18,7 +18,7 @@ from proofmass.runner.studies.shown.report import FILE, save_study_report
 def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
     """Write the tables of a study, its pictures and report if asked for; returns the names of the files."""
     with whole_file(out / "study.json") as file:
-        file.write((json.dumps(study_data(result), indent=2) + "\n").encode())
+        file.write((json_text(study_data(result)) + "\n").encode())
     tables = {"csv": save_study_csv, "parquet": save_study_parquet}
     save_study_netcdf(result, out / "study.nc")
     more = [tables[form](result, out / f"study.{form}").name for form in formats]

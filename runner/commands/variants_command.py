@@ -1,6 +1,5 @@
 """Variants of a study: each runs in a folder of its own, and all are compared with the first."""
 
-import json
 import re
 from collections.abc import Mapping
 from pathlib import Path
@@ -9,6 +8,7 @@ from typing import Any
 from proofmass.runner.comparison.studies import StudyComparison, compare_studies
 from proofmass.runner.comparison.tables import Table, save_tables, study_tables
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.variant_curves import variant_charts
 
@@ -50,7 +50,7 @@ def write_comparison(
 ) -> list[str]:
     """Write the comparison as a page and as data; returns the names of the files."""
     with whole_file(out / DATA) as file:
-        file.write((json.dumps(comparison_data(comparisons), indent=1) + "\n").encode())
+        file.write((json_text(comparison_data(comparisons), indent=1) + "\n").encode())
     title = f"{next(iter(results.values())).study.graph.name}: variants"
     verdict = "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
     save_tables(out / PAGE, title, verdict, comparison_tables(results, comparisons), variant_charts(results))

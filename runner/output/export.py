@@ -4,8 +4,6 @@ Every file appears whole or not at all: it is written under another name beside 
 Long traces are read and written piece by piece. Errors of the disk are raised as `OSError`.
 """
 
-import json
-import math
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -16,6 +14,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.output.json_text import json_text
 from proofmass.runner.run.result import Array, Result, Trace, pieces
 
 LARGEST_CSV = 200_000_000  # numbers: about 4 GB of text, minutes to write and to read
@@ -117,12 +116,12 @@ def save_summary(result: Result, path: str | Path) -> Path:
         "digest": result.digest,
         "seconds": result.seconds,
         "preparation_seconds": result.preparation,
-        "signals": [{key: _plain(value) for key, value in row.items()} for row in result.summary()],
+        "signals": result.summary(),
         "overflows": dict(result.overflows),
         "measures": {name: measure.as_data() for name, measure in result.measures.items()},
     }
     with whole_file(path) as file:
-        file.write((json.dumps(data, indent=2, ensure_ascii=False, allow_nan=False) + "\n").encode())
+        file.write((json_text(data, ensure_ascii=False) + "\n").encode())
     return Path(path)
 
 
@@ -206,8 +205,3 @@ def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
 def _numbers(column: Array) -> list[float]:
     """Return Python numbers, whose repr reads back exactly; truth values as 0 and 1."""
     return list((column.astype(np.int8) if column.dtype == bool else column).tolist())
-
-
-def _plain(value: Any) -> Any:
-    """Return a value for JSON, which has no infinity: a mean of numbers near the largest float may overflow."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value

@@ -112,7 +112,8 @@ def _named(name: str, unit: str) -> str:
 
 
 def _text(value: object) -> str:
-    return f"{value:.9g}" if isinstance(value, float) else str(value)
+    """Return a value for people: "undefined" for a measure without one."""
+    return str(value) if not isinstance(value, float) else "undefined" if math.isnan(value) else f"{value:.9g}"
 
 
 def _field(value: object) -> str:

@@ -87,10 +87,7 @@ class Sweep:
     def _repr_html_(self) -> str:
         heads = [*self.values, *(f"{name} [{unit}]" for name, unit in self.measures.items())]
         top = "".join(f"<th>{escape(head)}</th>" for head in heads)
-        rows = (
-            "".join(f"<td>{escape(f'{v:.6g}' if isinstance(v, float) else str(v))}</td>" for v in row.values())
-            for row in self.rows()
-        )
+        rows = ("".join(f"<td>{escape(_cell(value))}</td>" for value in row.values()) for row in self.rows())
         return f"<table><tr>{top}</tr>{''.join(f'<tr>{row}</tr>' for row in rows)}</table>"
 
 
@@ -172,6 +169,10 @@ def _refuse(values: Mapping[str, object], lists: Mapping[str, tuple[object, ...]
         problems.append(Problem(message="too many points", got=f"{count:,}", expected=f"at most {MOST_POINTS:,}"))
     if problems:
         raise ModelError(problems)
+
+
+def _cell(value: object) -> str:
+    return str(value) if not isinstance(value, float) else "undefined" if math.isnan(value) else f"{value:.6g}"
 
 
 def _plain(value: object) -> bool:

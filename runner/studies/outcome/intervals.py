@@ -81,11 +81,14 @@ def percentile_interval(values: Array, percent: float) -> Interval:
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import bdtr, bdtrik
 
-    ordered, runs, part = sorted(values.tolist()), len(values), percent / 100.0
-    aside = 0.5 - 0.5 * LEVEL
+    runs, part, aside = len(values), percent / 100.0, 0.5 - 0.5 * LEVEL
     first = 0 if bdtr(0, runs, part) > aside else math.floor(bdtrik(aside, runs, part)) + 1  # ranks, from 1
     last = math.ceil(bdtrik(1.0 - aside, runs, part)) + 1
-    return ordered[first - 1] if first >= 1 else -math.inf, ordered[last - 1] if last <= runs else math.inf
+    ordered = np.partition(values, [max(first, 1) - 1, min(last, runs) - 1])
+    return (
+        float(ordered[first - 1]) if first >= 1 else -math.inf,
+        float(ordered[last - 1]) if last <= runs else math.inf,
+    )
 
 
 def concise(value: float, interval: Sequence[float]) -> str:

@@ -107,6 +107,10 @@ class StudyResult(Plotted):
         `intervals` are those of mean, std and percentiles at 95 %, with infinite ends where runs are too few. Several
         points have the same sensors: the interval of their mean counts each sensor once, the others have no ends.
         """
+        return [dict(row) for row in self._summary]
+
+    @cached_property
+    def _summary(self) -> list[dict[str, Any]]:
         rows = []
         for measure in self.measures:
             for epoch, age in enumerate(self.study.epochs):

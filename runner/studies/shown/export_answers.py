@@ -5,8 +5,6 @@ As JSON and netCDF, and as CSV or Parquet if asked for; every file appears whole
 
 import csv
 import io
-import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
 from proofmass.runner.studies.shown.lifetime_rows import lifetime_rows, yield_rows
@@ -42,14 +41,8 @@ def save_answers(influences: StudyInfluences, folder: Path, formats: tuple[str, 
 
 def _save_json(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
     with whole_file(path) as file:
-        finite = [{key: _finite(value) for key, value in row.items()} for row in rows]
-        data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": finite}
-        file.write((json.dumps(data, indent=1) + "\n").encode())
-
-
-def _finite(value: Any) -> Any:
-    """Return a value for JSON, which has neither NaN nor infinity."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
+        data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": rows}
+        file.write((json_text(data, indent=1) + "\n").encode())
 
 
 def _save_csv(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:

@@ -115,14 +115,16 @@ def index_rows(result: StudyResult) -> list[dict[str, Any]]:
 
 
 def _rows(part: StudyResult, found: Sequence[Influences]) -> Iterator[dict[str, Any]]:
+    point, ages = point_columns(part), part.study.epochs
     for influences in found:
         effects = influences.regression
         for influence in effects.influences:
             first = influence.parameters[0]
             yield (
-                place_of(part, influences.measure.name, influences.epoch)
+                point
+                | {"measure": influences.measure.name, "epoch": influences.epoch, "age_s": ages[influences.epoch]}
                 | {"unit": influences.measure.unit}
-                | {"since_s": _one_age(part.study.epochs, influences.since), "factor": influence.parameter}
+                | {"since_s": _one_age(ages, influences.since), "factor": influence.parameter}
                 | {"change": all(name.startswith(CHANGE) for name in influence.parameters)}
                 | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
                 | {"effect": influence.effect, "effect_half": influence.effect_half, "share": influence.share}

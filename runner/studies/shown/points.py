@@ -17,6 +17,8 @@ MOST_POINTS = 12  # with tables and pictures of their own
 def by_point(result: StudyResult) -> list[StudyResult]:
     """Return the study at each of its points alone, in the order in which runs take turns."""
     points = result.study.points
+    if points == 1:
+        return [result]
     return [result.some(result.numbers % points == point, points) for point in range(points)]
 
 
@@ -48,7 +50,7 @@ def swept_parts(result: StudyResult) -> dict[str, StudyResult]:
     """Return `parts` with all intervals between calibrations together, so that they can be compared."""
     study, intervals = result.study, len(result.study.recalibration.every)
     swept = study.points // intervals
-    if swept > MOST_POINTS:
+    if swept == 1 or swept > MOST_POINTS:
         return {"": result}
     names = (_swept_text(study, number * intervals) for number in range(swept))
     numbers = result.numbers % study.points // intervals

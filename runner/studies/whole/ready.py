@@ -10,7 +10,7 @@ from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.studies.ages import written_age
+from proofmass.graphs.studies.ages import DAY, age_text, written_age
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.plan.measuring import refuse_late
 from proofmass.runner.plan.planned import Plan
@@ -52,7 +52,7 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
     if any(not problem.note for problem in length):
         return length
     end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
-    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(_uncalibrated(study) if study else ())]
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(_of_study(study) if study else ())]
     return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
 
 
@@ -63,6 +63,20 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
     except ModelError as error:
         missing = planned.graph.samples is None and planned.graph.duration is None
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
+
+
+def _of_study(study: Study) -> Iterator[Problem]:
+    """Yield notes on ages and limits of a study."""
+    if 0.0 < study.epochs[-1] < DAY:
+        problem = Problem(
+            message=f"the last age is {age_text(study.epochs[-1])}",
+            key="epochs",
+            hint='ages without a unit are seconds: write "10 year", "1000 h"',
+            note=True,
+            path=("epochs",),
+        )
+        yield study.placed(problem)
+    yield from _uncalibrated(study)
 
 
 def _uncalibrated(study: Study) -> Iterator[Problem]:

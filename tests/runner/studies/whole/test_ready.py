@@ -213,3 +213,14 @@ def test_in_python_too() -> None:
     assert caught.value.problems == (problem,)
     good = Graph(**made, blocks={"one": Constant()}, probes=["one.output"])
     assert check(good) == list[Problem]()
+
+
+@pytest.mark.parametrize(("ages", "said"), [("[0, 5, 10]", "10 s"), ('["0 h", "10 h"]', "10 h"), ('[0, "1 d"]', "")])
+def test_ages_below_a_day_are_noted(ages: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """Ages without a unit are seconds: `[0, 5, 10]` was hardly meant for years of drift."""
+    path = tmp_path / "study.toml"
+    path.write_text(f'{MEASURED}[study]\nruns = 2\nspread."source.value" = {{ normal = 1 }}\nepochs.ages = {ages}\n')
+    assert main(["check", str(path)]) == 0
+    assert (f"note: epochs: the last age is {said}\n" in capsys.readouterr().out) == bool(said)
+    assert main(["montecarlo", str(path)]) == 0
+    assert said in capsys.readouterr().out
