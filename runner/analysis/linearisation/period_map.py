@@ -179,8 +179,9 @@ def period_map(
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
-    stepped = cut and len(inputs) == 1 and not by_parameters and not noise and ticks > plan.stride(inputs[0])
-    code = slopes() if stepped and ticks > _MANY else None
+    single = cut and len(inputs) == 1 and not by_parameters and not noise
+    stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
+    code = slopes() if single and ticks > _MANY else None
     while True:
         begin = _with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted, rings)

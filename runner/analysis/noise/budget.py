@@ -243,7 +243,7 @@ def budget_at(
         whole = with_spectra(about.map(sources, [target], noise=noisy, by_parameters=derivatives), noisy)
         to_output = noise_map(whole, target)
         _refuse_growth(planned, output, to_output)
-        _refuse_silence(planned, output, to_output)
+        _refuse_silence(planned, output, to_output, noisy)
         return about, noisy, whole, to_output
 
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
@@ -352,6 +352,7 @@ def _notes(
     made = {source.block for source in sources if source.kind == DECISION and source.rms}
     decided = [(name, one) for name in sorted(made) for one in noisy[name]]
     notes += [one.note(name) for name, one in decided if isinstance(one, OneBit)]
+    notes += _locked(noisy)
     if decided and derivatives:
         notes.append("derivatives take gains and errors of one-bit quantisers as fixed")
     if not to_output.settles and band is None:
@@ -367,12 +368,18 @@ def _refuse_growth(planned: Plan, output: str, to_output: NoiseMap) -> None:
         raise _refusal(planned, output, message, got, hint)
 
 
-def _refuse_silence(planned: Plan, output: str, to_output: NoiseMap) -> None:
+def _locked(noisy: Noisy) -> list[str]:
+    """Return the notes on quantisers of one bit that noise does not pass."""
+    return [one.note(name) for name, own in noisy.items() for one in own if isinstance(one, OneBit) and one.cycle]
+
+
+def _refuse_silence(planned: Plan, output: str, to_output: NoiseMap, noisy: Noisy) -> None:
     drawn = [column for column, variance in enumerate(to_output.variances) if variance]
     _, b, _, d = to_output.matrices
     if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
         got = f"{len(to_output.sources)} sources upstream of it"
-        hint = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
+        path = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
+        hint = "; ".join(_locked(noisy)) or path
         raise _refusal(planned, output, f"no noise reaches {output}", got, hint)
 
 

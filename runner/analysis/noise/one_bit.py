@@ -36,6 +36,7 @@ _LAGS = 64  # decisions, the longest lag of the autocorrelation
 _VALUES = 1 << 14  # values of the output in a reference run
 _ALONE = 1 << 14  # decisions from which the whole error of one run is estimated
 _MEMORY = 64  # decisions, the longest lag between a source and its effect on y
+_CYCLE = 1024  # decisions, the longest cycle in which a loop counts as locked
 _SHOWS = 10.0  # ratio to the effect expected by chance, above which a source counts
 _SAME = 0.2  # part of the error's mean square; two runs that differ by less count as the same
 _TOLD = 0.05  # part of the error that repeats, from which on the note gives it
@@ -50,9 +51,15 @@ class OneBit(Gain):
     repeating: float  # part of the mean square of the error that is the same in both runs
     correlation: float = 0.0  # the largest of e with itself, if all of e repeats
     lag: int = 0  # decisions after which the correlation is reached
+    cycle: int = 0  # decisions after which a locked quantiser decides the same again, whatever the noise
 
     def note(self, block: str) -> str:
         """Return the note of a budget on this quantiser."""
+        if self.cycle:
+            return (
+                f"{block}: noise moves none of {self.decisions:,} decisions in two runs, which repeat after"
+                f" {self.cycle}: the loop is locked, and noise does not pass this bit"
+            )
         told = f"{block}: one bit counts as a gain of {self.gain:.3g}, by two runs of {self.decisions:,} decisions; "
         if self.repeating == 1.0:
             after = "from one to the next" if self.lag == 1 else f"after {self.lag} of them"
@@ -137,6 +144,9 @@ def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -
 def _one_bit(first: Decisions, second: Decisions) -> OneBit:
     """Return the gain that comes closest to the decisions of two runs, and the error that is left."""
     count = min(len(first.rows), len(second.rows))
+    cycles = [_cycle(run.rows[:, 1]) for run in (first, second)]
+    if all(cycles) and np.any(first.rows[:count, 0] != second.rows[:count, 0]):
+        return OneBit(0.0, 0.0, count, None, 1.0, cycle=cycles[0])
     alone = _of_one_run(first.rows[:_ALONE])
     y, v = (_apart(first.rows[:count, i], second.rows[:count, i]) for i in (0, 1))
     gain = _gain(y, v, [_apart(*both) for both in zip(first.sources.T, second.sources.T, strict=True)])
@@ -146,6 +156,15 @@ def _one_bit(first: Decisions, second: Decisions) -> OneBit:
         return alone
     repeating = max(0.0, 1.0 - variance / alone.variance) if alone.variance else 0.0
     return OneBit(gain, variance, count, None if is_white(e) else shaping(e), repeating)
+
+
+def _cycle(levels: Array) -> int:
+    """Return after how many decisions all of them come again; 0 if that is not so, or takes many."""
+    head = levels[: 4 * _CYCLE]
+    for period in range(1, min(_CYCLE, len(head) // 4) + 1):
+        if np.array_equal(head[period:], head[:-period]) and np.array_equal(levels[period:], levels[:-period]):
+            return period
+    return 0
 
 
 def _apart(first: Array, second: Array) -> Array:

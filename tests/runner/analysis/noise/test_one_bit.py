@@ -8,8 +8,19 @@ import pytest
 import scipy.optimize
 import scipy.signal
 
-from proofmass import Graph, linearise, noise
-from proofmass.blocks import Comparator, Constant, Difference, Gain, SigmaDeltaModulator, Sum, UnitDelay, WhiteNoise
+from proofmass import Graph, ModelError, linearise, noise, simulate
+from proofmass.blocks import (
+    Comparator,
+    Constant,
+    Decimator,
+    Difference,
+    Gain,
+    LowPass,
+    SigmaDeltaModulator,
+    Sum,
+    UnitDelay,
+    WhiteNoise,
+)
 from proofmass.runner.analysis.noise.compiled_decisions import SETTLING, compiled_runs
 from proofmass.runner.analysis.noise.decisions import Watched
 from proofmass.runner.plan.memory import start
@@ -33,6 +44,42 @@ def modulator(gains: tuple[float, ...], feedback: tuple[float, ...], dither: flo
         wires=["dither.output -> sum.first", "level.output -> sum.second", "sum.output -> modulator.input"],
         probes=["modulator.output"],
     )
+
+
+def locked(density: float) -> Graph:
+    """A low-pass behind a comparator: it goes round in a limit cycle that little noise does not move."""
+    return Graph(
+        name="",
+        rate="1 kHz",
+        duration="4 s",
+        blocks={
+            "n": WhiteNoise(density=density),
+            "e": Difference(),
+            "bit": Comparator(),
+            "plant": LowPass(corner_frequency=20.0),
+            "mean": Decimator(ratio=10),
+        },
+        wires=[
+            *("n.output -> e.first", "plant.output -> e.second", "e.output -> bit.input"),
+            *("bit.sign -> plant.input", "bit.sign -> mean.input"),
+        ],
+        probes=["bit.sign", "mean.mean"],
+    )
+
+
+@pytest.mark.defect("S560", before="rms 0.0150 behind a loop locked in its limit cycle", after="no noise, and why")
+def test_noise_does_not_pass_a_bit_in_a_limit_cycle() -> None:
+    first, second = (simulate(locked(1e-4), seed=seed)["bit.sign"].values[2000:] for seed in (1, 2))
+    turns = [k for k in range(1, 40) if np.array_equal(first[k:], second[:-k])]
+    assert turns, "the cycle of a run is that of another, at another phase"
+    for output in ("bit.sign", "mean.mean"):
+        with pytest.raises(ModelError, match="no noise reaches") as caught:
+            noise(locked(1e-4), output)
+        assert "the loop is locked" in caught.value.problems[0].hint
+    through = noise(locked(1e-4), "e.output")
+    assert through.rms == pytest.approx(1e-4 * math.sqrt(500.0), rel=1e-9)
+    assert any("locked" in note for note in through.notes) or through.sources[0].share == 1.0
+    assert noise(locked(0.02), "bit.sign").rms > 0.1
 
 
 def test_gaussian_input_has_the_gain_of_its_closed_form() -> None:
