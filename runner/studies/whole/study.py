@@ -96,6 +96,7 @@ def run_sensors(
         path = Path(folder) / FILE
     facts = facts_of(sensors) if path else {}
     ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
+    lost = list[str]()
     try:
         if folder is not None:
             keep_study(study, Path(folder))
@@ -108,7 +109,7 @@ def run_sensors(
             # start-up time: only --dask needs workers
             from proofmass.runner.studies.workers.chunks import runs_on_workers
 
-            source = functools.partial(runs_on_workers, dask, sensors)
+            source = functools.partial(runs_on_workers, dask, sensors, lost)
         _fill(ledger, source, left, means, progress)
         outcomes = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
@@ -120,6 +121,7 @@ def run_sensors(
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
+        lost_workers=tuple(lost),
         **outcomes,
     )
 
