@@ -29,6 +29,7 @@ def main(arguments: list[str] | None = None) -> int:
     if arguments is not None:
         return _answered(arguments)
     gc.set_threshold(_COLLECTED)
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # before NumPy is loaded: the matrices are small, threads wait
     try:
         return _answered(sys.argv[1:])
     finally:

@@ -53,6 +53,7 @@ class StudyRequest:
     formats: tuple[str, ...]
     picture: Path | None
     report: bool
+    repair: bool
     run: int | None
     epoch: int
     quiet: bool
@@ -61,6 +62,8 @@ class StudyRequest:
     as_json: bool
 
     def __post_init__(self) -> None:
+        if self.repair and self.out is None:
+            raise click.UsageError("--repair needs --out: the folder of the study")
         if self.dask is not None and self.threads is not None:
             raise click.UsageError("give --threads or --dask, not both: Dask's workers have threads of their own")
 
@@ -118,6 +121,7 @@ def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[i
             dask=request.dask,
             folder=request.out,
             progress=bar,
+            repair=request.repair,
         )
     if not request.as_json:
         print_text([study_text(result)])

@@ -6,9 +6,9 @@
 the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
 derivatives, such as those of a transition matrix by a parameter.
 
-Quantisers count as their input, with the derivative one, in value too: `int`, `round`, `//`, `>>`,
-`rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`,
-`math.trunc` and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
+Quantisers count as their input, with the derivative one, in value too: `int`, `math.trunc`, `round`, `//`, `>>`,
+`rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`
+and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
 `& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A register that wraps
 takes off a constant (`wrapped`).
 

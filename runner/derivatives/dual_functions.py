@@ -11,7 +11,8 @@ import types
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from proofmass.blocks.arithmetic import elementary, rounding
+from proofmass.blocks.arithmetic import rounding
+from proofmass.blocks.arithmetic.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
@@ -150,6 +151,11 @@ def _of_two(
     return apply
 
 
+def _itself(function: Callable[..., Any]) -> Callable[..., Any]:
+    """The function on dual numbers, made when it is called: for mixed second derivatives slopes have slopes."""
+    return lambda *arguments: for_duals(function)(*arguments)
+
+
 def _counting(function: Callable[[float], Any]) -> Callable[[Any], Any]:
     return lambda x: function(plain(x))
 
@@ -213,46 +219,19 @@ def _fsum(terms: Any) -> Any:
     return sum(kept, 0.0) if any(isinstance(term, Dual) for term in kept) else math.fsum(kept)
 
 
-_DERIVATIVES: dict[str, Callable[[Any], Any]] = {
-    "sqrt": lambda x: 0.5 / dual_math.sqrt(x),
-    "cbrt": lambda x: dual_math.cbrt(x) / (3.0 * x),
-    "exp": lambda x: dual_math.exp(x),
-    "exp2": lambda x: math.log(2.0) * dual_math.exp2(x),
-    "expm1": lambda x: dual_math.exp(x),
-    "log": lambda x: 1.0 / x,
-    "log2": lambda x: 1.0 / (math.log(2.0) * x),
-    "log10": lambda x: 1.0 / (math.log(10.0) * x),
-    "log1p": lambda x: 1.0 / (1.0 + x),
-    "sin": lambda x: dual_math.cos(x),
-    "cos": lambda x: -dual_math.sin(x),
-    "tan": lambda x: 1.0 + dual_math.tan(x) * dual_math.tan(x),
-    "asin": lambda x: 1.0 / dual_math.sqrt(1.0 - x * x),
-    "acos": lambda x: -1.0 / dual_math.sqrt(1.0 - x * x),
-    "atan": lambda x: 1.0 / (1.0 + x * x),
-    "sinh": lambda x: dual_math.cosh(x),
-    "cosh": lambda x: dual_math.sinh(x),
-    "tanh": lambda x: 1.0 - dual_math.tanh(x) * dual_math.tanh(x),
-    "asinh": lambda x: 1.0 / dual_math.sqrt(1.0 + x * x),
-    "acosh": lambda x: 1.0 / dual_math.sqrt(x * x - 1.0),
-    "atanh": lambda x: 1.0 / (1.0 - x * x),
-    "erf": lambda x: 2.0 / math.sqrt(math.pi) * dual_math.exp(-x * x),
-    "erfc": lambda x: -2.0 / math.sqrt(math.pi) * dual_math.exp(-x * x),
-    "degrees": lambda x: math.degrees(1.0),
-    "radians": lambda x: math.radians(1.0),
-}
-_WHOLE = ("floor", "ceil", "trunc", "isfinite", "isnan", "isinf")
+_WHOLE = ("floor", "ceil", "isfinite", "isnan", "isinf")
 _REST: dict[str, Callable[..., Any]] = {
     "hypot": _hypot,
     "atan2": _atan2,
     "pow": _power,
     "copysign": _copysign,
     "fabs": abs,
+    "trunc": _converting(math.trunc),
     "fmod": lambda x, y: x - y * math.trunc(plain(x) / plain(y)) if isinstance(x, Dual) else math.fmod(x, y),
     "frexp": _frexp,
     "ldexp": _ldexp,
     "fsum": _fsum,
 }
-vars(dual_math).update({name: _of_one(getattr(math, name), slope) for name, slope in _DERIVATIVES.items()})
 vars(dual_math).update({name: _counting(getattr(math, name)) for name in _WHOLE} | _REST)
 
 
@@ -277,61 +256,7 @@ def _nearest_even_level(value: Any, last: Any) -> Any:
     return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
 
 
-def _ours(function: Callable[..., float]) -> Callable[..., Any]:
-    """One of our elementary functions where it stands in the derivative of another."""
-    return lambda *arguments: _ELEMENTARY[function](*arguments)
-
-
-def _square(x: Any) -> Any:
-    return x * x
-
-
-def _power_slopes(base: Any, exponent: Any) -> tuple[Any, Any]:
-    """The derivatives of a power; that by the exponent is zero where the base stays zero."""
-    power, at_zero = _ours(elementary.power), plain(base) == 0
-    if at_zero and plain(exponent) < 1.0 and plain(exponent) != 0.0:
-        raise ZeroDivisionError
-    by_base = exponent * power(base, exponent - 1.0) if plain(exponent) != 0.0 else 0.0
-    return by_base, 0.0 if at_zero else power(base, exponent) * _ours(elementary.logarithm)(base)
-
-
-def _angle_slopes(y: Any, x: Any) -> tuple[Any, Any]:
-    square = x * x + y * y
-    return x / square, -y / square
-
-
-def _length_slopes(x: Any, y: Any) -> tuple[Any, Any]:
-    length = _ours(elementary.hypotenuse)(x, y)
-    return x / length, y / length
-
-
-_OF_ONE: dict[Callable[[float], float], Callable[[Any], Any]] = {
-    elementary.sine_of_turns: lambda x: math.tau * _ours(elementary.cosine_of_turns)(x),
-    elementary.cosine_of_turns: lambda x: -math.tau * _ours(elementary.sine_of_turns)(x),
-    elementary.sine: _ours(elementary.cosine),
-    elementary.cosine: lambda x: -_ours(elementary.sine)(x),
-    elementary.tangent: lambda x: 1.0 + _ours(elementary.tangent)(x) * _ours(elementary.tangent)(x),
-    elementary.arctangent: _DERIVATIVES["atan"],
-    elementary.arcsine: _DERIVATIVES["asin"],
-    elementary.arccosine: _DERIVATIVES["acos"],
-    elementary.exponential: _ours(elementary.exponential),
-    elementary.exponential_less_one: _ours(elementary.exponential),
-    elementary.logarithm: _DERIVATIVES["log"],
-    elementary.logarithm_of_fraction: _DERIVATIVES["log"],
-    elementary.logarithm_of_one_plus: _DERIVATIVES["log1p"],
-    elementary.binary_logarithm: _DERIVATIVES["log2"],
-    elementary.decimal_logarithm: _DERIVATIVES["log10"],
-    elementary.hyperbolic_sine: _ours(elementary.hyperbolic_cosine),
-    elementary.hyperbolic_cosine: _ours(elementary.hyperbolic_sine),
-    elementary.hyperbolic_tangent: lambda x: 1.0 / _square(_ours(elementary.hyperbolic_cosine)(x)),
-}
-_ELEMENTARY: dict[Any, Callable[..., Any]] = {function: _of_one(function, slope) for function, slope in _OF_ONE.items()}
-_ELEMENTARY |= {
-    elementary.arctangent2: _of_two(elementary.arctangent2, _angle_slopes),
-    elementary.power: _of_two(elementary.power, _power_slopes),
-    elementary.hypotenuse: _of_two(elementary.hypotenuse, _length_slopes),
-}
-_OURS: dict[Any, Callable[..., Any]] = _ELEMENTARY | {
+_OURS: dict[Any, Callable[..., Any]] = {
     rounding.round_half_even: _round_half_even,
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
     rounding.nearest_level: _nearest_level,
@@ -343,5 +268,8 @@ _OURS: dict[Any, Callable[..., Any]] = _ELEMENTARY | {
     float: _converting(float),
 }
 _REPLACED: dict[Any, Callable[..., Any]] = _OURS | {
-    getattr(math, name): getattr(dual_math, name) for name in (*_DERIVATIVES, *_WHOLE, *_REST)
+    getattr(math, name): getattr(dual_math, name) for name in (*_WHOLE, *_REST)
 }
+_REPLACED |= {function: _of_one(function, _itself(slope)) for function, slope in SLOPES_OF_ONE.items()}
+_REPLACED |= {function: _of_two(function, _itself(slopes)) for function, slopes in SLOPES_OF_TWO.items()}
+vars(dual_math).update({name: _REPLACED[f] for name, f in vars(math).items() if callable(f) and f in SLOPES_OF_ONE})

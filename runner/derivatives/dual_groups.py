@@ -13,7 +13,8 @@ What moves A itself, a driven parameter or a factor that is held, acts on x as i
 
     z' = A z + dA (x - x0),   z(0) = 0:   x(T) changes by z(T) beside what the slopes of f do
 
-which is left out where the group has loops that Newton's method solves.
+which is left out where the group has loops that Newton's method solves. A linear group that nothing of this concerns is
+moved by the matrices of the run itself, `HeldAdvance`.
 """
 
 import math
@@ -223,6 +224,26 @@ def _multiple(change: Matrix, basis: Sequence[tuple[Matrix, list[Any]]]) -> tupl
         if largest and all(abs(u - of * v) <= _ALIKE * abs(of) * largest for u, v in pairs):
             return of, z
     return 1.0, None
+
+
+class HeldAdvance(Advance):
+    """Moves the states of a linear group by a tick as a run does, by matrices that never change."""
+
+    def __init__(self, plan: Plan, solver: Solver) -> None:
+        self.stages = DualStages(plan, solver.group, False)
+        self._run = PlainAdvance(plan, solver, ())
+        self._rows: list[list[tuple[int, float]]] = []  # of each state, what it follows from
+
+    def __call__(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        group = self.stages.group
+        if not self._rows:
+            transition, entry = self._run.matrices(moment.constants, {})
+            rows = ((*own, *more) for own, more in zip(transition, entry, strict=True))
+            self._rows = [[(j, factor) for j, factor in enumerate(row) if factor] for row in rows]
+        values = [getattr(moment.states[block], field) for block, field in group.states]
+        values += [moment.wires[node] for node in group.inputs]
+        return self.stages.states([sum((factor * values[j] for j, factor in row), 0.0) for row in self._rows])
 
 
 class IntegratedAdvance(Advance):

@@ -17,12 +17,14 @@ from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
-from proofmass.runner.derivatives.dual_groups import DualAdvance, IntegratedAdvance
+from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
 from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
 Place = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
@@ -54,9 +56,7 @@ class DualTicks(Interpreter):
         self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._advances = [
-            IntegratedAdvance(plan, solver, by_parameters)
-            if integrated and not solver.exact and not solver.group.ramps
-            else DualAdvance(plan, solver.group, by_parameters)
+            _advance(plan, solver, by_parameters, integrated)
             for solver in plan.solvers
             if blocks & set(solver.group.blocks)
         ]
@@ -142,6 +142,14 @@ class DualTicks(Interpreter):
                 memory.wires[node] = [transform(("wire", node, i), value) for i, value in enumerate(wire)]
             else:
                 memory.wires[node] = transform(("wire", node, 0), wire)
+
+
+def _advance(plan: Plan, solver: Solver, by_parameters: bool, integrated: bool) -> Advance:
+    if solver.exact and not solver.renewed and not solver.group.ramps and not by_parameters:
+        return HeldAdvance(plan, solver)
+    if integrated and not solver.exact and not solver.group.ramps:
+        return IntegratedAdvance(plan, solver, by_parameters)
+    return DualAdvance(plan, solver.group, by_parameters)
 
 
 def _within(loop: AlgebraicLoop) -> Problem:

@@ -4,6 +4,7 @@ Every number that lasts gets a direction of its own before each tick, so that it
 tick alone: a matrix of few entries, whatever the length of the period.
 """
 
+from collections.abc import Collection
 from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple
 
@@ -23,6 +24,14 @@ class TickMap(NamedTuple):
     read: dict[Place, float] | None  # the output, before the input is added
 
 
+class UndefinedSlopesError(ArithmeticError):
+    """Slopes of numbers that last lead to none: bits of them are read, or they choose places in arrays."""
+
+    def __init__(self, places: Collection[Place]) -> None:
+        super().__init__("what lasts has no derivative")
+        self.blocks = frozenset(of if isinstance(of, str) else of[0] for _, of, _ in places)
+
+
 class SteppedTicks(DualTicks):
     """Ticks with the input and the output at the same wire, which is cut there; what it moves is in some blocks."""
 
@@ -30,11 +39,7 @@ class SteppedTicks(DualTicks):
         self.ticks: list[TickMap] = []
         super().__init__(*arguments)
         self._blocks = moving
-        self.starts = {key: place for place, slopes in self._renewed().items() for key in slopes}  # of first directions
-
-    def place_of(self, value: Any) -> Place | None:
-        """Return the place of a number that lasts; None if it follows from nothing that did."""
-        return next((place for _, place in slopes_of(value, SIGNALS)), None)
+        self.live = set(self._renewed())  # numbers that last and have slopes
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `TickError`."""
@@ -44,11 +49,13 @@ class SteppedTicks(DualTicks):
             super().advance(self._memory.tick + 1, rows)
             read = [self._by_places(slopes_of(value, SIGNALS))[0] for value in self.recorded[node][before:]]
             moved, entered = dict[Place, dict[Place, float]](), dict[Place, float]()
-            for place, slopes in self._renewed().items():
+            had = self._renewed()
+            for place, slopes in had.items():
                 moved[place], by_input = self._by_places(slopes)
                 if by_input:
                     entered[place] = by_input
             self.ticks.append(TickMap(moved, entered, read[0] if read else None))
+            self.live = set(had)
         return True
 
     def _by_places(self, slopes: Any) -> tuple[dict[Place, float], float]:

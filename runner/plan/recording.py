@@ -4,8 +4,9 @@ import csv
 import hashlib
 import math
 import re
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from itertools import pairwise
+from array import array
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from itertools import chain, pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -16,6 +17,8 @@ from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_
 from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30
+MOST_ROWS = 1 << 24  # of a file: compressed ones hold any number
+PIECE = 1 << 16  # rows that are read together
 LATEST_START = 1e8  # seconds, three years: a recording that begins later is stamped with dates
 KEPT_NUMBERS = 1 << 24  # numbers of CSV recordings that a process keeps, over all blocks and plans
 
@@ -23,11 +26,11 @@ _HEAD = re.compile(r"(?P<name>.*?)(?:\s+\[(?P<unit>[^][]*)\]|\[(?P<tight>[^][]*[
 
 
 class Column(NamedTuple):
-    """One column of a recording: its name without unit, its unit or "", and its numbers."""
+    """One column of a recording: its name without unit, its unit or "", and its numbers, all finite."""
 
     name: str
     unit: str
-    values: Sequence[object]
+    values: "array[float]"
 
 
 Columns = tuple[Column, Column]
@@ -112,7 +115,10 @@ def read_columns(path: Path, choice: Choice) -> Columns:
             raise RecordingError("is no file")
         if path.stat().st_size > LARGEST_FILE:
             raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
-        return reader(path, choice)
+        columns = reader(path, choice)
+        if not columns[0].values:
+            raise RecordingError("holds no rows")
+        return columns
     except RecordingError:
         raise
     except FileNotFoundError:
@@ -147,8 +153,9 @@ def _read_csv(path: Path, choice: Choice) -> Columns:
                 hint = "separate the columns by commas" if len(heads) == 1 and ";" in heads[0][0] else ""
                 raise RecordingError("needs a row of column names such as time [s],acceleration [m/s^2]", at or 1, hint)
             chosen = choice([name for name, _ in heads])
-            columns: tuple[list[float], list[float]] = ([], [])
+            columns = array("d"), array("d")
             for cells in rows:
+                _refuse_many(len(columns[0]) + 1)
                 if len(cells) != len(heads):
                     raise RecordingError(f"has {len(cells)} cells where the head has {len(heads)}", at)
                 for column, index in zip(columns, chosen, strict=True):
@@ -170,47 +177,86 @@ def _read_parquet(path: Path, choice: Choice) -> Columns:
         fields = list(file.schema_arrow)
         heads = [split_unit(field.name) for field in fields]
         chosen = choice([name for name, _ in heads])
-        table = file.read(columns=[fields[index].name for index in chosen])
+        _refuse_many(file.metadata.num_rows)
 
-    def column(index: int) -> Column:
-        unit = heads[index][1] or (fields[index].metadata or {}).get(b"unit", b"").decode()
-        return Column(heads[index][0], unit, table[fields[index].name].to_pylist())
+        def column(index: int) -> Column:
+            unit = heads[index][1] or (fields[index].metadata or {}).get(b"unit", b"").decode()
+            batches = file.iter_batches(PIECE, columns=[fields[index].name])
+            return _column(heads[index][0], unit, (batch.column(0).to_pylist() for batch in batches))
 
-    return column(chosen[0]), column(chosen[1])
+        return column(chosen[0]), column(chosen[1])
 
 
 def _read_netcdf(path: Path, choice: Choice) -> Columns:
+    with path.open("rb") as file:
+        classic = file.read(3) == b"CDF"
+    return _read_classic(path, choice) if classic else _read_netcdf4(path, choice)
+
+
+def _read_netcdf4(path: Path, choice: Choice) -> Columns:
     need("h5netcdf")
     # start-up time: only files in this format need it
     import h5netcdf
 
     with h5netcdf.File(path, "r") as file:
-        series = {name: v for name, v in file.variables.items() if v.ndim == 1}
-        times = [name for name, v in series.items() if name == "time" or (name,) == v.dimensions]
-        names = [name for name in series if name not in times]
-        first, second = choice(["time", *names])
-        other = names[second - 1]
-        along = series[other].dimensions
-        candidates = [names[first - 1]] if first else times
-        for name in candidates:
-            if series[name].dimensions == along:
-                return _variable(name, series[name]), _variable(other, series[other])
-        if first:
-            raise RecordingError(f"{candidates[0]} and {other} are not on one time axis")
-        raise RecordingError(f"has no variable with the times of {other}", hint=f"name it {along[0]}")
+        return _of_variables({name: _Variable(v, v.attrs) for name, v in file.variables.items()}, choice)
 
 
-def _variable(name: str, variable: Any) -> Column:
+def _read_classic(path: Path, choice: Choice) -> Columns:
+    """Columns of a netCDF file of version 3, which is no HDF5."""
+    need("scipy")
+    # start-up time: only files in this format need it
+    from scipy.io import netcdf_file
+
+    with netcdf_file(path, "r", mmap=False) as file:
+        return _of_variables({name: _Variable(v, _texts(v._attributes)) for name, v in file.variables.items()}, choice)
+
+
+def _texts(attributes: Mapping[str, Any]) -> dict[str, Any]:
+    return {name: value.decode() if isinstance(value, bytes) else value for name, value in attributes.items()}
+
+
+class _Variable(NamedTuple):
+    """A variable of a netCDF file of either version: `held` has dimensions, shape and slices."""
+
+    held: Any
+    attributes: Mapping[str, Any]
+
+
+def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> Columns:
+    """The variable that is chosen, and its times."""
+    series = {name: v for name, v in variables.items() if len(v.held.shape) == 1}
+    times = [name for name, v in series.items() if name == "time" or (name,) == v.held.dimensions]
+    names = [name for name in series if name not in times]
+    first, second = choice(["time", *names])
+    other = names[second - 1]
+    along = series[other].held.dimensions
+    candidates = [names[first - 1]] if first else times
+    for name in candidates:
+        if series[name].held.dimensions == along:
+            return _unpacked(name, series[name]), _unpacked(other, series[other])
+    if first:
+        raise RecordingError(f"{candidates[0]} and {other} are not on one time axis")
+    raise RecordingError(f"has no variable with the times of {other}", hint=f"name it {along[0]}")
+
+
+def _unpacked(name: str, variable: _Variable) -> Column:
     """A netCDF variable, unpacked if its attributes say how."""
-    attributes = variable.attrs
-    values = variable[...].tolist()
-    if "_FillValue" in attributes:
-        missing = float(attributes["_FillValue"])
-        values = [None if value == missing else value for value in values]
-    if "scale_factor" in attributes or "add_offset" in attributes:
-        scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
-        values = [None if value is None else value * scale + offset for value in values]
-    return Column(name, str(attributes.get("units", "")), values)
+    held, attributes = variable
+    missing = float(attributes["_FillValue"]) if "_FillValue" in attributes else None
+    packed = "scale_factor" in attributes or "add_offset" in attributes
+    scale, offset = float(attributes.get("scale_factor", 1.0)), float(attributes.get("add_offset", 0.0))
+    (rows,) = held.shape
+    _refuse_many(rows)
+
+    def pieces() -> Iterator[list[object]]:
+        for first in range(0, rows, PIECE):
+            values = held[first : first + PIECE].tolist()
+            if missing is not None:
+                values = [None if value == missing else value for value in values]
+            yield [None if v is None else v * scale + offset for v in values] if packed else values
+
+    return _column(name, str(attributes.get("units", "")), pieces())
 
 
 def _chosen(names: Sequence[str], wanted: str) -> int:
@@ -225,22 +271,26 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
     return names.index(wanted, 1) if wanted else 1
 
 
-def numbers(column: Column) -> list[float]:
-    """Numbers of a column, all finite; raises `RecordingError`."""
-    values = []
-    for row, value in enumerate(column.values, 1):
+def _column(name: str, unit: str, pieces: Iterable[Sequence[object]]) -> Column:
+    """A column of pieces; raises `RecordingError` at what is no finite number."""
+    values = array("d")
+    for row, value in enumerate(chain.from_iterable(pieces), 1):
         if value is not None and not isinstance(value, float | int):
-            raise RecordingError(f"column {column.name} holds {shown(value, 40)} in row {row}, which is no number")
-        values.append(math.nan if value is None else float(value))
+            raise RecordingError(f"column {name} holds {shown(value, 40)} in row {row}, which is no number")
+        values.append(math.nan if value is None else value)
         if not math.isfinite(values[-1]):
-            raise RecordingError(f"column {column.name} holds {values[-1]} in row {row}")
-    if not values:
-        raise RecordingError("holds no rows")
-    return values
+            raise RecordingError(f"column {name} holds {values[-1]} in row {row}")
+    return Column(name, unit, values)
 
 
-def _converted(column: Column, unit: str) -> list[float]:
-    values = numbers(column)
+def _refuse_many(rows: int) -> None:
+    if rows > MOST_ROWS:
+        hint = "cut it into recordings of their own, or keep every tenth row"
+        raise RecordingError(f"has more than {MOST_ROWS:,} rows", hint=hint)
+
+
+def _converted(column: Column, unit: str) -> Sequence[float]:
+    values = column.values
     stated = column.unit or unit
     try:
         if not same_dimension(stated, unit):

@@ -30,6 +30,7 @@ class Writer(Protocol):
     following: dict[Endpoint, Operand]
     lanes: bool
     numbers: RunNumbers
+    always_renewed: bool
 
     def lose(self, nothing: Operand) -> None:
         """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
@@ -238,7 +239,7 @@ class ExactGroup(GroupWriter):
     def _renew(self) -> None:
         """Compute the matrices again if a constant or factor behind them differs from the last tick or call."""
         builder, followed = self.builder, self._followed()
-        moved: Operand = operand(False)
+        moved: Operand = operand(self.writer.always_renewed and self.solver.renewed)
         for i, value in enumerate(followed):
             other = builder.compute("not_equal", value, builder.load(self.used, i))
             moved = builder.compute("either", moved, other)

@@ -28,7 +28,7 @@ class RunNumbers:
         self.scratch_used = 0
         self.given = {name: self._array(kind, name) for name, kind in _KINDS.items()}
         self.moving = {name: self._array(kind, _MOVING[name], True) for name, kind in _KINDS.items()}
-        self._scratch = self._array(FLOAT, "scratch", True)
+        self.scratch_array = self._array(FLOAT, "scratch", True)
         self._places: dict[Variable, tuple[Array, int]] = {}  # of what is read before the ticks and written back
         self.not_finite = builder.variable(FLOAT, "not_finite")
         self.refused = builder.variable(INTEGER, "refused")
@@ -67,13 +67,13 @@ class RunNumbers:
     def scratch(self, name: str, length: int) -> Array:
         """Numbers to work on."""
         self.scratch_used += length
-        return self.builder.view(self._scratch, self.scratch_used - length, length, name)
+        return self.builder.view(self.scratch_array, self.scratch_used - length, length, name)
 
     def complete(self, entry: Function) -> Function:
         """Complete the function of all ticks: split if it is long; otherwise all that moves is in local variables."""
         for name, flag in ((FLOATS, self.not_finite), (INTEGERS, self.refused)):  # in scratch places
             self._places[flag] = self.moving[name], self.memory.counts[name]
-        used = None if self.lanes else in_parts(entry, self._places, self._scratch, self.scratch_used)
+        used = None if self.lanes else in_parts(entry, self._places, self.scratch_array, self.scratch_used)
         if used is None:
             self._read_and_write_back(entry)
         self.scratch_used += used or 0

@@ -59,6 +59,8 @@ def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = Fals
 class TickWriter:
     """Writes the function of all ticks, with a writer for each part of it."""
 
+    always_renewed = False  # whether matrices that may change are made anew in each tick, whether they do or not
+
     def __init__(
         self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
     ) -> None:

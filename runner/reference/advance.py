@@ -108,7 +108,7 @@ class PlainAdvance(Advance):
     def _by_matrices(
         self, constants: Mapping[str, Any], held: Mapping[Endpoint, float], values: Sequence[float]
     ) -> list[float]:
-        transition, entry = self._current(constants, held)
+        transition, entry = self.matrices(constants, held)
         moved = []
         for row, more in zip(transition, entry, strict=True):
             total = row[0] * values[0]
@@ -117,8 +117,8 @@ class PlainAdvance(Advance):
             moved.append(total)
         return moved
 
-    def _current(self, constants: Mapping[str, Any], factors: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
-        """The matrices, made anew when a driven parameter or a factor has moved."""
+    def matrices(self, constants: Mapping[str, Any], factors: Mapping[Endpoint, float]) -> tuple[Matrix, Matrix]:
+        """The matrices of a linear group, made anew when a driven parameter or a factor has moved."""
         if self.solver.renewed or self._assembled_from is None:
             used = [constants[name] for name in self.solver.group.members] + list(factors.values())
             if used != self._assembled_from:

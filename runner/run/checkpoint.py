@@ -17,9 +17,11 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
-from proofmass.runner.run.result import Recorder, Result
+from proofmass.runner.run.result import Array, Recorder, Result, pieces
 
 FILE = "checkpoint.json"  # of an interrupted run, in its folder
+HEAD = 10  # bytes of a .npy file before its head, the last two its length
+VERSION = 2  # of its form; the first had no check sums
 _ANEW = "--restart, or resume=False in Python, removes what was kept and starts at tick 0"
 
 
@@ -47,10 +49,13 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
             np.save(path, trace.values)
         with path.open("r+b") as file:
             os.fsync(file.fileno())
+    rows = {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes}
     data = {
+        "version": VERSION,
         "run": _run(planned, result.seed, result.planned_ticks),
         "tick": memory.tick,
-        "rows": {probe.signal: probe.rows(0, memory.tick) for probe in planned.probes},
+        "rows": rows,
+        "sums": {probe.signal: _sum_of(_rows(folder, probe, rows[probe.signal])) for probe in planned.probes},
         "states": {name: None if x is None else [_text(v) for v in x] for name, x in memory.states.items()},
         "buffers": [[*node, _text(held)] for node, held in memory.of_blocks().items() if node not in planned.recorded],
         "largest": {solver.name: _text(memory.buffers[solver.largest]) for solver in _with_largest(planned)},
@@ -59,28 +64,33 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
     }
     temporary = folder / (FILE + ".partial")
     with temporary.open("w", encoding="utf-8") as file:
-        json.dump(data, file)
+        json.dump(data | {"sum": _sum(data)}, file)
         file.flush()
         os.fsync(file.fileno())
     temporary.replace(folder / FILE)
 
 
 def load_checkpoint(folder: Path, planned: Plan, seed: int, ticks: int) -> Checkpoint:
-    """The checkpoint in a folder; raises `ModelError` when it belongs to another graph, seed or length."""
+    """The checkpoint in a folder.
+
+    Raises `ModelError` when it belongs to another graph, seed or length, or when it or a trace differs from its sum.
+    """
     try:
         data = json.loads((folder / FILE).read_text(encoding="utf-8"))
+        if data["version"] != VERSION:
+            raise _refused(folder, "the checkpoint has another form", str(data["version"])[:20], f"version {VERSION}")
+        if data.pop("sum") != _sum(data):
+            raise ValueError("it differs from its check sum")
         kept, wanted = data["run"], _run(planned, seed, ticks)
         if kept != wanted:
             raise _changed(folder, kept, wanted)
-        rows = {p.signal: int(data["rows"][p.signal]) for p in planned.probes}
         for probe in planned.probes:
-            path = _trace(folder, probe.signal)
-            if path.stat().st_size < _head_length(path) + _bytes(probe, rows[probe.signal]):
-                raise ValueError(f"{probe.signal}.npy is too short")
-        return Checkpoint(_memory(data, planned), rows)
+            if _sum_of(_rows(folder, probe, data["rows"][probe.signal])) != data["sums"][probe.signal]:
+                raise ValueError(f"{probe.signal}.npy differs from its check sum")
+        return Checkpoint(_memory(data, planned), data["rows"])
     except FileNotFoundError as error:
         raise _refused(folder, f"there is no {Path(error.filename).name} to resume from") from None
-    except (LookupError, TypeError, ValueError, AttributeError) as error:
+    except (LookupError, TypeError, ValueError, AttributeError, RecursionError) as error:
         if isinstance(error, ModelError):
             raise
         raise _refused(folder, f"the checkpoint is damaged: {error}") from None
@@ -101,7 +111,7 @@ def recorder(probe: PlannedProbe, rows: int, folder: Path, streamed: bool, rows_
     path = _trace(folder, probe.signal)
     if not streamed:
         writer = Recorder(probe, rows, None)
-        writer.keep(np.load(path)[:rows_kept])
+        writer.keep(_rows(folder, probe, rows_kept))
         return writer
     aside = path.with_suffix(".kept")
     path.replace(aside)
@@ -193,11 +203,28 @@ def _bytes(probe: PlannedProbe, rows: int) -> int:
     return rows * math.prod(probe.shape) * np.dtype(probe.dtype).itemsize
 
 
-def _head_length(path: Path) -> int:
+def _rows(folder: Path, probe: PlannedProbe, rows: int) -> Array:
+    """The first rows of a trace on disk. Its head is passed over: it may tell more rows; the plan knows the rest."""
+    path, kind = _trace(folder, probe.signal), np.dtype(np.float64 if probe.format else probe.dtype)
     with path.open("rb") as file:
-        np.lib.format.read_magic(file)
-        np.lib.format.read_array_header_1_0(file)
-        return file.tell()
+        start = HEAD + int.from_bytes(file.read(HEAD)[-2:], "little")
+    if path.stat().st_size < start + _bytes(probe, rows):
+        raise ValueError(f"{path.name} is too short")
+    shape = (rows, *probe.shape)
+    return np.memmap(path, kind, "r", start, shape) if rows else np.empty(shape, kind)
+
+
+def _sum_of(values: Array) -> str:
+    """The check sum of rows: SHA-256 of every bit of them, also those of NaN."""
+    digest = hashlib.sha256()
+    for first, last in pieces(len(values), math.prod(values.shape[1:])):
+        digest.update(values[first:last].tobytes())
+    return digest.hexdigest()
+
+
+def _sum(data: dict[str, Any]) -> str:
+    """The check sum of what JSON keeps."""
+    return hashlib.sha256(json.dumps(data).encode()).hexdigest()
 
 
 def _refused(folder: Path, message: str, got: str = "", expected: str = "") -> ModelError:

@@ -96,6 +96,18 @@ class CompiledLoop:
         self.tick = last
         return self.sound(self._state[FLOATS], self._state[INTEGERS])
 
+    def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
+        """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
+        kinds, rows = self._written.memory.kinds, list[list[float]]()
+        places = [kinds[WireOf(*node)] for node in nodes]
+        held = [(self._state[FLOATS if kind is float else INTEGERS], index) for kind, index in places]
+        addresses = [array.ctypes.data for array in self.arrays(())]
+        while self.tick < last:
+            self._loop(self.tick, self.tick + 1, self.seed, self.run, *addresses)
+            rows.append([float(array[index]) for array, index in held])
+            self.tick += 1
+        return rows
+
     def sound(self, numbers: Array, integers: Array) -> bool:
         """Return whether every number was finite and fitted its format, by the arrays of the memory."""
         return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]

@@ -14,7 +14,8 @@ from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import failed, name_fault
 
 if TYPE_CHECKING:
-    from proofmass.runner.targets.native import CompiledPlan
+    from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
+    from proofmass.runner.targets.native_slopes import SlopeCode
 
 Progress = Callable[[int, int], None]  # ticks done, and of how many
 
@@ -101,6 +102,16 @@ class Course:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan.without_noise
         self._run: Forward | None = None
+        self._slopes: SlopeCode | None = None
+
+    def slopes(self) -> "SlopeCode | None":
+        """Return the machine code of ticks with their slopes, if the plan has such."""
+        # start-up time: short periods need no compiler
+        from proofmass.runner.targets.native_slopes import SlopeCode, has_slopes
+
+        if self._slopes is None and has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled":
+            self._slopes = SlopeCode(self.plan)
+        return self._slopes
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""
@@ -110,6 +121,15 @@ class Course:
             self._run = self.from_memory(None)
         self._run.progress = progress
         return self._run.to(tick, of)
+
+    def machine_code(self, memory: Memory) -> "CompiledLoop | None":
+        """Return a run in machine code from a memory on, if there is such code by now."""
+        compiled = self._run.compiled if self._run else None
+        if compiled is None:
+            return None
+        from proofmass.runner.targets.native import CompiledLoop
+
+        return CompiledLoop(compiled.plan, compiled.plan.graph.seed, 0, memory.copy(), compiled)
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""

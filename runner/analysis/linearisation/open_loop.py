@@ -5,6 +5,7 @@ is stable if the zeros of det(I + L) lie inside the unit circle. Where slower bl
 period of the loop holds `per_period` values of the wire.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -116,8 +117,7 @@ class OpenLoop:
 
     def _at_own_frequency(self, transfer: "Transfer", w: Array | float) -> Complex:
         w = np.asarray(w, dtype=float)
-        turn = np.exp(1j * w.reshape(-1, 1) * np.arange(self.per_period) * self.sample)
-        value = transfer.mean(self._points(w.ravel()), turn)
+        value = transfer.mean(self._points(w.ravel()), _turns(w.ravel() * self.sample, self.per_period))
         return value.reshape(w.shape)
 
     def complementary(self, w: Array) -> Complex:
@@ -138,6 +138,15 @@ class OpenLoop:
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
         return Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+
+
+def _turns(angles: Array, count: int) -> Complex:
+    """exp(j k angle) for k = 0 ... count - 1, a row for each angle: as products of two, since powers take long."""
+    step = math.isqrt(count - 1) + 1
+    fine = np.exp(1j * np.multiply.outer(angles, np.arange(step)))
+    coarse = np.exp(1j * np.multiply.outer(angles, np.arange(0, count, step)))
+    products = coarse[:, :, None] * fine[:, None, :]
+    return np.asarray(products.reshape(len(angles), step * coarse.shape[1])[:, :count])
 
 
 def _factored(matrix: Array) -> tuple[Array, Array] | None:
@@ -180,8 +189,8 @@ class Transfer:
         x = np.zeros((len(self._form), len(z)), dtype=complex)
         for i in range(len(x) - 1, -1, -1):
             x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ spectra) / (z - self._form[i, i])
-        back = turns.conj()
-        value: Complex = (np.sum((back @ self._out) * x.T, axis=1) + back @ self._later) / len(spectra)
+        later = np.sum((turns @ self._out.conj()) * x.T.conj(), axis=1) + turns @ self._later.conj()
+        value: Complex = later.conj() / len(spectra)
         return value
 
     @cached_property

@@ -120,7 +120,8 @@ class OrbitSearch:
         self._maps = dict[tuple[int, int], PeriodMap]()
         self._run = course.from_memory(self._memories[0])
         self._rings = find_rings(course.plan, moving, self._after)
-        self._waiting = Waiting(course.plan, upstream, moving, self._memories[0], self._ticks, self._rings)
+        begin, code = self._memories[0], course.machine_code(self._memories[0])
+        self._waiting = Waiting(course.plan, upstream, moving, begin, self._ticks, self._rings, code)
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
@@ -228,7 +229,8 @@ class OrbitSearch:
         """Return the map of some periods that follow some others."""
         if (after, periods) not in self._maps:
             memory = self._after(after).copy()
-            self._maps[after, periods] = self._ends.map(self._plan, memory=memory, periods=periods, rings=self._rings)
+            options = {"memory": memory, "periods": periods, "rings": self._rings, "slopes": self._course.slopes}
+            self._maps[after, periods] = self._ends.map(self._plan, **options)
         return self._maps[after, periods]
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:

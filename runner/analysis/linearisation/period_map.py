@@ -8,10 +8,10 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 """
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import numpy.typing as npt
@@ -26,11 +26,14 @@ from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
-from proofmass.runner.derivatives.dual_ticks import DualTicks
-from proofmass.runner.derivatives.stepped_ticks import SteppedTicks
+from proofmass.runner.derivatives.dual_ticks import DualTicks, Place
+from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
+
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
@@ -153,6 +156,7 @@ def period_map(
     span: int = 0,
     integrated: bool = False,
     drawn: bool = False,
+    slopes: "Callable[[], SlopeCode | None]" = lambda: None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
 
@@ -165,7 +169,7 @@ def period_map(
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
     deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
     (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run with
-    noise.
+    noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such; long periods want it.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
@@ -175,28 +179,44 @@ def period_map(
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
-    stepped = cut and len(inputs) == 1 and not by_parameters and ticks > plan.stride(inputs[0])
+    stepped = cut and len(inputs) == 1 and not by_parameters and not noise and ticks > plan.stride(inputs[0])
+    code = slopes() if stepped and ticks > _MANY else None
     while True:
         begin = _with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted, rings)
         seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [_held(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
-        engine = DualTicks(*given)
+        engine: DualTicks | CompiledSlopes = DualTicks(*given)
         if noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
+        elif code is not None:
+            places = {_place(memory, entry, rings) for entry in seeded}
+            engine = code.ticks(memory, inputs[0], places, moving)
         elif stepped:
             engine = SteppedTicks(*given, moving=moving)
         try:
-            engine.advance(begin.tick + ticks, ())
+            if not engine.advance(begin.tick + ticks, ()):
+                code = None  # plain Python says what has failed
+                continue
+        except UndefinedSlopesError as error:
+            bits = {name for name in error.blocks if name not in counted}
+            counted |= bits
+            code = code if bits else None
+            continue
         except TickError as error:
             name, _, what = error.at.rpartition(".")
             if name in counted or name not in moving:
                 raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
-        maps = _tick_maps(engine, seeded, rings) if isinstance(engine, SteppedTicks) else None
+        maps = None
+        if not isinstance(engine, DualTicks) or isinstance(engine, SteppedTicks):
+            end = engine.memory()
+            starts = {entry: _place(memory, entry, rings) for entry in seeded}
+            ends = {entry: place for entry in seeded if (place := _place(end, entry, rings)) in engine.live}
+            maps = maps_of_ticks(engine.ticks, starts, ends)
         if stepped and maps is None:
             stepped = False
             continue
@@ -209,10 +229,14 @@ def period_map(
         )
 
 
-def _tick_maps(engine: SteppedTicks, seeded: Sequence[Entry], rings: Rings) -> TickMaps | None:
-    memory = engine.memory()
-    ends = {entry: place for entry in seeded if (place := engine.place_of(_held(memory, entry, rings)))}
-    return maps_of_ticks(engine.ticks, engine.starts, ends)
+def _place(memory: Memory, entry: Entry, rings: Rings) -> Place:
+    """Return where an entry stands in a memory."""
+    name, part, index = entry
+    if index == HELD:
+        return "wire", (name, part), 0
+    if index < 0:
+        return "state", name, memory.states[name]._fields.index(part)
+    return "buffer", (name, part), rings.cell(memory, name, part, index)
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
@@ -351,7 +375,7 @@ def _vector_held(name: str, port: str) -> Problem:
 
 
 def _read(
-    engine: DualTicks,
+    engine: "DualTicks | CompiledSlopes",
     seeded: list[Entry],
     values: list[Any],
     inputs: Sequence[Endpoint],

@@ -19,6 +19,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.linearisation.real_roots import isolated
 
 Polynomial = Any  # flint.fmpz_poly, which has no types of its own
 LARGEST_ORDER = 160  # of systems whose polynomials are used; that takes ten seconds
@@ -106,11 +107,8 @@ def square(polynomial: Polynomial) -> Polynomial:
 
 def positive_roots(polynomial: Polynomial) -> list[Any]:
     """Return the distinct real roots above zero, smallest first, as balls proved to hold one root each."""
-    if polynomial.degree() < 1:
-        return []
     precise()
-    roots = [root.real for root, _ in polynomial.complex_roots() if root.imag.is_zero() and root.real > 0]
-    return sorted(roots, key=lambda root: float(root.log()))
+    return isolated(polynomial, BITS) if polynomial.degree() > 0 else []
 
 
 def roots(polynomial: Polynomial) -> list[Any]:

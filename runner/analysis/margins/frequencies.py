@@ -17,6 +17,7 @@ from proofmass.runner.analysis.linearisation.rational import Rational
 from proofmass.runner.analysis.margins.crossings import value_at
 from proofmass.runner.analysis.margins.figures import Figures
 
+MOST_CROSSOVERS = 64  # that are listed: a wire with many values in a period has a comb of them
 _PER_DECADE = 60
 _MOST_TURNS = 64  # of the circle that a picture shows in detail
 _DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
@@ -109,8 +110,12 @@ class Samples:
         return replace(self, w=self.w[self.w < w], values=self.values[self.w < w])
 
 
-def crossings(samples: Samples, measure: RealFunction) -> list[float]:
-    """Return the frequencies at which a measure of the response is zero, dips between two points included."""
+def crossings(samples: Samples, measure: RealFunction, most: int = MOST_CROSSOVERS) -> list[float]:
+    """Return the lowest frequencies at which a measure of the response is zero, dips between two points included."""
+    signs = np.sign(measure(samples.values))
+    changes = np.flatnonzero(signs[:-1] * signs[1:] < 0.0)
+    if len(changes) > most and changes[most] + 2 < len(signs):
+        samples = samples.up_to(samples.w[changes[most] + 2])
     w, values = _with_dips(samples, measure)
     size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
     told = np.flatnonzero(
@@ -118,7 +123,7 @@ def crossings(samples: Samples, measure: RealFunction) -> list[float]:
     )  # the sign of the others is rounding
     w, values = w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1]).tolist())
+    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1]).tolist())[:most]
 
 
 def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:

@@ -16,7 +16,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.continuation import stable_intervals
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
-from proofmass.runner.analysis.margins.frequencies import Samples, crossings, sweep
+from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, sweep
 
 LARGEST_DELAY = 64  # samples
 _FACTORS = 24  # of a decade, between which poles are followed
@@ -115,9 +115,9 @@ def _critical_turn(system: OpenLoop) -> float | None:
 
 
 def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
-    """Return where the response is real and negative; at half the rate of the wire it is always real."""
+    """Return where the response is real and negative: every other time that it is real, as it is at half the rate."""
     ends = [math.pi / system.sample]
-    found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag) + ends
+    found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag, 2 * MOST_CROSSOVERS) + ends
     return [v for v, answer in zip(found, system.response(np.array(found)), strict=True) if answer.real < 0.0]
 
 
@@ -139,5 +139,5 @@ def _bandwidth(system: OpenLoop, w: Any) -> float | None:
     at_rest = float(abs(closed.answer(np.zeros(1))[0]))
     if at_rest == 0.0:
         return None
-    fallen = crossings(closed, lambda values: np.abs(values) / at_rest - math.sqrt(0.5))
+    fallen = crossings(closed, lambda values: np.abs(values) / at_rest - math.sqrt(0.5), 1)
     return fallen[0] / (2.0 * math.pi) if fallen else None

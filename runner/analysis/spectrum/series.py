@@ -10,7 +10,7 @@ import numpy.typing as npt
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.blocks.declaration.units import UnitError, convert
-from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns
+from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.result import Trace
 
 Array = npt.NDArray[np.float64]
@@ -102,7 +102,7 @@ def read_series(file: str | Path, column: str = "") -> Series:
     path = Path(file)
     try:
         time, value = read_columns(path, lambda names: (0, _index(names, column)))
-        return Series(np.array(numbers(value)), _step(time), value.name, value.unit or "1")
+        return Series(np.array(value.values), _step(time), value.name, value.unit or "1")
     except RecordingError as error:
         problem = Problem(
             message=str(error), file=str(path), line=error.line, key="column" if column else "", hint=error.hint
@@ -121,7 +121,7 @@ def _index(names: Any, column: str) -> int:
 def _step(time: Column) -> float:
     """Seconds from row to row; raises `RecordingError` where rows are missing or uneven."""
     try:
-        times = np.array(numbers(time)) * convert(f"1 {time.unit or 's'}", "s")
+        times = np.array(time.values) * convert(f"1 {time.unit or 's'}", "s")
     except UnitError as error:
         raise RecordingError(f"column {time.name}: {error}", hint="its unit must be one of time") from None
     if len(times) < 2:

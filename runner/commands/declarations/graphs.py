@@ -263,6 +263,7 @@ def draw(**options: Any) -> int:
 )
 @plot_option("picture", "Draw fans and histograms of the measures")
 @click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")
+@click.option("--repair", is_flag=True, help="Keep the whole runs of a damaged ledger in --out; run the others again.")
 @click.option("--run", type=Whole(0), help="Replay only this run, with the traces of all probes.")
 @click.option(
     "--epoch",

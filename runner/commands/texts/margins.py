@@ -2,6 +2,7 @@
 
 import cmath
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from proofmass.runner.analysis.linearisation.poles import Pole
@@ -10,6 +11,7 @@ from proofmass.runner.analysis.margins.lifted import LARGEST_DELAY
 from proofmass.runner.analysis.margins.margins import Margins
 
 _SLOWEST = 3  # poles that are shown
+_CROSSOVERS = 8  # of each kind
 _PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))
 _IN_THE_LIMIT = ", in the limit of high frequencies"
 _VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
@@ -24,13 +26,19 @@ def margins_text(margins: Margins) -> str:
     rows = [(_VERDICTS[margins.verdict], f"slowest of {count} closed-loop poles: {slowest}" if count else "no poles")]
     rows += _limits(margins) if margins.stable else _way_back(margins)
     rows += [
-        ("gain crossovers", ", ".join(map(hertz_text, margins.gain_crossovers)) or "none"),
-        ("phase crossovers", ", ".join(map(hertz_text, margins.phase_crossovers)) or "none"),
+        ("gain crossovers", _lowest(margins.gain_crossovers)),
+        ("phase crossovers", _lowest(margins.phase_crossovers)),
         *(("left out", str(mode)) for mode in margins.hidden),
         ("linearised at", _operating_point(margins)),
         *(("note", note) for note in margins.system.map.notes),
     ]
     return "\n".join([head, *(f"  {name:<17} {text}" for name, text in rows)])
+
+
+def _lowest(crossovers: Sequence[float]) -> str:
+    """Return the lowest crossovers: a wire with many values in a period has a comb of them."""
+    shown = ", ".join(map(hertz_text, crossovers[:_CROSSOVERS]))
+    return (f"{shown} and higher ones" if len(crossovers) > _CROSSOVERS else shown) or "none"
 
 
 def pole_text(pole: Pole, period: float) -> str:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import re
+from array import array
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -10,7 +11,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.graphs.model.graph import Graph, Probe
-from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns
+from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.result import Array
 from proofmass.runner.run.simulate import simulate
 
@@ -80,7 +81,7 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
     """
     try:
         columns = read_columns(path, lambda names: _choose(names, temperature, output))
-        values = [np.asarray(numbers(column)) for column in columns]
+        values = [np.asarray(column.values) for column in columns]
     except RecordingError as error:
         problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
         raise ModelError([problem]) from None
@@ -99,7 +100,7 @@ def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Re
     for message, found in wrong.items():
         if found:
             raise ModelError([Problem(message=message, file=graph.place.file, key=output)])
-    columns = [Column(trace.signal, trace.unit, ()) for trace in traces]
+    columns = [Column(trace.signal, trace.unit, array("d")) for trace in traces]
     return _readings(graph.name, columns, [np.asarray(trace.values, dtype=np.float64) for trace in traces])
 
 

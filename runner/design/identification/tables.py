@@ -12,7 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.runner.plan.recording import Column, RecordingError, numbers, read_columns, split_unit
+from proofmass.runner.plan.recording import Column, RecordingError, read_columns, split_unit
 from proofmass.runner.run.result import Array
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
@@ -131,7 +131,7 @@ def _read_pairs(path: Path, wanted: list[str]) -> Table:
     for name in wanted:
         time, column = read_columns(path, pair(name))
         for one in (time, Column(name, column.unit, column.values)):
-            columns[one.name], units[one.name] = np.array(numbers(one)), one.unit
+            columns[one.name], units[one.name] = np.array(one.values), one.unit
         if any(len(values) != len(columns[time.name]) for values in columns.values()):
             raise RecordingError(f"column {name} has a time axis of its own")
     return Table(str(path), columns, units)

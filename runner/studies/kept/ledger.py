@@ -2,14 +2,16 @@
 
 A row is a stretch of consecutive runs, under the number of the first, with eight-byte floats in the order of runs,
 epochs and measures: a row for each run would take as long as the run itself where runs are short. No run is in two
-of them, so no run is done twice.
+of them, so no run is done twice. Each has a check sum of itself and of the facts that determine its bits.
 """
 
 import difflib
 import errno
+import hashlib
+import json
 import sqlite3
 from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 import numpy as np
@@ -19,7 +21,9 @@ from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.outcomes import Outcomes, together
 
 FILE = "ledger.sqlite"
+VERSION = 2  # of the form of the file; the first had no check sums
 _HELD = "<f8"
+_REPAIR = "proofmass montecarlo --repair keeps the runs that are whole, and runs the others again"
 _REFUSALS = {  # of the operating system, by the names of SQLite
     "SQLITE_FULL": errno.ENOSPC,
     "SQLITE_IOERR": errno.EIO,
@@ -31,16 +35,25 @@ _REFUSALS = {  # of the operating system, by the names of SQLite
 
 
 class Ledger:
-    """Runs of one study at all its epochs. `facts` determine the bits; a later start must have the same ones."""
+    """Runs of one study at all its epochs. `facts` determine the bits; a later start must have the same ones.
 
-    def __init__(self, path: Path | None, measures: Iterable[str], epochs: int, facts: dict[str, str]) -> None:
+    Of a file that is `damaged` nothing is expected: `whole` gives what can be read.
+
+    Raises `ModelError` if the file is of another study, or is damaged; `OSError` if the disk refuses.
+    """
+
+    def __init__(
+        self, path: Path | None, measures: Iterable[str], epochs: int, facts: dict[str, str], damaged: bool = False
+    ) -> None:
         self.measures, self.epochs = tuple(measures), epochs
         self.path = path
+        self._facts = _told(facts)
         with self._explained():
             self._data = sqlite3.connect(path or ":memory:", isolation_level=None)
         try:
             with self._explained():
-                self._begin(facts)
+                if not damaged:
+                    self._begin(facts)
         except BaseException:
             self.close()
             raise
@@ -51,12 +64,13 @@ class Ledger:
         self._data.execute("CREATE TABLE IF NOT EXISTS facts (name TEXT PRIMARY KEY, text TEXT)")
         before = dict(self._data.execute("SELECT name, text FROM facts"))
         if not before:
-            self._data.execute("CREATE TABLE stretches (first INTEGER PRIMARY KEY, runs INTEGER, numbers BLOB)")
+            self._data.execute(f"PRAGMA user_version = {VERSION}")
             self._data.execute(
-                "CREATE TABLE faults (run INTEGER, epoch INTEGER, text TEXT, PRIMARY KEY (run, epoch)) WITHOUT ROWID"
+                "CREATE TABLE stretches (first INTEGER PRIMARY KEY, runs INTEGER, numbers BLOB, faults TEXT, sum BLOB)"
             )
             self._data.executemany("INSERT INTO facts VALUES (?, ?)", facts.items())
         self._data.execute("COMMIT")
+        self._facts = _told(before or facts)
         for name, text in facts.items():
             if before and before.get(name) != text:
                 raise self._refused(
@@ -64,6 +78,10 @@ class Ledger:
                     _difference(before.get(name, ""), text),
                     "name another folder, or put back what was changed",
                 )
+        (version,) = self._data.execute("PRAGMA user_version").fetchone()
+        if version != VERSION:
+            hint = "name another folder: its runs have no check sums"
+            raise self._refused("is the ledger of another version of proofmass", f"form {version}", hint)
 
     def keep(self, outcomes: Sequence[Outcomes]) -> None:
         """Write runs, all of them or none; runs that are there already are not changed."""
@@ -72,24 +90,50 @@ class Ledger:
             self._data.execute("BEGIN IMMEDIATE")
             new = all_of_them.chosen(~np.isin(all_of_them.numbers, self._numbers(all_of_them.numbers)))
             for part in new.stretches():
+                first, runs = int(part.numbers[0]), len(part.numbers)
                 numbers = np.ascontiguousarray(part.values, dtype=_HELD).tobytes()
-                row = (int(part.numbers[0]), len(part.numbers), numbers)
-                self._data.execute("INSERT INTO stretches VALUES (?, ?, ?)", row)
-            faults = ((run, epoch, text) for (run, epoch), text in new.faults.items())
-            self._data.executemany("INSERT INTO faults VALUES (?, ?, ?)", faults)
+                faults = json.dumps([[*key, text] for key, text in part.faults.items()])
+                row = (first, runs, numbers, faults, self._sum(first, runs, numbers, faults))
+                self._data.execute("INSERT INTO stretches VALUES (?, ?, ?, ?, ?)", row)
             self._data.execute("COMMIT")
 
     def outcomes(self, below: int) -> Outcomes:
-        """Return the outcomes of runs below a number, in their order."""
-        rows = self._data.execute("SELECT first, runs, numbers FROM stretches WHERE first < ? ORDER BY first", (below,))
-        parts = [
-            Outcomes(np.arange(first, first + runs), np.frombuffer(blob, dtype=_HELD).reshape(self._shape(runs)), {})
-            for first, runs, blob in rows
-        ]
-        found = together(parts, self.epochs, len(self.measures))
-        faults = self._data.execute("SELECT run, epoch, text FROM faults")
-        every = found._replace(faults={(run, epoch): text for run, epoch, text in faults})
+        """Return the outcomes of runs below a number, in their order; raises `ModelError` if a row is damaged."""
+        with self._explained():
+            (word,) = self._data.execute("PRAGMA quick_check(1)").fetchone()
+            if word != "ok":
+                raise self._damaged(word)
+            parts = list(self._stretches(0, below))
+        every = together(parts, self.epochs, len(self.measures))
+        if (np.diff(every.numbers) < 1).any():
+            raise self._damaged("runs stand in two rows")
         return every.chosen(every.numbers < below)
+
+    def whole(self, first: int, below: int) -> Iterator[Outcomes]:
+        """Yield the stretches that begin in a range of runs and can be read; what is damaged is left out."""
+        with suppress(sqlite3.DatabaseError, ModelError):
+            yield from list(self._stretches(first, below))
+            return
+        if below - first > 1:
+            middle = (first + below) // 2
+            yield from self.whole(first, middle)
+            yield from self.whole(middle, below)
+
+    def _stretches(self, first: int, below: int) -> Iterator[Outcomes]:
+        asked = "SELECT first, runs, numbers, faults, sum FROM stretches WHERE first >= ? AND first < ? ORDER BY first"
+        for *row, kept in self._data.execute(asked, (first, below)):
+            if kept != self._sum(*row):
+                raise self._damaged(f"the row of the runs from {row[0]} on differs from its check sum")
+            start, runs, numbers, faults = row
+            values = np.frombuffer(numbers, dtype=_HELD).reshape(self._shape(runs))
+            told = {(run, epoch): text for run, epoch, text in json.loads(faults)}
+            yield Outcomes(np.arange(start, start + runs), values, told)
+
+    def _sum(self, first: int, runs: int, numbers: bytes, faults: str) -> bytes:
+        """Return the check sum of a row: a row of another study differs too."""
+        digest = hashlib.sha256(b"%b\0%b\0" % (self._facts, repr((first, runs, faults)).encode()))
+        digest.update(numbers if isinstance(numbers, bytes) else b"damaged")
+        return digest.digest()
 
     def _shape(self, runs: int) -> tuple[int, int, int]:
         return runs, self.epochs, len(self.measures)
@@ -120,10 +164,43 @@ class Ledger:
             if number:
                 kept = "; its runs are safe: repeat the command once this is cured"
                 raise OSError(number, f"{error}{kept}", str(self.path)) from None
+            if name.startswith(("SQLITE_CORRUPT", "SQLITE_CONSTRAINT")):
+                raise self._damaged(str(error)) from None
             raise self._refused("is not the ledger of a study", str(error), "name another folder") from None
+
+    def _damaged(self, got: str) -> ModelError:
+        return self._refused("is damaged", got, _REPAIR)
 
     def _refused(self, message: str, got: str, hint: str) -> ModelError:
         return ModelError([Problem(message=message, file=str(self.path), got=got, hint=hint)])
+
+
+def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, str], below: int) -> None:
+    """Write a damaged ledger anew with its whole runs below a number; the old file stays beside it as `.damaged`.
+
+    Raises `ModelError` if no run is whole.
+    """
+    damaged, partial = Ledger(path, measures, epochs, facts, damaged=True), path.with_suffix(".partial")
+    try:
+        found = together(list(damaged.whole(0, below)), epochs, len(measures))
+    finally:
+        damaged.close()
+    if not len(found.numbers):
+        hint = "name another folder, or remove the file: its runs are run again"
+        raise ModelError([Problem(message="holds no whole run of this study", file=str(path), hint=hint)])
+    partial.unlink(missing_ok=True)
+    anew = Ledger(partial, measures, epochs, facts)
+    anew.keep([found.chosen(np.unique(found.numbers, return_index=True)[1])])
+    anew.close()
+    path.replace(path.with_suffix(".damaged"))
+    for ending in ("-wal", "-shm"):  # of the old file: SQLite would write them into the new one
+        Path(f"{path}{ending}").unlink(missing_ok=True)
+    partial.replace(path)
+
+
+def _told(facts: dict[str, str]) -> bytes:
+    """Return facts as bytes for check sums."""
+    return json.dumps(sorted(facts.items())).encode()
 
 
 def _difference(before: str, now: str) -> str:

@@ -27,6 +27,7 @@ from proofmass.runner.run.result import Array, Result
 from proofmass.runner.run.simulate import RunOptions, simulate_plan
 from proofmass.runner.studies.kept.folder import keep_study
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
+from proofmass.runner.studies.kept.ledger import repair as rewrite
 from proofmass.runner.studies.outcome.outcomes import Outcomes
 from proofmass.runner.studies.outcome.result import StudyResult, collected
 from proofmass.runner.studies.outcome.running_means import RunningMeans
@@ -51,6 +52,7 @@ def run_study(
     dask: str | None = None,
     folder: str | Path | None = None,
     progress: StudyProgress | None = None,
+    repair: bool = False,
 ) -> StudyResult:
     """Run a study, or the rest of it.
 
@@ -61,11 +63,11 @@ def run_study(
 
     With a `folder`, every run is written to a ledger there. After Ctrl-C, SIGTERM or a crash the same call continues
     to the same bits; more runs may be asked for later. Ctrl-C ends the study after the runs under way, and the result
-    has the runs that are done.
+    has the runs that are done. A damaged ledger is refused; `repair` keeps its whole runs, and runs the others again.
     A study with `stop` ends when its means are known well enough; `planned_runs` of the result says after how many.
 
-    Raises `ModelError` if the study is wrong, or the ledger in the folder belongs to another graph or study;
-    `RunError` if the cluster fails.
+    Raises `ModelError` if the study is wrong, or the ledger in the folder is damaged or belongs to another graph or
+    study; `RunError` if the cluster fails.
 
     `study` is a `Study`, a file, or "library:NAME". `engine` is "auto", "python" or "compiled". `progress` is called
     with the runs that are done, all runs, and a text on the measures.
@@ -77,7 +79,7 @@ def run_study(
     """
     study = study if isinstance(study, Study) else read_study(study)
     sensors = SensorRuns(with_numbers(study, runs, seed), engine, lanes)
-    return run_sensors(sensors, threads, dask, folder, progress)
+    return run_sensors(sensors, threads, dask, folder, progress, repair)
 
 
 def run_sensors(
@@ -86,6 +88,7 @@ def run_sensors(
     dask: str | None = None,
     folder: str | Path | None = None,
     progress: StudyProgress | None = None,
+    repair: bool = False,
 ) -> StudyResult:
     """Run the study of prepared sensors, as `run_study` does."""
     began, study = time.perf_counter(), sensors.study
@@ -95,8 +98,10 @@ def run_sensors(
         Path(folder).mkdir(parents=True, exist_ok=True)
         path = Path(folder) / FILE
     facts = facts_of(sensors) if path else {}
-    ledger = Ledger(path, (measure.name for measure in sensors.measures), len(study.epochs), facts)
-    lost = list[str]()
+    names = [measure.name for measure in sensors.measures]
+    if repair and path is not None and path.exists():
+        rewrite(path, names, len(study.epochs), facts, total)
+    ledger, lost = Ledger(path, names, len(study.epochs), facts), list[str]()
     try:
         if folder is not None:
             keep_study(study, Path(folder))

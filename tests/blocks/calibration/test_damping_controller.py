@@ -21,6 +21,8 @@ def test_the_damping_stays_above_its_lowest_and_comes_back() -> None:
     block = DampingController(initial=2.0, gain=-3.0, lowest=0.125, cells=4)
     down, up = {"measured": MEASURED, "modelled": MODELLED}, {"measured": MODELLED, "modelled": MEASURED}
     assert [row["damping"] for row in drive(block, [down, down, up])] == [0.5, 0.125, 1.625]
+    block = DampingController(initial=2.0, gain=-3.875, lowest=0.125, cells=4)  # to 0.0625, which is above zero
+    assert [row["damping"] for row in drive(block, [down])] == [0.125]
 
 
 @pytest.mark.parametrize(

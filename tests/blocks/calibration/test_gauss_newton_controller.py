@@ -43,6 +43,13 @@ def test_a_large_step_keeps_its_direction(step: tuple[float, float], taken: tupl
     assert found[0] == pytest.approx(START * taken, rel=1e-12)
 
 
+def test_responses_that_are_nearly_alike_still_tell_two_parameters() -> None:
+    """What is left of one beside the other is a thousandth."""
+    alike = np.column_stack([JACOBIAN[:, 0], JACOBIAN[:, 0] + 1e-3 * JACOBIAN[:, 1]])
+    found = stepped(MODELLED + alike @ (0.1, 0.15), alike)
+    assert found[0] == pytest.approx(START * (1.1, 1.15), rel=1e-8)
+
+
 @pytest.mark.parametrize("jacobian", [np.zeros((16, 2)), JACOBIAN[:, [0, 0]]], ids=["no response", "equal columns"])
 def test_what_tells_nothing_moves_nothing(jacobian: Any) -> None:
     assert stepped(MODELLED + 1.0, jacobian)[0].tolist() == START.tolist()

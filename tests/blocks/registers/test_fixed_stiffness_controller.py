@@ -16,8 +16,8 @@ WINDOW = [n % 13 in range(1, 6) for n in range(200)]
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 def test_against_fractions(rounding: str, overflow: str) -> None:
-    block = FixedStiffnessController(rounding=rounding, overflow=overflow)
-    gain, initial = Fraction(round(0.3592 * 4096), 4096), Fraction(round(49.5627 * 4096), 4096)
+    block = FixedStiffnessController(gain=0.3593, rounding=rounding, overflow=overflow)  # 1471.7 steps
+    gain, initial = Fraction(round(0.3593 * 4096), 4096), Fraction(round(49.5627 * 4096), 4096)
     measured, modelled = (words(VOLTS, 200, seed=seed) for seed in (1, 2))
     samples = [{"measured": a, "modelled": b, "window": w} for a, b, w in zip(measured, modelled, WINDOW, strict=True)]
     correction, error, expected = 0, 0, []

@@ -3,6 +3,7 @@
 import math
 import os
 import re
+import tracemalloc
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet
 import pytest
+from scipy.io import netcdf_file as classic_file
 
 from proofmass.blocks import RecordedSignal
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -19,7 +21,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.runner.plan.recording import read_recordings
+from proofmass.runner.plan.recording import MOST_ROWS, read_columns, read_recordings
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -286,6 +288,72 @@ def test_a_file_beyond_two_gibibytes_is_refused_unread(tmp_path: Path) -> None:
 
 
 @pytest.mark.defect("F7", before="the first of two columns of one name is played", after="refused, with the column")
+@pytest.mark.defect("H400", before="a file of 0.1 MB takes gigabytes and does not end", after="refused unread")
+@pytest.mark.parametrize("form", ["parquet", "nc"])
+def test_more_rows_than_may_be_are_refused_before_they_are_read(form: str, tmp_path: Path) -> None:
+    zeros, path = np.zeros(MOST_ROWS + 1), tmp_path / f"log.{form}"
+    if form == "parquet":
+        pyarrow.parquet.write_table(pyarrow.table({"time": zeros, "level": zeros}), path)
+    else:
+        with h5netcdf.File(path, "w") as file:
+            file.dimensions["time"] = MOST_ROWS + 1
+            for name in ("time", "level"):
+                file.create_variable(name, ("time",), "f8", chunks=(1 << 20,), compression="gzip")
+    del zeros
+    assert path.stat().st_size < 1 << 20
+    tracemalloc.start()
+    problem = problem_of(path)
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert problem.message == "has more than 16,777,216 rows"
+    assert peak < 8 << 20
+
+
+@pytest.mark.parametrize("form", ["csv", "parquet", "nc", "classic"])
+def test_columns_take_at_most_twice_their_file(form: str, tmp_path: Path) -> None:
+    rows = 200_000
+    times, values = np.arange(rows) / 1000.0, np.random.default_rng(1).normal(size=rows)
+    if form == "csv":
+        lines = (f"{t!r},{v!r}\n" for t, v in zip(times.tolist(), values.tolist(), strict=True))
+        path = csv_file(tmp_path, "time [s],level\n" + "".join(lines))
+    elif form == "parquet":
+        path = parquet_file(tmp_path, {"time": times, "level": values})
+    else:
+        made = netcdf_file if form == "nc" else classic_netcdf_file
+        path = made(tmp_path, {"time": ("time", times, {}), "level": ("time", values, {})})
+    read_columns(path, lambda names: (0, 1))  # libraries are imported
+    tracemalloc.start()
+    columns = read_columns(path, lambda names: (0, 1))
+    peak = tracemalloc.get_traced_memory()[1]
+    tracemalloc.stop()
+    assert np.array_equal(columns[1].values, values)
+    assert peak < 2 * path.stat().st_size + (8 << 20)  # beside a piece of Python numbers
+
+
+@pytest.mark.defect("C401", before="a classic netCDF file cannot be read: signature not found", after="it is read")
+def test_classic_netcdf_is_read_like_that_of_version_4(tmp_path: Path) -> None:
+    packed = {"units": "mm/s^2", "scale_factor": 0.5, "add_offset": 10.0}
+    variables = {
+        "time": ("time", np.array([0.0, 1.0, 2.5]), {"units": "ms"}),
+        "level": ("time", np.array([1, 2, -4], dtype=np.int16), packed),
+    }
+    times, values = read(classic_netcdf_file(tmp_path, variables))
+    assert times == [0.0, 0.001, 0.0025]
+    assert values == [0.0105, 0.011, 0.008]
+
+
+def classic_netcdf_file(folder: Path, variables: Mapping[str, tuple[str, Any, dict[str, Any]]]) -> Path:
+    with classic_file(folder / "log.nc", "w") as file:
+        for name, (dimension, values, attributes) in variables.items():
+            if dimension not in file.dimensions:
+                file.createDimension(dimension, len(values))
+            variable = file.createVariable(name, values.dtype, (dimension,))
+            variable[:] = values
+            for key, value in attributes.items():
+                setattr(variable, key, value)
+    return folder / "log.nc"
+
+
 @pytest.mark.parametrize("form", ["csv", "parquet"])
 def test_two_columns_of_one_name_are_refused(form: str, tmp_path: Path) -> None:
     path = csv_file(tmp_path, "time,a,b,a\n0,1,2,3\n")

@@ -2,6 +2,7 @@
 
 import math
 
+import flint
 import numpy as np
 import pytest
 
@@ -23,8 +24,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
-from proofmass.runner.analysis.linearisation.rational import transfer
-from proofmass.runner.analysis.margins.crossings import largest_ratio
+from proofmass.runner.analysis.linearisation.rational import Rational, transfer
+from proofmass.runner.analysis.margins.crossings import gain_crossings, largest_ratio
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.scalar import figures_of
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
@@ -32,6 +33,14 @@ from proofmass.runner.analysis.margins.stability import margins, missed
 from proofmass.runner.planning.plan import plan
 from tests.by_hand.amounts import amounts
 from tests.by_hand.margins_oracle import differences, random_system, truth_of
+
+
+def test_a_loop_of_one_at_rest_has_the_crossover_after_its_rise() -> None:
+    """L = (1 + 2 s) / (1 + s)^2: |1 + 2 j w|^2 = |1 + j w|^4 at w^2 = 2. A filter that only falls has none."""
+    rising = Rational(flint.fmpz_poly([1, 2]), flint.fmpz_poly([1, 2, 1]), 2, sampled=False)
+    assert [crossing.w for crossing in gain_crossings(rising)] == [pytest.approx(math.sqrt(2.0), rel=1e-15)]
+    falling = Rational(flint.fmpz_poly([1]), flint.fmpz_poly([1, 1]), 1, sampled=False)
+    assert gain_crossings(falling) == []
 
 
 def servo(phase_margin: str = "60 deg") -> Graph:

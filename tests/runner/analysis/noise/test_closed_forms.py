@@ -59,6 +59,12 @@ def test_first_order_loop(a: float) -> None:
     assert first_order(a).rms ** 2 == pytest.approx(white * (1.0 - a) / (1.0 + a), rel=EXACT)
 
 
+@pytest.mark.parametrize("over", [1e-3, 1e-7, 3e-9])
+def test_a_pole_just_outside_the_circle_grows(over: float) -> None:
+    with pytest.raises(ModelError, match="grows without end"):
+        first_order(1.0 + over)
+
+
 def test_density_of_a_first_order_loop() -> None:
     found, a = first_order(0.9), 0.9
     turn = 2.0 * math.pi * found.frequencies / RATE

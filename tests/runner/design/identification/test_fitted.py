@@ -127,6 +127,7 @@ def test_outliers_count_hardly_at_all() -> None:
     off = [abs(one.estimates[0].value - TRUTH["stiffness"]) for one in (plain, robust)]
     assert off[1] < 0.1 * off[0]
     assert off[1] < 6.0 * cramer_rao()[0]
+    assert robust.estimates[0].standard_error == pytest.approx(cramer_rao()[0], rel=0.08)  # the noise level of the rest
 
 
 def test_several_recordings_are_fitted_together_and_residuals_that_are_not_white_are_told() -> None:

@@ -1,0 +1,168 @@
+"""A tick of a plan with its slopes: what each number that lasts, and an input at a wire, do to all numbers that last.
+
+The wire is chosen when the program runs, and is cut there: its value goes on, its slope is that of the input alone.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.build import Builder, operand
+from proofmass.runner.program.form import (
+    FLOAT,
+    INTEGER,
+    TRUTH,
+    Array,
+    Function,
+    Kind,
+    Operand,
+    Program,
+    Value,
+    Variable,
+)
+from proofmass.runner.program.lower import program
+from proofmass.runner.program.tangents import Step, Tangents
+from proofmass.runner.program.tick import TickWriter
+from proofmass.runner.program.tick_loop import TickLoop
+
+INPUT = -1  # stands for the input among the directions
+SLOPE, READ, VALUED, VALUE = range(4)  # at the wire: of the input, of what is read, whether there is a value, and which
+AT_THE_WIRE = 4
+_WIRE = "wire that may be cut"
+
+
+@dataclass(frozen=True)
+class SlopeTick:
+    """The program of one tick, in some directions, and what it is called with."""
+
+    written: TickLoop  # of the tick alone: places of its numbers
+    program: Program
+    wires: dict[Endpoint, int]  # by which a wire is chosen
+
+
+def write_slopes(plan: Plan) -> SlopeTick:
+    """Return the program of a plan without probes. Its algebraic loops and inexact groups are those of `can_be_cut`."""
+    writer = _CutWriter(replace(plan, probes=()))
+    loop = writer.written()
+    entry = loop.program.entry
+    scratch = writer.numbers.scratch_array
+    moved = [p for p in entry.parameters if isinstance(p, Array) and p.writable and p not in writer.at_the_wire]
+    sloped = Tangents({_WIRE: _cut}).of(entry, tuple(p in moved for p in entry.parameters))
+    moved.remove(scratch)
+    return SlopeTick(loop, program(_Directions(entry, moved, scratch).written(sloped)), writer.wires)
+
+
+class _CutWriter(TickWriter):
+    """Writes a tick in which each wire of one number may be cut."""
+
+    always_renewed = True  # their slopes may, though they do not
+
+    def __init__(self, plan: Plan) -> None:
+        super().__init__(plan)
+        self.wires: dict[Endpoint, int] = {}
+        self.at_the_wire = (
+            self.builder.array(INTEGER, 1, "cut"),
+            self.builder.array(FLOAT, AT_THE_WIRE, "at_the_wire", True),
+        )
+        self._marks = {kind: _mark(self.builder, kind) for kind in (FLOAT, INTEGER)}
+
+    def output(self, name: str, port: str) -> None:
+        super().output(name, port)
+        wire = self.frame.wires[name, port]
+        if isinstance(wire, Variable) and wire.kind is not TRUTH:
+            number = self.wires.setdefault((name, port), len(self.wires))
+            (value,) = self.builder.call(self._marks[wire.kind], self.builder.get(wire), number, *self.at_the_wire)
+            self.builder.set(wire, value)
+
+
+def _mark(builder: Builder, kind: Kind) -> Function:
+    """Return a function that gives the value of a wire back, and that has slopes of its own."""
+    inner = builder.beside(f"wire_of_{kind.name.lower()}", inline=True)
+    inner.origin = _WIRE
+    value = inner.parameter(kind, "value")
+    inner.parameter(INTEGER, "number")
+    inner.array(INTEGER, 1, "cut")
+    inner.array(FLOAT, AT_THE_WIRE, "at_the_wire", True)
+    inner.give(value)
+    return inner.function()
+
+
+def _cut(s: Step) -> Operand:
+    builder, (_, number, cut, at_the_wire) = s.writer.builder, s.x
+    here = builder.compute("equal_integers", builder.load(cut, 0), number)
+    with builder.when(here):
+        builder.store(at_the_wire, READ, s.dx[0])
+        builder.store(at_the_wire, VALUED, 1.0)
+        builder.store(at_the_wire, VALUE, s.writer.number(s.y))
+    return builder.compute("select", here, builder.load(at_the_wire, SLOPE), s.dx[0])
+
+
+class _Directions:
+    """Writes the function of one tick in several directions, from one memory: a row of slopes for each.
+
+    Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in their order, their
+    slopes, what they are before, and their lengths; the directions, their number, and the rows: slopes of all that
+    moves, then what stands at the wire. What is kept in scratch holds for all directions.
+    """
+
+    def __init__(self, entry: Function, moved: Sequence[Array], scratch: Array) -> None:
+        self.entry = entry
+        builder = self.builder = Builder("in_directions", entry.origin)
+        self.copies = {parameter: _copied(builder, parameter) for parameter in entry.parameters}
+        self.slopes: dict[Value | Array, Array] = {scratch: builder.array(FLOAT, None, "scratch_slopes", True)}
+        self.moved = [self._array(array) for array in moved]
+        self.slopes |= {a: builder.array(FLOAT, a.length, f"{a.name}_slopes", True) for a in moved}
+        self.before = [builder.array(array.entry, None, f"{array.name}_before") for array in moved]
+        lengths = builder.array(INTEGER, len(moved), "lengths")
+        self.directions = builder.array(INTEGER, None, "directions")
+        self.number = builder.parameter(INTEGER, "number")
+        self.rows = builder.array(FLOAT, None, "rows", True)
+        self.lengths = [builder.load(lengths, k) for k, _ in enumerate(moved)]
+        self.own = [self.slopes[array] for array in moved]
+
+    def written(self, sloped: Function) -> Function:
+        """Return the function, by that of the tick with slopes."""
+        builder, entry = self.builder, self.entry
+        width: Operand = operand(AT_THE_WIRE)
+        for length in self.lengths:
+            width = builder.compute("add_integers", width, length)
+        given = [each for p in entry.parameters for each in (self.copies[p], *filter(None, [self.slopes.get(p)]))]
+        with builder.counted(0, self.number, 1, "row") as row:
+            self._begin(builder.load(self.directions, row))
+            builder.call(sloped, *given)
+            self._keep(builder.compute("multiply_integers", row, width))
+        return builder.function()
+
+    def _array(self, parameter: Value | Array) -> Array:
+        copy = self.copies[parameter]
+        assert isinstance(copy, Array)
+        return copy
+
+    def _begin(self, direction: Operand) -> None:
+        builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])
+        place = direction
+        for array, slope, before, length in zip(self.moved, self.own, self.before, self.lengths, strict=True):
+            with builder.counted(0, length, 1, "entry") as i:
+                builder.store(array, i, builder.load(before, i))
+                builder.store(slope, i, 0.0)
+            within = builder.compute("less_integers", place, length)
+            with builder.when(builder.compute("both", builder.compute("less_equal_integers", 0, place), within)):
+                builder.store(slope, place, 1.0)
+            place = builder.compute("subtract_integers", place, length)
+        entered = builder.compute("equal_integers", direction, INPUT)
+        builder.store(at_the_wire, SLOPE, builder.compute("float_of_truth", entered))
+        builder.store(at_the_wire, VALUED, 0.0)
+
+    def _keep(self, place: Operand) -> None:
+        builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])
+        for array, length in (*zip(self.own, self.lengths, strict=True), (at_the_wire, operand(AT_THE_WIRE))):
+            with builder.counted(0, length, 1, "entry") as i:
+                builder.store(self.rows, builder.compute("add_integers", place, i), builder.load(array, i))
+            place = builder.compute("add_integers", place, length)
+
+
+def _copied(builder: Builder, parameter: Value | Array) -> Value | Array:
+    if isinstance(parameter, Array):
+        return builder.array(parameter.entry, parameter.length, parameter.name, parameter.writable)
+    return builder.parameter(parameter.kind, parameter.name)

@@ -1,0 +1,289 @@
+"""Small changes of the source, one at a time, each against the tests nearest to it: which of them nobody notices.
+
+    python -m tests.mutants --count 300 --seed 1
+
+A mutant is one operator, number or word changed in a copy of the project. The tests nearest to its file run: the one of
+its name, and those that import it. What they all pass has survived. Of those with a reason in `mutants_that_stay.toml`
+nothing is expected.
+
+mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
+same tests for every file.
+"""
+
+import argparse
+import ast
+import os
+import random
+import shutil
+import subprocess
+import sys
+import tempfile
+import time
+import tomllib
+from collections.abc import Iterator, Sequence
+from pathlib import Path
+from typing import NamedTuple
+
+import networkx as nx
+
+ROOT = Path(__file__).parents[1]
+ROOMS = ("blocks", "graphs/checks", "graphs/files", "graphs/formulas", "graphs/model", "graphs/studies")
+ROOMS += tuple(
+    f"runner/{room}"
+    for room in (
+        *("analysis", "comparison", "continuous", "derivatives", "design", "fixed", "plan", "planning", "program"),
+        *("reference", "run", "studies", "targets", "verification"),
+    )
+)
+COPIED = ("blocks", "graphs", "runner", "src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "Makefile")
+STAY = Path(__file__).with_name("mutants_that_stay.toml")
+BUDGET = 60.0  # seconds, after which no further file of tests is begun
+HANGS = 300.0  # seconds, after which a mutant counts as noticed: it does not end
+
+_SWAPPED: dict[type[ast.AST], str] = {
+    **{ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="},
+    **{ast.Is: "is not", ast.IsNot: "is", ast.In: "not in", ast.NotIn: "in", ast.And: "or", ast.Or: "and"},
+    **{ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*", ast.Pow: "*"},
+    **{ast.LShift: ">>", ast.RShift: "<<", ast.BitAnd: "|", ast.BitOr: "&", ast.BitXor: "&"},
+}
+_NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
+
+
+class Mutant(NamedTuple):
+    """A change of one place of a file."""
+
+    file: str
+    line: int
+    first: int  # offset of the first byte that changes
+    last: int
+    new: str
+
+    def text(self, source: bytes) -> bytes:
+        """The file with the change."""
+        return source[: self.first] + self.new.encode() + source[self.last :]
+
+    def told(self, source: bytes) -> tuple[str, str]:
+        """The line before and after."""
+        before, after = (text.decode().splitlines()[self.line - 1].strip() for text in (source, self.text(source)))
+        return before, after
+
+
+def mutants(file: str) -> Iterator[Mutant]:
+    """Every change that is made of a file."""
+    source = (ROOT / file).read_bytes()
+    starts = [0]
+    for line in source.splitlines(keepends=True):
+        starts.append(starts[-1] + len(line))
+
+    def at(line: int | None, column: int | None) -> int:
+        return starts[(line or 1) - 1] + (column or 0)
+
+    def between(left: ast.expr, right: ast.expr, new: str) -> Mutant | None:
+        """The operator between two operands, which stand in parentheses or not."""
+        first, last = at(left.end_lineno, left.end_col_offset), at(right.lineno, right.col_offset)
+        gap = source[first:last].decode()
+        old = gap.strip(" ()\n")
+        if not old or "#" in gap or any(letter in old for letter in "()\n"):
+            return None
+        begin = first + len(gap[: gap.index(old)].encode())
+        return Mutant(file, left.end_lineno or 1, begin, begin + len(old), new)
+
+    for node in _code(ast.parse(source)):
+        match node:
+            case ast.Compare(left, [operator], [right]):
+                found = between(left, right, _SWAPPED[type(operator)])
+            case ast.BinOp(left, operator, right) if type(operator) in _SWAPPED:
+                found = between(left, right, _SWAPPED[type(operator)])
+            case ast.BoolOp(operator, [left, right, *_]):
+                found = between(left, right, _SWAPPED[type(operator)])
+            case ast.Constant(bool() | int() | float() as value):
+                new = str(not value) if isinstance(value, bool) else str(value + 1) if value in (0, 1) else f"{value}*2"
+                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), f"({new})")
+            case ast.UnaryOp(ast.Not() | ast.USub(), inside):
+                place = at(node.lineno, node.col_offset)
+                found = Mutant(file, node.lineno, place, at(inside.lineno, inside.col_offset), "")
+            case ast.Break() | ast.Continue():
+                new = "continue" if isinstance(node, ast.Break) else "break"
+                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), new)
+            case ast.Call(ast.Name(name) as called) if name in _NAMES:
+                found = Mutant(file, node.lineno, at(called.lineno, called.col_offset), _end(called, at), _NAMES[name])
+            case _:
+                found = None
+        if found is not None and _parses(found.text(source)):
+            yield found
+
+
+def _end(node: ast.expr | ast.stmt, at: object) -> int:
+    return at(node.end_lineno, node.end_col_offset)  # type: ignore[operator, no-any-return]
+
+
+def _parses(source: bytes) -> bool:
+    try:
+        ast.parse(source)
+    except SyntaxError:
+        return False
+    return True
+
+
+def _code(tree: ast.AST) -> Iterator[ast.AST]:
+    """Yield what runs: no annotations, messages or assertions, and not the `strict` of what is of one length."""
+    if isinstance(tree, ast.Assert | ast.Raise | ast.JoinedStr) or (
+        isinstance(tree, ast.keyword) and tree.arg == "strict"
+    ):
+        return
+    for name, value in ast.iter_fields(tree):
+        if name in ("annotation", "returns", "type_params"):
+            continue
+        for child in value if isinstance(value, list) else [value]:
+            if isinstance(child, ast.AST):
+                yield child
+                yield from _code(child)
+
+
+# -- the tests nearest to a file -------------------------------------------------------------------------------------
+
+
+class Nearest:
+    """Which files of tests stand nearest to a file of the source, by name and by imports."""
+
+    def __init__(self) -> None:
+        self._imports = nx.DiGraph()
+        for room in ("blocks", "graphs", "runner", "tests"):
+            for path in (ROOT / room).rglob("*.py"):
+                self._imports.add_edges_from((name, _module(path)) for name in _imported(path))
+
+    def of(self, file: str) -> list[str]:
+        """Files of tests, the one of its name first; those that import it by way of others only if no one else does."""
+        path = ROOT / file
+        named = ROOT / "tests" / Path(file).parent / f"test_{path.name}"
+        found = [named] if named.exists() else []
+        module = _module(path)
+        if module in self._imports:
+            for ring in nx.bfs_layers(self._imports, [module]):
+                tests = sorted(ROOT / f"{name.replace('.', '/')}.py" for name in ring if _tests(name))
+                found += [test for test in tests if test not in found and test.exists()]
+                if found:
+                    break
+        return [str(test.relative_to(ROOT)) for test in found]
+
+
+def _tests(module: str) -> bool:
+    return module.startswith("tests.") and module.rpartition(".")[2].startswith("test_")
+
+
+def _module(path: Path) -> str:
+    parts = path.relative_to(ROOT).with_suffix("").parts
+    return ".".join(parts if parts[0] == "tests" else ("proofmass", *parts)).removesuffix(".__init__")
+
+
+def _imported(path: Path) -> Iterator[str]:
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        match node:
+            case ast.Import(names):
+                yield from (alias.name for alias in names)
+            case ast.ImportFrom(str() as module, names, 0):
+                yield module
+                yield from (f"{module}.{alias.name}" for alias in names)
+
+
+# -- one mutant after the other -------------------------------------------------------------------------------------
+
+
+class Outcome(NamedTuple):
+    """What became of a mutant."""
+
+    mutant: Mutant
+    before: str
+    after: str
+    noticed: str  # the test that failed; "" if none did
+    tests: int  # files that ran
+
+
+def examined(mutant: Mutant, copy: Path, tests: Sequence[str]) -> Outcome:
+    """Run the nearest tests in a copy of the project that has the change, and undo it."""
+    changed, source = copy / mutant.file, (ROOT / mutant.file).read_bytes()
+    before, after = mutant.told(source)
+    changed.write_bytes(mutant.text(source))
+    began, noticed, ran = time.monotonic(), "", 0
+    try:
+        for test in tests:
+            if noticed or (ran and time.monotonic() - began > BUDGET):
+                break
+            noticed, ran = _failed(copy, test), ran + 1
+    finally:
+        changed.write_bytes(source)
+    return Outcome(mutant, before, after, noticed, ran)
+
+
+def _failed(copy: Path, test: str) -> str:
+    """Return the test of a file that fails, or ""."""
+    environment = {**os.environ, "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}", "PYTHONDONTWRITEBYTECODE": "1"}
+    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", test]
+    try:
+        done = subprocess.run(
+            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=HANGS, check=False
+        )
+    except subprocess.TimeoutExpired:
+        return f"{test}: does not end"
+    if done.returncode in (0, 5):  # 5: no test is there
+        return ""
+    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
+    return failed[0].partition(" ")[2].partition(" - ")[0] if failed else test
+
+
+def chosen(count: int, seed: int, rooms: Sequence[str]) -> list[Mutant]:
+    """Return so many mutants at random, every place as likely."""
+    files = sorted(
+        str(path.relative_to(ROOT))
+        for room in rooms
+        for path in ([ROOT / room] if room.endswith(".py") else (ROOT / room).rglob("*.py"))
+    )
+    every = [mutant for file in files for mutant in mutants(file)]
+    return random.Random(seed).sample(every, min(count, len(every)))
+
+
+def reasons() -> dict[tuple[str, str, str], str]:
+    """Return why mutants may survive, by file, line before and line after."""
+    rows = tomllib.loads(STAY.read_text())["mutant"] if STAY.exists() else []
+    return {(row["file"], row["before"], row["after"]): row["reason"] for row in rows}
+
+
+def run(count: int, seed: int, rooms: Sequence[str] = ROOMS) -> Iterator[Outcome]:
+    """Examine mutants, one after the other."""
+    nearest = Nearest()
+    with tempfile.TemporaryDirectory(prefix="proofmass-mutants-") as folder:
+        copy = Path(folder)
+        for name in COPIED:
+            source = ROOT / name
+            if source.is_dir():
+                shutil.copytree(source, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, copy / name)
+        for mutant in chosen(count, seed, rooms):
+            yield examined(mutant, copy, nearest.of(mutant.file))
+
+
+def main() -> int:
+    """Print every survivor, and how many there are."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
+    parser.add_argument("rooms", nargs="*", default=list(ROOMS), help="folders or files")
+    parser.add_argument("--count", type=int, default=300)
+    parser.add_argument("--seed", type=int, default=1)
+    arguments = parser.parse_args()
+    known, survived, examined_ones = reasons(), 0, 0
+    for outcome in run(arguments.count, arguments.seed, arguments.rooms):
+        examined_ones += 1
+        if outcome.noticed:
+            continue
+        reason = known.get((outcome.mutant.file, outcome.before, outcome.after), "")
+        survived += not reason
+        print(f"{outcome.mutant.file}:{outcome.mutant.line}: {outcome.tests} files of tests pass", flush=True)
+        print(f"    {outcome.before}\n    {outcome.after}", flush=True)
+        if reason:
+            print(f"    stays: {reason}", flush=True)
+    print(f"{examined_ones} mutants, {survived} survive without a reason", flush=True)
+    return int(survived > examined_ones // 20)
+
+
+if __name__ == "__main__":
+    sys.exit(main())

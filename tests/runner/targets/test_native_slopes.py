@@ -1,0 +1,151 @@
+"""Maps of ticks from machine code against those of dual numbers in plain Python, entry by entry."""
+
+from typing import Any
+
+import pytest
+
+from proofmass import read_graph
+from proofmass.blocks import (
+    AnalogToDigital,
+    Constant,
+    Delay,
+    Difference,
+    DiscreteIntegrator,
+    FixedDelay,
+    FixedQuantiser,
+    FixedSecondOrderSection,
+    FixedToNumber,
+    FractionalDelay,
+    Gain,
+    MassSpringDamper,
+    MedianFilter,
+    MovingAverage,
+    Product,
+    RepeatingSequence,
+    Sum,
+)
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import FOLDER
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation import period_map
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+CHIPS = tuple(1.0 if (5 * n * n + n) % 7 < 3 else -0.5 for n in range(70))
+
+
+def both(planned: Plan, node: Endpoint, tick: int = 0, span: int = len(CHIPS)) -> tuple[PeriodMap, PeriodMap]:
+    """The map of some ticks from machine code, and from plain Python."""
+    course = Course(planned)
+    memory = course.at(tick)
+    options: dict[str, Any] = {"cut": True, "memory": memory, "span": span}
+    code = course.slopes()
+    assert code is not None
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(period_map, "SteppedTicks", None)  # plain Python does not step in
+        fast = period_map.period_map(planned, [node], [node], **options, slopes=lambda: code)
+    return fast, period_map.period_map(planned, [node], [node], **options)
+
+
+def assert_alike(fast: PeriodMap, slow: PeriodMap, rel: float = 1e-12) -> None:
+    """Numbers alike, wherever they are not both nothing."""
+    assert fast.states == slow.states
+    assert fast.outputs == slow.outputs
+    assert fast.inputs == slow.inputs
+    size = abs(slow.matrix[:, :-1]).max()
+    assert fast.matrix[:, :-1] == pytest.approx(slow.matrix[:, :-1], rel=rel, abs=1e-12 * size)
+
+
+def loop_through(between: dict[str, Block], first: str, last: str, wires: tuple[str, ...] = (), **options: Any) -> Plan:
+    """A loop whose gain follows a sequence, through some blocks."""
+    blocks: dict[str, Block] = {
+        "reference": Constant(value=0.3),
+        "error": Difference(),
+        "chips": RepeatingSequence(values=CHIPS),
+        "product": Product(),
+        "integral": DiscreteIntegrator(gain=20.0, output_unit="1"),
+    }
+    own = ["reference.output -> error.first", "integral.output -> error.second", "error.output -> product.first"]
+    own += ["chips.output -> product.second", f"product.output -> {first}", f"{last} -> integral.input"]
+    options |= {"rate": "1 kHz", "duration": "1 s"}
+    return plan(Graph(name="loop", blocks=blocks | between, wires=[*own, *wires], **options))
+
+
+def through(block: Block) -> Plan:
+    (port,) = type(block).outputs
+    return loop_through({"block": block}, "block.input", f"block.{port}")
+
+
+def fixed() -> Plan:
+    """Registers that round and saturate, with a delay line of mantissas."""
+    section = FixedSecondOrderSection(b0=0.2, b1=0.3, b2=0.1, a1=-0.5, a2=0.1)
+    registers = {"in": FixedQuantiser(), "section": section, "delay": FixedDelay(ticks=3), "out": FixedToNumber()}
+    wires = ("in.output -> section.input", "section.output -> delay.input", "delay.output -> out.input")
+    return loop_through(registers, "in.input", "out.output", wires)
+
+
+def driven() -> Plan:
+    """A mass whose stiffness follows the sequence, and moves with the loop."""
+    mass = MassSpringDamper(mass=1e-6, damping=1e-3, stiffness=1.0)
+    blocks = {"spring": Gain(gain=0.1, output_unit="N/m"), "mass": mass, "force": Gain(output_unit="N")}
+    blocks |= {"stiff": Sum(unit="N/m"), "middle": Constant(value=1.0, unit="N/m"), "out": Gain(input_unit="m")}
+    wires = ("error.output -> spring.input", "spring.output -> stiff.first", "middle.output -> stiff.second")
+    wires += ("stiff.output -> mass.stiffness", "force.output -> mass.force", "mass.displacement -> out.input")
+    return loop_through(blocks, "force.input", "out.output", wires)
+
+
+BLOCKS = [Gain(gain=0.7), Delay(ticks=3), MovingAverage(length=4), FractionalDelay(), MedianFilter(length=3)]
+
+
+@pytest.mark.parametrize("block", BLOCKS, ids=lambda block: type(block).__name__)
+@pytest.mark.parametrize("tick", [0, 137])
+def test_blocks_that_remember(block: Block, tick: int) -> None:
+    fast, slow = both(through(block), ("error", "output"), tick)
+    assert fast.ticks is not None
+    assert len(fast.ticks.d) == len(CHIPS)
+    assert_alike(fast, slow)
+
+
+def test_a_converter_is_its_input() -> None:
+    converter = {"block": AnalogToDigital(bits=12, reference=5.0), "in": Gain(output_unit="V")}
+    planned = loop_through(converter, "in.input", "block.number", ("in.output -> block.voltage",))
+    assert_alike(*both(planned, ("error", "output"), 30))
+
+
+@pytest.mark.parametrize("node", [("error", "output"), ("section", "output"), ("delay", "output")])
+def test_registers(node: Endpoint) -> None:
+    assert_alike(*both(fixed(), node, 30))
+
+
+@pytest.mark.parametrize("node", [("error", "output"), ("stiff", "output"), ("out", "output")])
+@pytest.mark.parametrize("tick", [0, 200])
+def test_a_stiffness_that_moves(node: Endpoint, tick: int) -> None:
+    assert_alike(*both(driven(), node, tick), rel=1e-9)
+
+
+def test_a_slower_part_holds_its_value() -> None:
+    slow = {"slow": DiscreteIntegrator(gain=3.0, output_unit="1")}
+    planned = loop_through(slow, "slow.input", "slow.output", rates={"slow": "500 Hz"})
+    for node, values in ((("slow", "output"), 35), (("error", "output"), 70)):
+        fast, python = both(planned, node, 11)
+        assert fast.ticks is not None
+        assert len(fast.ticks.d) == values
+        assert_alike(fast, python)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize(
+    ("name", "node"),
+    [
+        ("imu_3dof", ("x.model", "displacement")),
+        ("self_calibration_accelerometer", ("reference.readout", "voltage")),
+        ("self_test_population", ("axis.model", "displacement")),
+        ("self_calibration_gyroscope", ("reference.readout", "voltage")),
+    ],
+)
+def test_the_library(name: str, node: Endpoint) -> None:
+    planned = plan(read_graph(next(FOLDER.rglob(f"{name}.toml"))))
+    assert_alike(*both(planned, node, 2_000, 1_023), rel=1e-9)
