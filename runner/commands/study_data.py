@@ -22,6 +22,7 @@ def study_data(result: StudyResult) -> dict[str, Any]:
         **_answers(result),
         **({"points": points} if points else {}),
         "faults": [{"run": run, "epoch": epoch, "message": text} for (run, epoch), text in result.faults.items()],
+        **({"lost_workers": list(result.lost_workers)} if result.lost_workers else {}),
         "digest": result.digest,
         "seconds": result.seconds,
         **result.provenance,

@@ -31,6 +31,7 @@ def study_text(result: StudyResult) -> str:
     planned = study.runs * study.points
     if result.planned_runs < planned:
         lines.append(f"stopped after {result.planned_runs:,} of {planned:,} runs: that was enough")
+    lines += [f"the worker {address} ended early; others did its runs" for address in result.lost_workers]
     return "\n".join([*lines, *_first_fault(result)]).rstrip()
 
 

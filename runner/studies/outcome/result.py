@@ -52,6 +52,7 @@ class StudyResult(Plotted):
     seconds: float  # wall time
     engine: str  # that ran
     provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
+    lost_workers: tuple[str, ...] = ()  # of Dask, by address: others did their runs
 
     def __getitem__(self, measure: str) -> Array:
         return self.values[measure]

@@ -101,7 +101,7 @@ def run_sensors(
     names = [measure.name for measure in sensors.measures]
     if repair and path is not None and path.exists():
         rewrite(path, names, len(study.epochs), facts, total)
-    ledger = Ledger(path, names, len(study.epochs), facts)
+    ledger, lost = Ledger(path, names, len(study.epochs), facts), list[str]()
     try:
         if folder is not None:
             keep_study(study, Path(folder))
@@ -114,7 +114,7 @@ def run_sensors(
             # start-up time: only --dask needs workers
             from proofmass.runner.studies.workers.chunks import runs_on_workers
 
-            source = functools.partial(runs_on_workers, dask, sensors)
+            source = functools.partial(runs_on_workers, dask, sensors, lost)
         _fill(ledger, source, left, means, progress)
         outcomes = collected(sensors.measures, ledger.outcomes(means.end))
     finally:
@@ -126,6 +126,7 @@ def run_sensors(
         seconds=time.perf_counter() - began,
         engine=sensors.engine,
         provenance=provenance(study.graph, sensors.engine),
+        lost_workers=tuple(lost),
         **outcomes,
     )
 

@@ -29,16 +29,16 @@ SUSPECTS = 3  # chunks whose workers died before each of them is tried alone
 
 
 def runs_on_workers(
-    dask: str, sensors: SensorRuns, left: Array, means: RunningMeans, interrupted: threading.Event
+    dask: str, sensors: SensorRuns, lost: list[str], left: Array, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
     """Yield results as they arrive, until all are there, the means are known or the event is set.
 
-    Raises `RunError`, `ModelError`, `OSError`.
+    `lost` gets the addresses of workers that go away meanwhile. Raises `RunError`, `ModelError`, `OSError`.
     """
     if len(left):
         parcel = packed(sensors)
         with connected(dask) as client:
-            yield from _Chunks(client, parcel, sensors.lanes, dask, left).runs(means, interrupted)
+            yield from _Chunks(client, parcel, sensors.lanes, dask, left, lost).runs(means, interrupted)
 
 
 def chunk_size(before: int, seconds: float, lanes: int) -> int:
@@ -55,12 +55,13 @@ def chunk_size(before: int, seconds: float, lanes: int) -> int:
 class _Chunks:
     """The chunks of one study on one cluster."""
 
-    def __init__(self, client: Any, parcel: Parcel, lanes: int, dask: str, left: Array) -> None:
+    def __init__(self, client: Any, parcel: Parcel, lanes: int, dask: str, left: Array, lost: list[str]) -> None:
         self._client, self._parcel, self._lanes, self._dask = client, parcel, lanes, dask
         self._size, self._left = max(1, lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future
         self._suspects, self._alone = list[tuple[int, ...]](), tuple[int, ...]()
         self._threads, self._counted, self._last_seen = 0, -COUNTS, time.monotonic()
+        self._workers, self._lost = set[str](), lost
 
     def runs(self, means: RunningMeans, interrupted: threading.Event) -> Iterator[Outcomes]:
         """Results as they arrive."""
@@ -69,6 +70,7 @@ class _Chunks:
                 if not interrupted.is_set() and not means.enough:
                     self._submit()
                 if not self._under_way:
+                    self._see_workers()
                     return
                 arrived = [future for future in self._under_way if future.done()]
                 for future in arrived:
@@ -105,13 +107,20 @@ class _Chunks:
         now = time.monotonic()
         if now - self._counted < COUNTS:
             return
-        self._counted, self._threads = now, sum(self._client.nthreads().values())
+        self._counted = now
+        self._see_workers()
         if self._threads:
             self._last_seen = now
         elif now - self._last_seen > NO_WORKER_SECONDS:
             hint = "start some with: dask worker ADDRESS; then repeat the command"
             message = f"the scheduler has had no workers for {NO_WORKER_SECONDS:.0f} s"
             raise self._failed(message, f"under way were {self._named()}" if self._under_way else "", hint)
+
+    def _see_workers(self) -> None:
+        """Note which workers there are, and which are no longer."""
+        threads = self._client.nthreads()
+        self._lost += sorted(self._workers - set(threads))
+        self._workers, self._threads = set(threads), sum(threads.values())
 
     def _arrived(self, future: Any) -> Outcomes | None:
         """Return the runs of a chunk; None if its worker died, which makes it a suspect. Raises `RunError`."""

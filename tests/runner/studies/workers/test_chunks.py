@@ -1,6 +1,7 @@
 """Runs on Dask workers: the bits of those here, whatever becomes of workers, scheduler and Ctrl-C."""
 
 import contextlib
+import multiprocessing
 import socket
 import threading
 import time
@@ -15,18 +16,22 @@ from distributed import KilledWorker, LocalCluster
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
+from proofmass.runner.commands.texts.study import study_text
 from proofmass.runner.run.faults import RunError
 from proofmass.runner.studies.kept.ledger import FILE
 from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole import study as whole
 from proofmass.runner.studies.whole.study import run_study
 from proofmass.runner.studies.workers import chunks, cluster
 from proofmass.runner.studies.workers.chunks import chunk_size, runs_on_workers
 from proofmass.runner.studies.workers.parcel import Parcel
 from proofmass.runner.studies.workers.worker import run_chunk
+from tests.by_hand.design_texts import INTEGRATING
 from tests.by_hand.kept_runs import kept
 from tests.by_hand.study_texts import RECORDED, RECORDING, STUDY, TRIPLE
 
@@ -65,6 +70,17 @@ def test_one_digest(engine: Any, study: Study, address: str, tmp_path: Path) -> 
     assert made.digest == expected.digest
     assert kept(tmp_path / "there" / FILE) == kept(tmp_path / "here" / FILE)
     run_study(study, engine="python", dask="tcp://127.0.0.1:1", folder=tmp_path / "there")  # nothing is left to do
+
+
+@pytest.mark.parametrize(("runs", "times"), [(12, 1), pytest.param(400, 3, marks=pytest.mark.exhaustive)])
+def test_one_digest_of_margins(runs: int, times: int, address: str) -> None:
+    """Also when threads compute the margins of neighbours at the same time."""
+    graph = read_graph_text(INTEGRATING).changed(samples=100, duration=None, probes=())
+    study = Study(graph, runs=runs, margins="0 s", spread={"plant.gain": {"normal": "5 %", "relative": True}})
+    expected = run_study(study, engine="python", threads=1).digest
+    ways: list[dict[str, Any]] = [{"threads": threads, "lanes": lanes} for threads in (1, 2, 8) for lanes in (0, 8)]
+    for way in [*ways, {"dask": address, "lanes": 0}, {"dask": address, "lanes": 8}] * times:
+        assert run_study(study, engine="compiled", **way).digest == expected, way
 
 
 def test_failures_have_the_same_words(study: Study, address: str, tmp_path: Path) -> None:
@@ -122,7 +138,7 @@ def test_runs_that_kill_workers_are_named(deadly: set[int], study: Study, monkey
     monkeypatch.setattr(chunks, "connected", lambda _: client)
     monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
     sensors, left = SensorRuns(study, "python"), np.arange(12)
-    arriving = runs_on_workers("", sensors, left, RunningMeans(study, sensors.measures), threading.Event())
+    arriving = runs_on_workers("", sensors, [], left, RunningMeans(study, sensors.measures), threading.Event())
     arrived = list[int]()
     if not deadly:
         assert sorted(number for some in arriving for number in some.numbers.tolist()) == left.tolist()
@@ -157,7 +173,9 @@ def test_a_study_that_may_stop_stops_after_the_same_run(address: str, tmp_path: 
 
 def test_an_interruption_keeps_what_has_arrived(study: Study, address: str, tmp_path: Path) -> None:
     sensors, interrupted = SensorRuns(study, "python"), threading.Event()
-    arriving = runs_on_workers(address, sensors, np.arange(10**6), RunningMeans(study, sensors.measures), interrupted)
+    arriving = runs_on_workers(
+        address, sensors, [], np.arange(10**6), RunningMeans(study, sensors.measures), interrupted
+    )
     first = next(arriving)
     assert (first.values == sensors.runs(first.numbers, interrupted).values).all()
     interrupted.set()
@@ -170,7 +188,7 @@ def test_a_scheduler_that_goes_away(study: Study) -> None:
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         sensors = SensorRuns(study, "python")
         means = RunningMeans(study, sensors.measures)
-        arriving = runs_on_workers(made.scheduler_address, sensors, np.arange(10**6), means, threading.Event())
+        arriving = runs_on_workers(made.scheduler_address, sensors, [], np.arange(10**6), means, threading.Event())
         next(arriving)
     with pytest.raises(RunError, match="the same command goes on"):
         list(arriving)
@@ -228,3 +246,20 @@ def test_workers_of_this_machine(study: Study, tmp_path: Path, capsys: pytest.Ca
     capsys.readouterr()
     assert main([*command, "--dask", "local:1"]) == 0
     assert run_study(study, engine="python").digest in capsys.readouterr().out
+
+
+@pytest.mark.defect("C441", before="a worker that died was replaced without a word", after="it is named")
+def test_a_local_worker_that_dies_is_replaced_and_named(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(whole, "BATCH_SECONDS", 0.0)
+    others, killed = multiprocessing.active_children(), list[Any]()
+
+    def kill(done: int, total: int, note: str) -> None:
+        for process in [] if killed else set(multiprocessing.active_children()) - set(others):
+            process.kill()
+            killed.append(process)
+
+    expected = run_study(study, runs=40, engine="python", threads=1)
+    result = run_study(study, runs=40, engine="python", dask="local:1", progress=kill)
+    assert result.digest == expected.digest
+    (address,) = result.lost_workers
+    assert f"the worker {address} ended early; others did its runs" in study_text(result)
