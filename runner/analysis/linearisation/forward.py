@@ -127,6 +127,7 @@ class Course:
         compiled = self._run.compiled if self._run else None
         if compiled is None:
             return None
+        # start-up time: only what was compiled before needs it
         from proofmass.runner.targets.native import CompiledLoop
 
         return CompiledLoop(compiled.plan, compiled.plan.graph.seed, 0, memory.copy(), compiled)
