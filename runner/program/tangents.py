@@ -341,7 +341,7 @@ def _root(s: Step) -> form.Operand:
 
 
 def _masked(s: Step) -> form.Operand:
-    """Return the slope of all bits, or of the low ones, as in a register that wraps; a parity is compared: it has none."""
+    """Return the slope of all bits, or of the low ones, as in a register that wraps; a parity, as compared, has none."""
     for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
         if mask == 1:
             return _NONE
@@ -351,7 +351,7 @@ def _masked(s: Step) -> form.Operand:
 
 
 def _turned(s: Step) -> form.Operand:
-    """Return the slope with all bits turned, or with the highest of a register that wraps, which is subtracted again."""
+    """Return the slope with all bits turned, or the highest of a register that wraps, which is subtracted again."""
     for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
         if mask == -1:
             return s.writer.minus(slope)
