@@ -341,7 +341,7 @@ def _root(s: Step) -> form.Operand:
 
 
 def _masked(s: Step) -> form.Operand:
-    """Return the slope of all bits, or of the low ones, as in a register that wraps; a parity, as compared, has none."""
+    """Return the slope of all bits, or of the low ones, as in a register that wraps. A parity is compared."""
     for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
         if mask == 1:
             return _NONE
