@@ -9,7 +9,7 @@ VENV ?= .venv
 WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects lint docs pictures benchmark clean
+.PHONY: demo test test-all test-fast defects mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -30,6 +30,10 @@ test-fast: $(VENV)/installed-test
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m defect --defects --exhaustive
+
+# 300 small changes of the source, each against the tests nearest to it: which of them nobody notices. An hour.
+mutants: $(VENV)/installed-test
+	$(BIN)/python -m tests.mutants --count 300
 
 lint: $(VENV)/installed-dev
 	$(BIN)/ruff check .

@@ -21,6 +21,7 @@ import tempfile
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import NamedTuple
 
@@ -251,16 +252,22 @@ def reasons() -> dict[tuple[str, str, str], str]:
 def run(count: int, seed: int, rooms: Sequence[str] = ROOMS) -> Iterator[Outcome]:
     """Examine mutants, one after the other."""
     nearest = Nearest()
-    with tempfile.TemporaryDirectory(prefix="proofmass-mutants-") as folder:
-        copy = Path(folder)
-        for name in COPIED:
-            source = ROOT / name
-            if source.is_dir():
-                shutil.copytree(source, copy / name, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
-            else:
-                shutil.copy(source, copy / name)
+    with project_copied() as copy:
         for mutant in chosen(count, seed, rooms):
             yield examined(mutant, copy, nearest.of(mutant.file))
+
+
+@contextmanager
+def project_copied() -> Iterator[Path]:
+    """A copy of the project, in which files may change."""
+    with tempfile.TemporaryDirectory(prefix="proofmass-mutants-") as folder:
+        for name in COPIED:
+            source, copy = ROOT / name, Path(folder) / name
+            if source.is_dir():
+                shutil.copytree(source, copy, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
+            else:
+                shutil.copy(source, copy)
+        yield Path(folder)
 
 
 def main() -> int:

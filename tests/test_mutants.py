@@ -1,0 +1,51 @@
+"""The tool that changes the source: its changes, the tests that it takes, and what becomes of two of them."""
+
+import ast
+
+import pytest
+
+from tests.mutants import ROOT, Nearest, chosen, examined, mutants, project_copied
+
+FILE = "blocks/arithmetic/rounding.py"
+NEAR, FAR = "arithmetic/test_rounding.py", "magnetics/test_hall_element.py"
+
+
+def test_every_change_is_one_place_of_a_file_that_still_parses() -> None:
+    source = (ROOT / FILE).read_bytes()
+    found = list(mutants(FILE))
+    assert len(found) > 15
+    for mutant in found:
+        before, after = mutant.told(source)
+        assert before != after
+        ast.parse(mutant.text(source))
+    told = {mutant.told(source) for mutant in found}
+    assert ("above = value if value > low else low", "above = value if value >= low else low") in told
+    assert ("return math.floor(value)", "return math.ceil(value)") not in told
+
+
+def test_what_is_only_said_stays() -> None:
+    """Words, annotations and assertions are not changed."""
+    lines = {mutant.line for mutant in mutants("runner/program/build.py")}
+    source = (ROOT / "runner/program/build.py").read_text().splitlines()
+    assert not any(source[line - 1].strip().startswith(("assert", "raise", '"""')) for line in lines)
+
+
+def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
+    nearest = Nearest()
+    assert nearest.of(FILE)[0] == "tests/blocks/arithmetic/test_rounding.py"
+    assert "tests/runner/program/test_tangents.py" in nearest.of("runner/program/tangents.py")
+    some = chosen(20, 7, ["blocks/arithmetic", "runner/program"])
+    assert len({mutant.file for mutant in some}) > 10
+    assert sum(not nearest.of(mutant.file) for mutant in some) < 3
+
+
+@pytest.mark.exhaustive
+def test_a_change_is_noticed_by_some_tests_and_not_by_others() -> None:
+    source = (ROOT / FILE).read_bytes()
+    changed = "above = value if value > low else low", "above = value if value >= low else low"
+    mutant = next(mutant for mutant in mutants(FILE) if mutant.told(source) == changed)
+    with project_copied() as copy:
+        near, far = (examined(mutant, copy, [f"tests/blocks/{name}"]) for name in (NEAR, FAR))
+        assert (copy / FILE).read_bytes() == source
+    assert near.noticed.startswith(f"tests/blocks/{NEAR}::")
+    assert not far.noticed
