@@ -229,6 +229,22 @@ def over_tables(a: float, n: int) -> float:
     return total + len(TABLE) + TABLE[-1] + min(a, 0.0, -a) + max(n, 2)
 
 
+def left_by_else(a: float, n: int) -> float:
+    total = 0.0
+    for value in (0.5, a, 2.0, a + n):
+        if value < 1.0:
+            total += value
+        else:
+            break
+    for value in TABLE:
+        if value > a:
+            total -= value
+        elif n > 1:
+            continue
+        total += 0.125
+    return total
+
+
 def lists(cells: list[float], codes: list[int], n: int) -> float:
     cells[n % 3] += 2.0
     cells[-1] = float(codes[0])
@@ -291,7 +307,7 @@ def promoted(n: int) -> float:
 CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, float, float)) for f in (chained, branches, shorts)),
     (values_of_shorts, (int, int)),
-    *((f, (float, int)) for f in (unpacked, over_tables, early, numbers)),
+    *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers)),
     (nested_loops, (int, float)),
     (integers, (int, int)),
     (membership, (int,)),
