@@ -33,7 +33,7 @@ EXPLANATIONS = (
         "A file cannot be read",
         r"cannot be read|there is no (such )?file|is no file|outside the folder|contains itself|larger than"
         r"|file is too large|has no file|name of a file|no such column|has no column|holds no (list of )?values"
-        r"|recording|not a number$|cannot be compared|holds no run|holds no study|no folder of this study"
+        r"|recording|not a number$|cannot be compared|holds no (whole )?run|holds no study|no folder of this study"
         r"|too few rows|in row|time does not grow|there is no block in the file|edited in place|says no file"
         r"|no such graph|cells where|holds (one|no) rows?|columns? |is no CSV|time axis|equally spaced|no variable"
         r"|not a finite number|columns look|of its columns",
@@ -209,7 +209,7 @@ EXPLANATIONS = (
         r"runs? are|no law follows|the mission|calibrates|needs phases|no history|one column|epoch|drift|ageing"
         r"|distribution|correlated|calibration|vary|swept|sweep|sensor can|too (old|large)|number that may vary"
         r"|the block works in fixed point|independent parameters|coefficient|no measures|equally many"
-        r"|nothing varies|leaves nothing free|hardly moves",
+        r"|the last age|nothing varies|leaves nothing free|hardly moves",
         "The tables of a study name parameters that may vary, how, and which measures count.",
         'docs/studies.md shows each table with an example. Keys of parameters are quoted: "adc.reference".',
     ),

@@ -60,7 +60,7 @@ def percentile(
         joined = 0.5 * float(-samples - 1) if samples < 0 else 0.0  # samples of a mean lie about it
         samples = abs(samples)
         first, last = float(below) + joined, float(below + samples - 1) - joined
-        if place < first:
+        if low_place < place < first:
             return low + (place - low_place) / (first - low_place) * (high - low)
         if place <= last:
             return high

@@ -12,8 +12,8 @@ from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
 from proofmass.blocks.arithmetic import rounding
-from proofmass.blocks.arithmetic.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
+from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
 

@@ -18,8 +18,8 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, NamedTuple, TypeAlias
 
 from proofmass.blocks.arithmetic import elementary, rounding
-from proofmass.blocks.arithmetic.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 from proofmass.blocks.language import arithmetic
+from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 from proofmass.runner.program import form
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.lower import call

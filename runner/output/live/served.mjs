@@ -21,6 +21,7 @@ export class Served {
   constructor(place, makeChannel) {
     const body = /** @type {HTMLElement} */ (place.parentElement);
     this.token = location.hash.slice(1);
+    this.proved = false; // whether the other side has shown that it has the token
     this.window = crypto.randomUUID();
     this.lost = element("p", { className: "warning lost", hidden: true });
     this.lost.setAttribute("role", "alert");
@@ -57,13 +58,31 @@ export class Served {
       try {
         await this.listen();
       } catch {
-        this.say("The process has ended, or cannot be reached: start proofmass live again. This page waits for it.");
+        this.say("The process has ended: start proofmass live again, and open the address that it shows.");
       }
+      this.proved = false;
       await new Promise((resume) => setTimeout(resume, AGAIN));
     }
   }
 
+  /** Ask for a proof of the token, which goes to nobody who does not have it: another process may listen by now. */
+  async prove() {
+    const nonce = crypto.randomUUID();
+    const answer = await fetch("/proof", { headers: { "X-Proofmass-Nonce": nonce } });
+    const text = new TextEncoder();
+    const kind = { name: "HMAC", hash: "SHA-256" };
+    const key = await crypto.subtle.importKey("raw", text.encode(this.token), kind, false, ["sign"]);
+    const proof = new Uint8Array(await crypto.subtle.sign("HMAC", key, text.encode(nonce)));
+    const wanted = Array.from(proof, (byte) => byte.toString(16).padStart(2, "0")).join("");
+    this.proved = answer.ok && (await answer.text()) === wanted;
+    return this.proved;
+  }
+
   async listen() {
+    if (!(await this.prove())) {
+      this.say("This address is no longer valid: open the one that proofmass live shows in the terminal.");
+      return;
+    }
     const answer = await fetch("/events", { headers: { "X-Proofmass-Token": this.token } });
     if (!answer.ok || !answer.body) {
       this.say("This address is no longer valid: open the one that proofmass live shows in the terminal.");
@@ -210,6 +229,7 @@ export class Served {
 
   /** @param {string} path @param {object} data */
   send(path, data) {
+    if (!this.proved) return Promise.reject(new Error("unproved"));
     const headers = { "X-Proofmass-Token": this.token, "Content-Type": "application/json" };
     return fetch(path, { method: "POST", headers, body: JSON.stringify({ ...data, window: this.window }) });
   }

@@ -1,11 +1,11 @@
 """Serves the windows of a session on this machine alone.
 
 Only 127.0.0.1 is listened to. A request must name this server as its host, and as its origin where it has one; all but
-the empty page need a token that only the address in the terminal has. Nothing that a browser sends is evaluated or
-written to a file, and the page may load nothing from elsewhere.
+the empty page need a token that only the address in the terminal has, anew at each start. A page has the server prove
+that it has the token before it sends it: after this process has ended, another one may listen to its port. Nothing that
+a browser sends is evaluated or written to a file, and the page may load nothing from elsewhere.
 """
 
-import hashlib
 import hmac
 import json
 import queue
@@ -14,13 +14,13 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.output.live.bundle import permission, plots, script, styles
 from proofmass.runner.output.live.session import Session
 from proofmass.runner.output.page import LivePart, page_text
 
 ADDRESS = "127.0.0.1"
-TOKEN = "X-Proofmass-Token"
+TOKEN, NONCE = "X-Proofmass-Token", "X-Proofmass-Nonce"
+_LONGEST_NONCE = 64
 _LARGEST = 1 << 20  # bytes of a request
 _BEAT = 2.0  # seconds between signs of life
 _TIMEOUT = 30.0  # seconds for a request to arrive
@@ -41,18 +41,10 @@ class LiveServer(ThreadingHTTPServer):
     """A server of one session; `url` opens it."""
 
     daemon_threads = True
-    allow_reuse_address = True
 
     def __init__(self, session: Session) -> None:
-        self.session = session
-        name = f"live-{hashlib.sha256(str(session.path.resolve()).encode()).hexdigest()[:32]}.json"
-        port, self.token = _last(name)
-        try:
-            super().__init__((ADDRESS, port), _Handler)
-        except OSError:  # another one is served there
-            self.token = secrets.token_urlsafe(24)
-            super().__init__((ADDRESS, 0), _Handler)
-        keep(name, json.dumps([self.server_port, self.token]).encode())
+        self.session, self.token = session, secrets.token_urlsafe(24)
+        super().__init__((ADDRESS, 0), _Handler)
         self.hosts = {f"{host}:{self.server_port}" for host in (ADDRESS, "localhost")}
         drawing, page_script = plots(), script()
         html = (
@@ -72,15 +64,6 @@ class LiveServer(ThreadingHTTPServer):
         """A window that was closed is no fault."""
 
 
-def _last(name: str) -> tuple[int, str]:
-    """Port and token that the file was served with before, so that windows left open find it again."""
-    try:
-        port, token = json.loads(kept(name) or b"")
-    except ValueError:
-        return 0, secrets.token_urlsafe(24)
-    return int(port), str(token)
-
-
 class _Handler(BaseHTTPRequestHandler):
     timeout = _TIMEOUT
 
@@ -94,6 +77,8 @@ class _Handler(BaseHTTPRequestHandler):
             return self._refuse(HTTPStatus.FORBIDDEN)
         if self.path == "/":
             return self._send(HTTPStatus.OK, self._live.page, "text/html; charset=utf-8")
+        if self.path == "/proof":
+            return self._prove(self.headers.get(NONCE, ""))
         if not self._has_token():
             return self._refuse(HTTPStatus.FORBIDDEN)
         if self.path == "/events":
@@ -131,6 +116,13 @@ class _Handler(BaseHTTPRequestHandler):
     def _has_token(self) -> bool:
         given = self.headers.get(TOKEN, "")
         return hmac.compare_digest(given.encode(), self._live.token.encode())
+
+    def _prove(self, nonce: str) -> None:
+        """Send what only someone with the token can make of a page's nonce."""
+        if not 0 < len(nonce) <= _LONGEST_NONCE:
+            return self._refuse(HTTPStatus.BAD_REQUEST)
+        proof = hmac.digest(self._live.token.encode(), nonce.encode(), "sha256").hex()
+        return self._send(HTTPStatus.OK, proof.encode(), "text/plain")
 
     def _body(self) -> object:
         """The JSON of a request; None for anything else."""

@@ -11,7 +11,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from proofmass.blocks.arithmetic import elementary, rounding
-from proofmass.blocks.arithmetic.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
+from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 from proofmass.runner.program import form, tangents
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.lower import call, program
