@@ -249,7 +249,7 @@ def _unpacked(name: str, variable: _Variable) -> Column:
     (rows,) = held.shape
     _refuse_many(rows)
 
-    def pieces() -> Iterator[list[object]]:
+    def pieces() -> Iterator[Sequence[object]]:
         for first in range(0, rows, PIECE):
             values = held[first : first + PIECE].tolist()
             if missing is not None:
