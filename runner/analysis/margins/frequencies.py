@@ -115,7 +115,7 @@ def crossings(samples: Samples, measure: RealFunction, most: int = MOST_CROSSOVE
     signs = np.sign(measure(samples.values))
     changes = np.flatnonzero(signs[:-1] * signs[1:] < 0.0)
     if len(changes) > most and changes[most] + 2 < len(signs):
-        samples = samples.up_to(samples.w[changes[most] + 2])
+        samples = samples.up_to(float(samples.w[changes[most] + 2]))
     w, values = _with_dips(samples, measure)
     size = np.abs(samples.answer(w)) if samples.values.ndim == 1 else 1.0
     told = np.flatnonzero(
