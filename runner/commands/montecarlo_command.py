@@ -133,8 +133,8 @@ def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[i
         print_file(save_figure(plot_study(result), request.picture), request.as_json)
     if request.out is not None:
         began = time.perf_counter()
-        with working(request.quiet or request.as_json, "writing tables, pictures and report"):
-            names = write_study(result, request.out, request.formats, request.report)
+        with working(request.quiet or request.as_json, "writing") as say:
+            names = write_study(result, request.out, request.formats, request.report, say)
         print_files(request.out, names, request.as_json)
         if not request.as_json:
             what = "tables, pictures and report" if request.report else "tables"

@@ -4,8 +4,8 @@ import shutil
 import sys
 import threading
 import time
-from collections.abc import Iterator
-from contextlib import contextmanager, nullcontext
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 
 from proofmass.runner.commands.texts.times import time_text
 
@@ -25,12 +25,22 @@ class Working:
         self._timer = threading.Timer(PATIENCE, self._show)
         self._timer.daemon = True
 
+    def __call__(self, what: str) -> None:
+        """Say what is being done now."""
+        with self._lock:
+            self._what = what
+            if self._shown:
+                self._write("\r\x1b[J")
+
     def _show(self) -> None:
         with self._lock:
             if not self._timer.finished.is_set():
                 self._shown = True
-                sys.stderr.write(self._what[: shutil.get_terminal_size().columns - 1])
-                sys.stderr.flush()
+                self._write()
+
+    def _write(self, erase: str = "") -> None:
+        sys.stderr.write(erase + self._what[: shutil.get_terminal_size().columns - 1])
+        sys.stderr.flush()
 
     def __enter__(self) -> "Working":
         self._timer.start()
@@ -46,10 +56,13 @@ class Working:
 
 
 @contextmanager
-def working(quiet: bool, what: str) -> Iterator[None]:
-    """Say what is being done where that takes long and standard error is a terminal."""
-    with nullcontext() if quiet or not sys.stderr.isatty() else Working(what):
-        yield
+def working(quiet: bool, what: str) -> Iterator[Callable[[str], None]]:
+    """Say what is being done where that takes long and standard error is a terminal; call it with what comes next."""
+    if quiet or not sys.stderr.isatty():
+        yield lambda what: None
+    else:
+        with Working(what) as line:
+            yield line
 
 
 class ProgressBar:

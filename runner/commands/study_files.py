@@ -1,5 +1,6 @@
 """The files of a study in its folder."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 from proofmass.runner.commands.study_data import study_data
@@ -15,22 +16,31 @@ from proofmass.runner.studies.shown.plot import save_study_plots
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 
 
-def write_study(result: StudyResult, out: Path, formats: tuple[str, ...], report: bool) -> list[str]:
-    """Write the tables of a study, its pictures and report if asked for; returns the names of the files."""
-    with whole_file(out / "study.json") as file:
-        file.write((json_text(study_data(result)) + "\n").encode())
+def write_study(
+    result: StudyResult, out: Path, formats: tuple[str, ...], report: bool, say: Callable[[str], None] = lambda _: None
+) -> list[str]:
+    """Write the tables of a study, pictures and report if asked for, and say each; return the names of the files."""
     tables = {"csv": save_study_csv, "parquet": save_study_parquet}
-    save_study_netcdf(result, out / "study.nc")
-    more = [tables[form](result, out / f"study.{form}").name for form in formats]
-    names = [LEDGER, STUDY_FILE, "study.json", "study.nc", *more]
-    return [*names, *_write_report(result, out, formats)] if report else names
-
-
-def _write_report(result: StudyResult, out: Path, formats: tuple[str, ...]) -> list[str]:
-    """Influences of the parameters, lifetimes, pictures, and the report."""
     influences = StudyInfluences(result)
-    return [
-        *save_answers(influences, out, formats),
-        *save_study_plots(result, out / "study", ("svg", "png")),
-        save_study_report(result, out / FILE, influences).name,
+    steps: list[tuple[str, Callable[[], list[str]]]] = [
+        ("study.json", lambda: [_save_json(result, out / "study.json")]),
+        ("study.nc", lambda: [save_study_netcdf(result, out / "study.nc").name]),
+        *((f"study.{form}", lambda form=form: [tables[form](result, out / f"study.{form}").name]) for form in formats),
     ]
+    if report:
+        steps += [
+            ("influences", lambda: save_answers(influences, out, formats)),
+            ("pictures", lambda: save_study_plots(result, out / "study", ("svg", "png"))),
+            (FILE, lambda: [save_study_report(result, out / FILE, influences).name]),
+        ]
+    names = [LEDGER, STUDY_FILE]
+    for number, (name, write) in enumerate(steps, 1):
+        say(f"writing {name}, {number} of {len(steps)}")
+        names += write()
+    return names
+
+
+def _save_json(result: StudyResult, path: Path) -> str:
+    with whole_file(path) as file:
+        file.write((json_text(study_data(result)) + "\n").encode())
+    return path.name

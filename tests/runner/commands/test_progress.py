@@ -77,8 +77,10 @@ def test_what_takes_long_is_named_and_erased(monkeypatch: pytest.MonkeyPatch) ->
     screen = Screen()
     monkeypatch.setattr(sys, "stderr", screen)
     monkeypatch.setattr(progress, "PATIENCE", 0.01)
-    with Working("writing the report"):
+    with Working("writing the report") as line:
         assert shown_within(screen, "writing the report")
+        line("study.nc, 2 of 5")
+        assert screen.rows == ["study.nc, 2 of 5"]
     assert screen.rows == [""]
     with ProgressBar("tick") as bar:
         assert shown_within(screen, PREPARING[:40])
