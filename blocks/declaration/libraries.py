@@ -1,7 +1,8 @@
 """Libraries of others that only some uses need: what each is for, and the extra of the package that brings it.
 
-A light installation has none of them and reads, checks, draws and runs graphs. Whoever imports one of them within a
-function asks `need` for it first; modules that import one at their head are imported when they are used.
+A plain installation has none of them: it declares, checks and runs graphs and studies, and finds margins. Whoever
+imports one of them within a function asks `need` for it first; modules that import one at their head are imported when
+they are used.
 """
 
 import sys
@@ -20,19 +21,13 @@ class Library(NamedTuple):
     purpose: str
 
 
-_ANALYSES = "margins, noise, spectra, fits and the intervals of studies"
 LIBRARIES: Mapping[str, Library] = MappingProxyType(
     {
-        "scipy": Library("analysis", _ANALYSES),
-        "flint": Library("analysis", _ANALYSES),
-        "matplotlib": Library("pictures", "pictures"),
         "h5netcdf": Library("netcdf", "netCDF files"),
         "h5py": Library("netcdf", "netCDF files"),
         "pyarrow": Library("parquet", "Parquet files"),
         "xarray": Library("xarray", "labelled results of xarray"),
         "pandas": Library("xarray", "tables of pandas"),
-        "control": Library("control", "systems of python-control"),
-        "networkx": Library("networkx", "graphs of networkx"),
         "distributed": Library("dask", "studies on the workers of a cluster"),
         "cryptography": Library("dask", "certificates of local workers"),
         "pyosys": Library("rtl", "proofs, resources and models of Verilog"),

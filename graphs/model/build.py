@@ -8,7 +8,6 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
@@ -176,7 +175,6 @@ class Graph(Value):
 
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
         """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
-        need("networkx")
         import networkx  # start-up time: importing it takes longer than building a graph
 
         flat = flatten(self)

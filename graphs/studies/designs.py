@@ -17,7 +17,6 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.arithmetic.counter_random import philox, uniform_deviate
-from proofmass.blocks.declaration.libraries import need
 
 DESIGNS = ("random", "latin_hypercube", "sobol", "saltelli")
 _BITS = 52  # of a deviate: odd multiples of 2^-53, as the random ones
@@ -72,7 +71,6 @@ class Design:
     @cached_property
     def _points(self) -> Any:
         """Sobol's points as integers of 52 bits."""
-        need("scipy")
         # start-up time: scipy.stats takes 0.4 s
         from scipy.stats.qmc import Sobol
 

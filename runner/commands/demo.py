@@ -16,7 +16,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
@@ -61,7 +60,6 @@ def judge(result: Result) -> Verdict:
 
 def analytic_response(graph: Graph, cells: int = 1023) -> Any:
     """Codes at the output, per chip of the sequence, k chips after it."""
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.linalg import expm
 
@@ -98,7 +96,6 @@ def table(verdict: Verdict, finer: Verdict) -> list[str]:
 
 def picture(verdict: Verdict) -> Any:
     """Estimated and analytic response, and the error of each cell."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     from matplotlib.figure import Figure
 

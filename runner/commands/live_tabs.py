@@ -14,13 +14,15 @@ def margins_tab(graph: Graph) -> Answer:
     """Margins of every loop, with Bode, Nyquist and step response."""
     # start-up time: a page without this tab needs neither analyses nor matplotlib
     from proofmass.runner.analysis.margins.plot import plot_margins
+    from proofmass.runner.analysis.margins.second_opinion import second_opinion
     from proofmass.runner.analysis.margins.stability import all_margins
     from proofmass.runner.commands.texts.margins import margins_text
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))
     pictures = (_picture(plot_margins(margins), f"loop_{number}") for number, margins in enumerate(loops.values()))
-    return Answer("\n\n".join(map(margins_text, loops.values())), tuple(pictures))
+    texts = [*map(margins_text, loops.values()), "\n".join(str(second_opinion(one)) for one in loops.values())]
+    return Answer("\n\n".join(texts), tuple(pictures))
 
 
 def noise_tab(graph: Graph) -> Answer:

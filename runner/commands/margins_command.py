@@ -1,5 +1,6 @@
 """The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -27,6 +28,7 @@ from proofmass.runner.output.plot import save_figure
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
+    from proofmass.runner.analysis.margins.second_opinion import SecondOpinion
     from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
 
@@ -69,10 +71,12 @@ def show_margins(request: MarginsRequest) -> int:
     quantities = sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
     if request.as_json:
         data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
+        data |= {"python_control": [opinion.as_data() for opinion in _opinions(loops)]}
         print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
     else:
         print_text(map(margins_text, loops.values()))
         print_text(map(sensitivity_text, quantities))
+        print_text(map(str, _opinions(loops)))
     if request.picture is not None:
         for path in _draw(request.picture, loops, quantities):
             print_file(path, request.as_json)
@@ -81,6 +85,15 @@ def show_margins(request: MarginsRequest) -> int:
     if problems:
         raise ModelError(problems)
     return DONE
+
+
+def _opinions(loops: dict[str, Margins]) -> "Iterator[SecondOpinion]":
+    """Opinions of python-control on the loops; its import follows behind our figures."""
+    if loops:
+        # start-up time: python-control takes 0.9 s
+        from proofmass.runner.analysis.margins.second_opinion import second_opinion
+
+        yield from map(second_opinion, loops.values())
 
 
 def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:

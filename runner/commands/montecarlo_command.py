@@ -1,13 +1,12 @@
 """The command `montecarlo`: run what is left of a study, show and write it; or replay one of its runs."""
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_variants
 from proofmass.runner.commands.answers import print_file, print_files, print_interruption, print_json, print_text
@@ -15,7 +14,7 @@ from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress, working
-from proofmass.runner.commands.run_files import write_run
+from proofmass.runner.commands.run_files import need_for, usual_format, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
@@ -74,7 +73,7 @@ def run_montecarlo(request: StudyRequest) -> int:
     studies = {name: study for name, study in studies.items() if request.variant in (None, name)}
     if not studies:
         raise click.UsageError(f"--variant {request.variant}: the study has no such variant")
-    need("scipy", *(_for_files(request) if request.out is not None else ()))
+    need_for(request.formats if request.out is not None else ())
     if request.run is not None:
         if len(studies) > 1:
             raise click.UsageError(f"--run: name one of its variants: --variant {next(iter(studies))!r}")
@@ -142,20 +141,11 @@ def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[i
     return DONE, result
 
 
-def _for_files(request: StudyRequest) -> Iterator[str]:
-    """Libraries that the files of a study take."""
-    yield from ("h5netcdf", "xarray")
-    if request.report:
-        yield "matplotlib"
-    if "parquet" in request.formats:
-        yield "pyarrow"
-
-
 def _show_replay(result: Result, request: StudyRequest) -> int:
     show_run(result, request.as_json)
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)
-        print_files(request.out, write_run(result, request.out, ("netcdf", *request.formats)), request.as_json)
+        print_files(request.out, write_run(result, request.out, (usual_format(), *request.formats)), request.as_json)
     return DONE
 
 

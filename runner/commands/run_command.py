@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING
 
 import click
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
@@ -15,7 +14,7 @@ from proofmass.runner.commands.answers import print_file, print_files, print_int
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import PREPARING, progress, working
-from proofmass.runner.commands.run_files import need_for_run, write_run
+from proofmass.runner.commands.run_files import need_for, usual_format, write_run
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.json_text import json_text
@@ -91,10 +90,9 @@ def run_graph(request: RunRequest) -> int:
         return _show_source(graph)
     if request.swept:
         return _swept(graph, request)
-    formats = request.formats or ("netcdf",)
-    need(*(["matplotlib"] if request.picture is not None else []))
+    formats = request.formats or (usual_format(),)
     if request.out is not None:
-        need_for_run(formats, budgets=bool(request.budgets))
+        need_for(formats)
     result, profiled = _profiled(graph, request, reading) if request.profile else (_simulated(graph, request), None)
     for note in (*notes_of_a_run(flatten(graph)), *saturation_notes(result)):
         print_problem(note)

@@ -11,10 +11,15 @@ from proofmass.runner.output.report import save_report
 from proofmass.runner.run.result import Result
 
 
-def need_for_run(formats: Sequence[str], budgets: bool = False) -> None:
-    """Raise `MissingLibraryError` before a run whose files, or noise `budgets`, could not be made behind it."""
+def usual_format(*libraries: str) -> str:
+    """Return netCDF, or CSV where one of the libraries that netCDF takes is not installed."""
+    return "netcdf" if all(map(installed, ("h5netcdf", *libraries))) else "csv"
+
+
+def need_for(formats: Sequence[str]) -> None:
+    """Raise `MissingLibraryError` before runs whose files could not be written behind them."""
     libraries = {"netcdf": "h5netcdf", "parquet": "pyarrow"}
-    need(*(libraries[form] for form in formats if form in libraries), *(("scipy", "matplotlib") if budgets else ()))
+    need(*(libraries[form] for form in formats if form in libraries))
 
 
 def write_run(
@@ -22,7 +27,7 @@ def write_run(
 ) -> list[str]:
     """Write traces, plot, summary and report, with more sections of HTML; returns the names of the files.
 
-    A `live` report carries the loop itself. Without matplotlib there are no pictures, and the report says so.
+    A `live` report carries the loop itself.
     """
     names: list[str] = []
     if result.traces:
@@ -33,9 +38,8 @@ def write_run(
             names += [path.name for path in export.save_csv(result, out)]
         if "parquet" in formats:
             names += [path.name for path in export.save_parquet(result, out)]
-        if installed("matplotlib"):
-            save_plot(result, out / "plot.svg")
-            names.append("plot.svg")
+        save_plot(result, out / "plot.svg")
+        names.append("plot.svg")
     export.save_summary(result, out / "summary.json")
     save_report(result, out / "report.html", more, _live_part(result) if live else STILL)
     return [*names, "summary.json", "report.html"]

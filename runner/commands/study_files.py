@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from pathlib import Path
 
+from proofmass.runner.commands.run_files import usual_format
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.json_text import json_text
@@ -10,7 +11,7 @@ from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
-from proofmass.runner.studies.shown.export_answers import save_answers
+from proofmass.runner.studies.shown.export_answers import ENDINGS, save_answers
 from proofmass.runner.studies.shown.influences import StudyInfluences
 from proofmass.runner.studies.shown.plot import save_study_plots
 from proofmass.runner.studies.shown.report import FILE, save_study_report
@@ -20,16 +21,16 @@ def write_study(
     result: StudyResult, out: Path, formats: tuple[str, ...], report: bool, say: Callable[[str], None] = lambda _: None
 ) -> list[str]:
     """Write the tables of a study, pictures and report if asked for, and say each; return the names of the files."""
-    tables = {"csv": save_study_csv, "parquet": save_study_parquet}
+    tables = {"netcdf": save_study_netcdf, "csv": save_study_csv, "parquet": save_study_parquet}
+    forms = tuple(dict.fromkeys((usual_format("xarray"), *formats)))
     influences = StudyInfluences(result)
     steps: list[tuple[str, Callable[[], list[str]]]] = [
         ("study.json", lambda: [_save_json(result, out / "study.json")]),
-        ("study.nc", lambda: [save_study_netcdf(result, out / "study.nc").name]),
-        *((f"study.{form}", lambda form=form: [tables[form](result, out / f"study.{form}").name]) for form in formats),
+        *((form, lambda form=form: [tables[form](result, out / f"study.{ENDINGS[form]}").name]) for form in forms),
     ]
     if report:
         steps += [
-            ("influences", lambda: save_answers(influences, out, formats)),
+            ("influences", lambda: save_answers(influences, out, forms)),
             ("pictures", lambda: save_study_plots(result, out / "study", ("svg", "png"))),
             (FILE, lambda: [save_study_report(result, out / FILE, influences).name]),
         ]

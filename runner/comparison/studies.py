@@ -13,7 +13,6 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.model.differences import Difference, differences
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.run.result import Array
@@ -180,7 +179,6 @@ def _paired(apart: Array) -> float:
 
 def _independent(first: Array, second: Array) -> tuple[Interval, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
-    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.special import stdtrit
 
@@ -196,7 +194,6 @@ def _independent(first: Array, second: Array) -> tuple[Interval, float]:
 
 def _probability(difference: float, variance: float, freedom: float) -> float:
     """Probability that Student's deviate is as large as a difference; without scatter any difference is certain."""
-    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.special import stdtr
 
@@ -232,7 +229,6 @@ def _at(within: Array, study: Study, age: float | None) -> Array:
 
 def _yield_probability(first: Array, second: Array, *, paired: bool) -> float:
     """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
-    need("scipy")
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact
 

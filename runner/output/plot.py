@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any, BinaryIO
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import display, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
@@ -70,7 +69,6 @@ def plot_traces(result: Result) -> "Figure":
 
     A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
     """
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
@@ -118,7 +116,6 @@ def plot_traces(result: Result) -> "Figure":
 
 def plot_trace(trace: Trace) -> "Figure":
     """Return a figure of one signal against time, or of the last row of a vector."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

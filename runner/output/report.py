@@ -8,7 +8,6 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
-from proofmass.blocks.declaration.libraries import cure, installed
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.shown_units import as_written, display, pretty
 from proofmass.graphs.files.toml_writer import write_graph
@@ -79,8 +78,6 @@ def _diagram(graph: Graph) -> str:
 
 
 def _plots(result: Result) -> str:
-    if not installed("matplotlib"):
-        return f"<p>No pictures: matplotlib is not installed. <code>{escape(cure('matplotlib'))}</code> brings it.</p>"
     drawing, page = picture(plot_traces(result), "traces"), " page" if len(result.traces) <= _ONE_PAGE else ""
     return f'<div class="wide{page}">{drawing}</div>'
 

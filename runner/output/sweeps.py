@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import display, pretty
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
 from proofmass.runner.output.export import whole_file
@@ -41,7 +40,6 @@ def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
 
 def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
     """Draw a panel for each measure against the first parameter, a curve for each combination of the others."""
-    need("matplotlib")
     # for start-up time: most sweeps are not drawn
     from matplotlib import rc_context
     from matplotlib.figure import Figure

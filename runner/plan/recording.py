@@ -204,7 +204,6 @@ def _read_netcdf4(path: Path, choice: Choice) -> Columns:
 
 def _read_classic(path: Path, choice: Choice) -> Columns:
     """Columns of a netCDF file of version 3, which is no HDF5."""
-    need("scipy")
     # start-up time: only files in this format need it
     from scipy.io import netcdf_file
 

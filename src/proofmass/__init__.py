@@ -57,6 +57,7 @@ _HOMES = {
     "replay": "runner.studies.whole.study",
     "response": "runner.analysis.response.response",
     "run_study": "runner.studies.whole.study",
+    "second_opinion": "runner.analysis.margins.second_opinion",
     "simulate": "runner.run.simulate",
     "spectrum": "runner.analysis.spectrum.welch",
     "sweep": "runner.run.sweep",

@@ -11,6 +11,7 @@ from proofmass.graphs.tuning.tuning import Tuning as Tuning
 from proofmass.runner.analysis.allan.deviations import Allan as Allan, allan as allan
 from proofmass.runner.analysis.linearisation.linearise import linearise as linearise
 from proofmass.runner.analysis.margins.margins import Margins as Margins
+from proofmass.runner.analysis.margins.second_opinion import second_opinion as second_opinion
 from proofmass.runner.analysis.margins.stability import margins as margins
 from proofmass.runner.analysis.noise.budget import NoiseBudget as NoiseBudget, noise as noise
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation as ValueDeviation, deviation_over_runs as deviation_over_runs

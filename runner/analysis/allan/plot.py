@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.allan.deviations import Allan
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.freedom import Statistic
@@ -17,7 +16,6 @@ if TYPE_CHECKING:
 
 def plot_allan(allan: Allan) -> "Figure":
     """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -3,7 +3,6 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.flatten import inside
@@ -65,7 +64,6 @@ def linearise(
 
 def to_control(period_map: PeriodMap, negated: bool = False, minimal: bool = False) -> "control.StateSpace":
     """Return the map as a StateSpace. Names have colons, since python-control allows no dots: `dac:voltage`."""
-    need("control")
     # start-up time: control takes 0.9 s
     import control
 

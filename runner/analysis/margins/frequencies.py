@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array
@@ -177,7 +176,6 @@ def zeros_between(function: RealCurve, low: Array, high: Array) -> Array:
 
 def _elementwise() -> Any:
     """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     import scipy.optimize.elementwise
 

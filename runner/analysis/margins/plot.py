@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import scipy.linalg
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
@@ -30,7 +29,6 @@ _POINTS = 600  # of the step response of a continuous loop
 
 def plot_margins(margins: Margins) -> "Figure":
     """Magnitude and phase of L, L in the complex plane, and the closed loop's answer to a step at the wire."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
@@ -49,7 +47,6 @@ def plot_margins(margins: Margins) -> "Figure":
 
 def plot_sensitivities(sensitivities: list[Sensitivity]) -> "Figure":
     """A tornado for each quantity: its change when a parameter grows by one percent, the strongest on top."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

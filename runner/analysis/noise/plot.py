@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.noise.budget import NoiseBudget, Source
 from proofmass.runner.output.plot import BLUE, INK, PAPER, STYLE, axis_label, headed
@@ -19,7 +18,6 @@ _LEAST = 1e-8  # of the total density, below which nothing is drawn
 
 def plot_noise(budget: NoiseBudget) -> "Figure":
     """Amplitude densities, at the input where there is one, and beside them the Allan deviation."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

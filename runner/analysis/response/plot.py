@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
@@ -19,7 +18,6 @@ _STEPS = 400  # values up to which an output is drawn as held
 
 def plot_response(of: Response) -> "Figure":
     """Gain and phase on the left; on the right the step response and how far the simulation is off."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -12,7 +12,6 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
@@ -83,7 +82,6 @@ def _shapes(
     elif kind == "chirp":
         yield _chirp(lines, turn, periods, entries)
     else:
-        need("scipy")
         # start-up time: scipy.signal takes 0.3 s, and the other stimuli need none of it
         import scipy.signal
 

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.several.over import MarginsOver, finite
 from proofmass.runner.analysis.several.together import Together
@@ -21,7 +20,6 @@ YEAR = 31_557_600.0  # s
 
 def plot_together(together: Together) -> "Figure":
     """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure
@@ -55,7 +53,6 @@ def _first(together: Together) -> int:
 
 def plot_over(over: MarginsOver) -> "Figure":
     """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

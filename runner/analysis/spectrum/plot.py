@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.analysis.spectrum.tones import Tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label, headed
@@ -17,7 +16,6 @@ _LINES = 4000  # drawn at most: each stretch of frequency by its lowest and high
 
 def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float, float] | None = None) -> "Figure":
     """Amplitude density on logarithmic axes; the tone, the largest spur and the band where there are any."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -70,7 +70,7 @@ def cli(traceback: bool) -> None:
     "formats",
     multiple=True,
     type=click.Choice(["netcdf", "csv", "parquet"]),
-    help="Choose the format of traces; repeatable (default: netcdf).",
+    help="Choose the format of traces; repeatable (default: netcdf, or csv where that is not installed).",
 )
 @plot_option("picture", "Draw the traces")
 @click.option("--live", is_flag=True, help="Add the running model to the report, with a slider for each parameter.")
@@ -259,7 +259,7 @@ def draw(**options: Any) -> int:
     "formats",
     multiple=True,
     type=click.Choice(["csv", "parquet"]),
-    help="Write tables in this format beside netCDF; repeatable.",
+    help="Write tables in this format too; repeatable (default: netCDF, or CSV where that is not installed).",
 )
 @plot_option("picture", "Draw fans and histograms of the measures")
 @click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")

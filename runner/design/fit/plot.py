@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.design.fit.fit import Fit, FitReport
 from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE
@@ -19,7 +18,6 @@ _DOTS = 4000  # readings drawn
 
 def plot_fit(report: FitReport) -> "Figure":
     """A figure with a panel for readings and models and one for the residuals of each model, on one scale."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

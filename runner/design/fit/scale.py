@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.design.fit.alternation import LARGEST_ARGUMENT
 from proofmass.runner.design.fit.data import Readings
@@ -66,7 +65,6 @@ class Scaled:
 
 def half_widths(jacobian: Array, residual: Array) -> list[float]:
     """Half the width of the 95 % interval of each coefficient; infinite where its column adds nothing."""
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 

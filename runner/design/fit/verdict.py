@@ -9,7 +9,6 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.projection import (
@@ -141,7 +140,6 @@ def roughness(x: Array, v: Array) -> float:
 
 def _better(simple: float, rich: float, family: Family, simpler: Family, rows: int, floor: float) -> bool:
     """Return whether the richer family fits significantly better, by Fisher's test of both sums of squares."""
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import fdtrc
 

@@ -4,7 +4,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.identification.fitted import Fitted
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
@@ -19,7 +18,6 @@ _ROWS = 4000  # of a curve; of longer recordings this many rows are drawn
 
 def plot_fitted(fitted: Fitted) -> "Figure":
     """Draw the longest recording of each output."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
@@ -24,7 +23,6 @@ _MOST_LOOPS = 2
 
 def plot_tuned(tuned: Tuned) -> "Figure":
     """Draw parameters and goals above, the first loops below."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -3,7 +3,6 @@
 import math
 from typing import TYPE_CHECKING
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.worst.worst import WorstCase, WorstCases
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
@@ -17,7 +16,6 @@ _MOST = 15  # bars
 
 def plot_worst(cases: WorstCases) -> "Figure":
     """Draw a tornado for each quantity: both ends of each parameter alone, and the worst of all together."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -5,7 +5,6 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 
 LEVEL = 0.95
@@ -20,7 +19,6 @@ def part_interval(good: float, runs: int) -> Interval:
 
     At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least, whatever the truth.
     """
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import betaincinv
 
@@ -31,7 +29,6 @@ def part_interval(good: float, runs: int) -> Interval:
 
 def halves_of_means(runs: Array, deviations: Array) -> Array:
     """Half of Student's intervals of means, t s / sqrt(n), each of two values or more."""
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 
@@ -55,7 +52,6 @@ def deviation_interval(values: Array) -> Interval:
     count = len(values)
     if count < FEWEST_OF_DEVIATION or np.ptp(values) == 0.0:
         return 0.0, math.inf
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
 
@@ -77,7 +73,6 @@ def percentile_interval(values: Array, percent: float) -> Interval:
 
     The number of values below the percentile is binomial (David and Nagaraja, "Order statistics", 3rd ed. (2003), 7.1).
     """
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import bdtr, bdtrik
 

@@ -12,7 +12,6 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
 
@@ -126,7 +125,6 @@ def _inverse(matrix: Array) -> Array | None:
 
 
 def _quantile() -> float:
-    need("scipy")
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import ndtri
 

@@ -1,6 +1,6 @@
 """Answers of a study for other tools: influences, indices, yields by age and lifetimes.
 
-As JSON and netCDF, and as CSV or Parquet if asked for; every file appears whole or not at all.
+As JSON, netCDF, CSV or Parquet; every file appears whole or not at all.
 """
 
 import csv
@@ -17,6 +17,7 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
 from proofmass.runner.studies.shown.lifetime_rows import lifetime_rows, yield_rows
 
+ENDINGS = {"json": "json", "netcdf": "nc", "csv": "csv", "parquet": "parquet"}  # of the files of each form
 ABOUT = {  # description of each file
     "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
     "sobol_indices": "Fractions of the variance; noise and drift, which a group of the design shares, are in no index.",
@@ -26,14 +27,14 @@ ABOUT = {  # description of each file
 
 
 def save_answers(influences: StudyInfluences, folder: Path, formats: tuple[str, ...] = ()) -> list[str]:
-    """Write the tables that have rows, by the names of `ABOUT`; returns the names of the files."""
+    """Write the tables that have rows as JSON and in other forms, by the names of `ABOUT`; return the files' names."""
     result = influences.result
-    savers = {"json": _save_json, "nc": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
+    savers = {"json": _save_json, "netcdf": _save_netcdf, "csv": _save_csv, "parquet": _save_parquet}
     tables = (influences.rows(), index_rows(result), yield_rows(result), lifetime_rows(result))
     written = []
     for name, rows in zip(ABOUT, tables, strict=True):
-        for form in ("json", "nc", *formats) if rows else ():
-            path = folder / f"{name}.{form}"
+        for form in ("json", *formats) if rows else ():
+            path = folder / f"{name}.{ENDINGS[form]}"
             savers[form](result, rows, path)
             written.append(path.name)
     return written

@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
@@ -33,7 +32,6 @@ FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles an
 
 def plot_study(result: StudyResult) -> "Figure":
     """A figure with a panel per measure, in its unit, limits dashed."""
-    need("matplotlib")
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
     from matplotlib.figure import Figure

@@ -22,7 +22,6 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.libraries import need
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -199,7 +198,6 @@ class _Fit:
 
     def standardised(self, y: Array) -> tuple[Any, Any, Any, float]:
         """Standardised coefficients, halves of their intervals, correlations with y, and the explained variance."""
-        need("scipy")
         # start-up time: this part of SciPy takes 0.15 s
         from scipy.special import stdtrit
 

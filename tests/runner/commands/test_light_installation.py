@@ -1,4 +1,4 @@
-"""A light installation: NumPy, llvmlite and click alone run graphs, and all else says which extra brings it."""
+"""A plain installation does the three jobs, and all else says which extra brings it."""
 
 import ast
 import json
@@ -46,7 +46,7 @@ def light(commands: list[list[str]], folder: Path) -> dict[str, tuple[int, str, 
     return answers
 
 
-def test_it_reads_checks_draws_and_runs(tmp_path: Path) -> None:
+def test_it_declares_runs_studies_and_finds_margins(tmp_path: Path) -> None:
     commands = [
         ["new", "sensor.toml"],
         ["check", "sensor.toml"],
@@ -55,25 +55,24 @@ def test_it_reads_checks_draws_and_runs(tmp_path: Path) -> None:
         ["blocks", "MassSpringDamper"],
         ["run", "sensor.toml", "--samples", "300"],
         ["run", LOOP, "--samples", "300", "--engine", "compiled", "--out", "results", "--format", "csv"],
+        ["run", "sensor.toml", "--out", "plain"],
         ["run", "library:recorded_motion", "--samples", "50"],
+        ["margins", LOOP],
+        ["montecarlo", STUDY, "--runs", "3"],
     ]
     for command, (code, _, err) in light(commands, tmp_path).items():
         assert code == 0, (command, err)
-    assert {path.name for path in (tmp_path / "results").iterdir()} == {"traces.csv", "summary.json", "report.html"}
-    assert 'pip install "proofmass[pictures]"' in (tmp_path / "results" / "report.html").read_text().replace(
-        "&quot;", '"'
-    )
+    assert (tmp_path / "plain" / "traces.csv").exists()
+    names = {path.name for path in (tmp_path / "results").iterdir()}
+    assert names == {"traces.csv", "plot.svg", "summary.json", "report.html"}
 
 
 def test_what_needs_more_says_which_extra_brings_it_before_it_runs(tmp_path: Path) -> None:
     cures = {
-        ("margins", LOOP): "analysis",
-        ("allan", "traces.csv"): "analysis",
-        ("run", LOOP, "--samples", "1000000000000", "--out", "a"): "netcdf",
+        ("run", LOOP, "--samples", "1000000000000", "--out", "a", "--format", "netcdf"): "netcdf",
         ("run", LOOP, "--samples", "1000000000000", "--out", "b", "--format", "parquet"): "parquet",
-        ("montecarlo", STUDY): "analysis",
+        ("montecarlo", STUDY, "--out", "c", "--format", "parquet"): "parquet",
     }
-    (tmp_path / "traces.csv").write_text("time [s],level [V]\n" + "".join(f"{n},{n % 7}\n" for n in range(40)))
     answers = light([list(words) for words in cures], tmp_path)
     for words, extra in cures.items():
         code, _, err = answers[" ".join(words)]
@@ -85,16 +84,16 @@ def test_what_needs_more_says_which_extra_brings_it_before_it_runs(tmp_path: Pat
 
 def test_public_names_and_methods_say_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
     script = (
-        "import sys; sys.modules['scipy'] = None\n"
-        "try:\n    from proofmass import margins\n"
+        "import sys; sys.modules['h5netcdf'] = None\n"
+        "try:\n    import proofmass.runner.output.export as export; export.need('h5netcdf')\n"
         "except ImportError as error:\n    print(type(error).__name__, error)\n"
     )
     done = subprocess.run([sys.executable, "-c", script], capture_output=True, text=True, check=True)
-    assert done.stdout.startswith("MissingLibraryError scipy is not installed: it makes margins")
-    assert 'pip install "proofmass[analysis]"' in done.stdout
+    assert done.stdout.startswith("MissingLibraryError h5netcdf is not installed: it makes netCDF files")
+    assert 'pip install "proofmass[netcdf]"' in done.stdout
     graph = proofmass.Graph(name="one", rate=1000, blocks={"ramp": proofmass.blocks.Ramp()}, probes=["ramp.output"])
     result = proofmass.simulate(graph, samples=3)
-    for library, ask in (("xarray", result.to_xarray), ("networkx", graph.to_networkx)):
+    for library, ask in (("xarray", result.to_xarray), ("pandas", result.to_pandas)):
         monkeypatch.setitem(sys.modules, library, None)
         with pytest.raises(MissingLibraryError) as caught:
             ask()
@@ -114,10 +113,10 @@ def test_every_missing_library_is_told_at_once(monkeypatch: pytest.MonkeyPatch) 
 def test_an_import_that_fails_for_another_reason_stays_what_it_is(monkeypatch: pytest.MonkeyPatch) -> None:
     assert told(ModuleNotFoundError("no", name="elsewhere.inner")) is None
     assert told(ImportError("cannot import name", name="numpy")) is None
-    monkeypatch.setitem(sys.modules, "scipy", None)
-    found = told(ModuleNotFoundError("no", name="scipy.linalg"))
+    monkeypatch.setitem(sys.modules, "xarray", None)
+    found = told(ModuleNotFoundError("no", name="xarray.core"))
     assert found is not None
-    assert found.problems[0].hint == 'pip install "proofmass[analysis]"'
+    assert found.problems[0].hint == 'pip install "proofmass[xarray]"'
 
 
 def test_the_table_is_that_of_the_package() -> None:
@@ -126,7 +125,7 @@ def test_the_table_is_that_of_the_package() -> None:
         names = [re.split(r"[\[><=]", line)[0] for line in extras[extra]]
         assert DISTRIBUTIONS.get(library, library) in names, library
     needed = {re.split(r"[\[><=]", line)[0] for line in PROJECT["dependencies"]}
-    assert needed == {"click", "llvmlite", "numpy"}
+    assert needed == {"click", "control", "llvmlite", "matplotlib", "networkx", "numpy", "python-flint", "scipy"}
     (every,) = extras["all"]
     assert set(re.split(r"[\[\],]", every)[1:-1]) == {extra for extra, _ in LIBRARIES.values()} - {"dask", "rtl"}
 

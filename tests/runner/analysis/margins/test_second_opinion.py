@@ -1,0 +1,63 @@
+"""What python-control says beside our margins: where it agrees, where it has no opinion, and that it can disagree."""
+
+import dataclasses
+import math
+
+import pytest
+
+from proofmass import linearise, margins, read_graph
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.second_opinion import second_opinion
+from proofmass.runner.analysis.margins.stability import margins_or_reasons
+from proofmass.runner.planning.plan import plan
+from tests.by_hand.design_texts import INTEGRATING
+
+LIBRARY = ["closed_loop_accelerometer", "closed_loop_gyroscope", "fibre_optic_gyroscope", "vibratory_gyroscope"]
+MORE = ["coupled_axes", "drive_loop", "force_to_rebalance", "quartz_accelerometer", "resonant_accelerometer"]
+
+
+def test_of_a_loop_with_a_closed_form() -> None:
+    found = margins(read_graph_text(INTEGRATING))
+    opinion = second_opinion(found)
+    assert opinion.stable
+    assert not opinion.differences
+    assert opinion.gain_margin_db == pytest.approx(20.0, abs=1e-6), "z^2 - z + k has |z| = 1 at k = 1, ten times this"
+    turn = 2.0 * math.asin(0.1 / 2.0)  # w T where |L| = 0.1 / (2 sin(w T / 2)) = 1
+    assert opinion.phase_margin_deg == pytest.approx(90.0 - math.degrees(1.5 * turn), abs=1e-6)
+    assert str(opinion).startswith("python-control agrees on ")
+
+
+def test_it_can_disagree() -> None:
+    found = margins(read_graph_text(INTEGRATING))
+    assert found.gain_margin is not None
+    wrong = dataclasses.replace(found, gain_margin=1.01 * found.gain_margin, phase_margin=None)
+    opinion = second_opinion(wrong)
+    assert [text.partition(" is ")[0] for text in opinion.differences] == ["our gain margin", "our phase margin"]
+    assert "DISAGREES" in str(opinion)
+    opinion = second_opinion(dataclasses.replace(found, verdict="unstable"))
+    assert opinion.differences == ("we say unstable",)
+
+
+def test_unstable_loops_have_a_verdict_alone_and_several_values_no_opinion() -> None:
+    opinion = second_opinion(margins(read_graph_text(INTEGRATING.replace("gain = 100.0 ", "gain = 1001.0 "))))
+    assert str(opinion) == "python-control agrees on main: unstable"
+    found = margins(read_graph("library:force_balance_seismometer"))
+    assert second_opinion(found).reason == "a period holds 20 values of the wire"
+
+
+@pytest.mark.parametrize("name", [*LIBRARY, *(pytest.param(name, marks=pytest.mark.exhaustive) for name in MORE)])
+def test_it_agrees_on_the_library(name: str) -> None:
+    found = margins_or_reasons(OperatingPoints(plan(read_graph(f"library:{name}")), "auto"))
+    opinions = [second_opinion(one) for one in found.values() if isinstance(one, Margins)]
+    assert opinions
+    assert [opinion for opinion in opinions if opinion.differences or opinion.reason] == []
+
+
+def test_modes_that_the_loop_does_not_see_do_not_count() -> None:
+    found = margins(read_graph("library:fibre_optic_gyroscope"))
+    assert found.hidden
+    poles = abs(linearise(read_graph("library:fibre_optic_gyroscope"), loop="rate").poles())
+    assert max(poles) >= 1.0 - 1e-12
+    assert second_opinion(found).stable
