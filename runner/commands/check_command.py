@@ -6,15 +6,18 @@ import click
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
-from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.flatten import flatten, parts
+from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_problem, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.commands.texts.values import values_text
 from proofmass.runner.output.counts import count
+from proofmass.runner.output.text_table import text_table
+
+_VALUES = 40  # that are shown
 
 
 def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
@@ -42,9 +45,22 @@ def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json:
         return WRONG_MODEL
     ready = "ready to run" if alone else "ready to be a part of other graphs"
     click.echo(f"{path}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
-    print_text(values_text(graph))
+    print_text(_values(graph))
     return DONE
 
 
 def _wrong(problems: list[Problem]) -> list[Problem]:
     return [problem for problem in problems if not problem.note]
+
+
+def _values(graph: Graph) -> list[str]:
+    """Return a line for each value of a graph and its subgraphs, with its formula; nothing without values."""
+    rows = [
+        (path + name, value.text(), value.formula.text if value.formula else "")
+        for path, part in parts(graph)
+        for name, value in part.values.items()
+    ]
+    if not rows:
+        return []
+    more = [f"and {len(rows) - _VALUES} more"] if len(rows) > _VALUES else []
+    return ["", *text_table([("value", "is", ""), *rows[:_VALUES]], left=(0, 2)), *more]

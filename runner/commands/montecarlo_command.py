@@ -9,7 +9,14 @@ import click
 
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_variants
-from proofmass.runner.commands.answers import print_file, print_files, print_interruption, print_json, print_text
+from proofmass.runner.commands.answers import (
+    print_file,
+    print_files,
+    print_interruption,
+    print_json,
+    print_problem,
+    print_text,
+)
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -33,6 +40,7 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.plot import plot_study
+from proofmass.runner.studies.whole.ready import study_notes
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 
@@ -109,6 +117,8 @@ def _run_variants(request: StudyRequest, studies: Mapping[str, Study]) -> int:
 
 def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[int, StudyResult]:
     """Run one study, show and write it; return the exit code and the result."""
+    for note in study_notes(study):
+        print_problem(note)
     with progress(request.quiet or request.as_json, "run") as bar:
         result = run_study(
             study,

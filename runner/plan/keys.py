@@ -80,14 +80,6 @@ class SolverNumber:
 
 
 @dataclass(frozen=True, slots=True)
-class LaneOf:
-    """Place of a variable between the loops over the lanes; of one field if it holds several numbers."""
-
-    variable: str
-    field: str = ""
-
-
-@dataclass(frozen=True, slots=True)
 class HardwareModel:
     """The address of a compiled model of hardware."""
 
@@ -101,7 +93,7 @@ class LargestOf:
 
 VectorOf: TypeAlias = Endpoint | LargestOf  # a buffer, or a wire with several entries
 Moving: TypeAlias = WireOf | StateField | OverflowsOf
-Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | LaneOf | HardwareModel
+Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | HardwareModel
 Key: TypeAlias = Moving | Given
 
 _LIKE_MADE_UP = re.compile(r"_(_0)*\Z")
@@ -129,15 +121,6 @@ def variable(node: VectorOf) -> str:
     if isinstance(node, LargestOf):
         return f"{node.solver}_largest"
     return f"{word(node[0])}__{_told_apart(node[1])}"
-
-
-def made_up(name: str, role: str) -> str:
-    """A variable that the generator makes up, named after a block or an output.
-
-    >>> made_up("mass", "c")
-    'mass__c_'
-    """
-    return f"{name}__{role}_"
 
 
 def _told_apart(name: str) -> str:

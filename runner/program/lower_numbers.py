@@ -141,11 +141,6 @@ def nan() -> Constant:
     return Constant(FLOAT, math.nan)
 
 
-def is_constant(value: Any) -> bool:
-    """Return whether a value is a known number."""
-    return isinstance(value, Constant)
-
-
 def as_index(value: Operand) -> int | None:
     """Return a known integer, or None."""
     return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None

@@ -85,11 +85,6 @@ class StudyInfluences:
         return [row for part in parts(self.result).values() if len(part.numbers) for row in _rows(part, self.of(part))]
 
 
-def influence_rows(result: StudyResult) -> list[dict[str, Any]]:
-    """Return the rows of the influences of a study."""
-    return StudyInfluences(result).rows()
-
-
 def index_rows(result: StudyResult) -> list[dict[str, Any]]:
     """Return a row for each point, epoch, measure and parameter with its Sobol indices, for Saltelli's design."""
     study = result.study

@@ -52,7 +52,7 @@ def unready(graph: Graph, study: Study | None = None) -> list[Problem]:
     if any(not problem.note for problem in length):
         return length
     end = None if length else Fraction(planned.ticks() - 1) / planned.schedule.base_rate
-    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(_of_study(study) if study else ())]
+    notes = [*_many_steps(planned, end), *recording_notes(planned, end), *(study_notes(study) if study else ())]
     return [*length, *(_measures(planned, study) if end is not None else ()), *notes]
 
 
@@ -65,8 +65,8 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
         yield from (replace(problem, note=missing and study is None) for problem in error.problems)
 
 
-def _of_study(study: Study) -> Iterator[Problem]:
-    """Yield notes on ages and limits of a study."""
+def study_notes(study: Study) -> Iterator[Problem]:
+    """Yield notes on the ages and limits of a study."""
     if 0.0 < study.epochs[-1] < DAY:
         problem = Problem(
             message=f"the last age is {age_text(study.epochs[-1])}",

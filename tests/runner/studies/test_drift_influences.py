@@ -13,7 +13,7 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.draws.drawn_table import DrawnTable
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.influences import index_rows, influence_rows
+from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
 from proofmass.runner.studies.shown.sensitivities import regression
 from proofmass.runner.studies.whole.study import run_study
 
@@ -70,7 +70,7 @@ def result(tmp_path_factory: pytest.TempPathFactory) -> StudyResult:
 def rows_of(result: StudyResult, every: float, epoch: int, measure: str = "error") -> dict[str, dict[str, float]]:
     return {
         row["factor"]: row
-        for row in influence_rows(result)
+        for row in StudyInfluences(result).rows()
         if (row["recalibration_s"], row["epoch"], row["measure"]) == (every, epoch, measure)
     }
 
@@ -117,7 +117,7 @@ def test_a_drift_without_spread_of_its_own_is_one_factor_with_the_value(result: 
         drift={"a.value": {"ramp": "1 %/year", "relative": True}},
     )
     made = run_study(study, engine="python")
-    (row,) = [row for row in influence_rows(made) if row["epoch"] == 1 and row["measure"] == "error"]
+    (row,) = [row for row in StudyInfluences(made).rows() if row["epoch"] == 1 and row["measure"] == "error"]
     assert row["factor"] == "a.value, change of a.value"
     assert row["effect"] == pytest.approx(made["error"][:, 1].std(ddof=1), rel=1e-9)
     assert not row["change"]
@@ -164,7 +164,7 @@ def test_one_mass_in_three_blocks(result: StudyResult) -> None:
     )
     for drawn in map(study.drawn, range(40)):
         assert drawn[0]["a.value"] == drawn[0]["b.value"]
-    rows = [row for row in influence_rows(run_study(study, engine="python")) if row["measure"] == "error"]
+    rows = [row for row in StudyInfluences(run_study(study, engine="python")).rows() if row["measure"] == "error"]
     assert [row["factor"] for row in rows] == ["a.value, b.value", "offset.value"]
     deviation = np.std([study.drawn(run)[0]["a.value"] for run in range(40)], ddof=1)
     assert rows[0]["effect"] == pytest.approx(3.0 * deviation, rel=1e-9)

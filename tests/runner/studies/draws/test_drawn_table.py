@@ -20,7 +20,7 @@ from proofmass.runner.studies.kept.folder import kept_result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
 from proofmass.runner.studies.shown.export import save_study_csv, save_study_netcdf, save_study_parquet
-from proofmass.runner.studies.shown.influences import influence_rows
+from proofmass.runner.studies.shown.influences import StudyInfluences
 from proofmass.runner.studies.whole.study import replay, run_study
 from tests.by_hand.random_studies import random_study
 
@@ -106,7 +106,7 @@ blocks = { beam = { kind = "Constant", value = "= 3 * thickness" } }
 """
     spread = {name: {"normal": "3 %", "relative": True} for name in ("thickness", "beam.value")}
     result = run_study(Study(read_graph_text(text), runs=4000, seed=2, spread=spread), engine="python")
-    rows = {row["factor"]: row for row in influence_rows(result)}
+    rows = {row["factor"]: row for row in StudyInfluences(result).rows()}
     assert rows["thickness"]["slope"] == pytest.approx(3.0, rel=2e-3)
     assert rows["beam.value"]["slope"] == pytest.approx(1.0, rel=2e-3)
     for row in rows.values():
