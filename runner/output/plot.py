@@ -233,12 +233,13 @@ def _draw_signal(
     factor, unit = display(trace.unit, trace.shown_in, float(np.abs(values).max()))
     times, values = rows * float(trace.period) * seconds[0], values * factor
     if band := _band(trace.values, stretches):
-        edges = _edges(trace.values, band)
-        low, high = ((np.asarray(trace.values[part], dtype=np.float64) - away) * factor for part in edges[1:])
-        at = edges[0] * float(trace.period) * seconds[0]
-        panel.fill_between(at, low, high, color=BLUE, alpha=0.3, linewidth=0.0)
+        starts, *places = _edges(trace.values, band)
+        at = np.append(starts, len(trace.values)) * float(trace.period) * seconds[0]
+        sides = [(np.asarray(trace.values[rows], dtype=np.float64) - away) * factor for rows in places]
+        low, high = (np.append(side, side[-1]) for side in sides)
+        panel.fill_between(at, low, high, step="post", color=BLUE, alpha=0.3, linewidth=0.0)
         for edge in (low, high):
-            panel.plot(at, edge, color=BLUE, linewidth=0.8)
+            panel.plot(at, edge, color=BLUE, linewidth=0.8, drawstyle="steps-post")
     elif len(trace.values) <= _FEW and steps:
         times = np.append(times, len(trace.values) * float(trace.period) * seconds[0])
         panel.plot(times, np.append(values, values[-1]), color=BLUE, drawstyle="steps-post")
@@ -270,12 +271,12 @@ def _band(values: Array, stretches: int) -> int:
 
 
 def _edges(values: Array, stretches: int) -> tuple[Array, Array, Array]:
-    """Return the middle row of each stretch, and the places of its lowest and its highest value."""
+    """Return the first row of each stretch, and the places of its lowest and its highest value."""
     length = -(-len(values) // stretches)
-    starts = np.arange(0, len(values) - length + 1, length)
+    starts = np.arange(0, len(values), length)
     low = np.array([first + int(np.argmin(values[first : first + length])) for first in starts])
     high = np.array([first + int(np.argmax(values[first : first + length])) for first in starts])
-    return starts + length // 2, low, high
+    return starts, low, high
 
 
 def _draw_end(panel: "Axes", trace: Trace, away: float, factor: float) -> None:

@@ -1,6 +1,6 @@
 // One plot for each probe: the trace, a frozen run behind it, zoom by dragging, a cursor that all plots share.
 
-import { scaleFor, shown } from "./figures.mjs";
+import { scaleFor, shown, timeLabels } from "./figures.mjs";
 
 /**
  * @typedef {import("./figures.mjs").Scales} Scales
@@ -129,7 +129,8 @@ class Chart {
     const axis = { stroke: colour("--soft"), font: FONT, grid: { stroke: colour("--rule"), width: 1 }, ticks: { show: false } };
     const line = { stroke: colour("--blue"), width: 1.25, points: { show: false }, spanGaps: false };
     const before = { ...line, stroke: colour("--soft"), width: 1 };
-    const label = time ? "time in s" : spectrum ? "frequency in Hz" : "entry";
+    const label = time ? "time" : spectrum ? "frequency in Hz" : "entry";
+    const labels = (/** @type {any} */ _, /** @type {number[]} */ at) => (time ? timeLabels(at) : at.map(tick));
     const options = {
       width: Math.max(200, this.all.place.clientWidth),
       height: HEIGHT,
@@ -137,7 +138,7 @@ class Chart {
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
       scales: { x: { time: false, distr: spectrum ? 3 : 1 }, y: { distr: spectrum ? 3 : 1 } },
       axes: [
-        { ...axis, label, labelSize: 18, labelFont: FONT, size: 26 },
+        { ...axis, label, labelSize: 18, labelFont: FONT, size: 26, space: time ? 90 : 50, values: labels },
         { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
       ],
       series: [{}, ...(data.length > 2 ? [before] : []), line],
@@ -174,7 +175,8 @@ class Chart {
     const value = plot.data[plot.data.length - 1][at];
     const text = value === null || Number.isNaN(value) ? "" : shown(value / this.factor, this.all.units[this.probe.unit]);
     const x = plot.data[0][at];
-    this.reading.textContent = text && `${text} at ${Number(x.toPrecision(7))}`;
+    const unit = this.isSpectrum() ? " Hz" : this.probe.shape.length ? "" : " s";
+    this.reading.textContent = text && `${text} at ${Number(x.toPrecision(9))}${unit}`;
   }
 
   resize() {

@@ -5,7 +5,8 @@
  */
 
 /**
- * The rows from `first` up to `last`, each or the lowest and highest of as many stretches as there are pixels.
+ * The rows from `first` up to `last`, each or the lowest and highest of as many stretches as there are pixels, in the
+ * order in which they come: an edge that falls is drawn falling.
  * Two traces of one grid have the same abscissae.
  * @param {Float64Array} values @param {number} first @param {number} last @param {number} pixels
  * @param {number} period  seconds from row to row
@@ -21,19 +22,37 @@ export function envelope(values, first, last, pixels, period) {
   const x = new Float64Array(2 * pixels), y = new Float64Array(2 * pixels);
   for (let pixel = 0; pixel < pixels; pixel++) {
     const from = first + Math.floor((pixel * rows) / pixels), to = first + Math.floor(((pixel + 1) * rows) / pixels);
-    let low = Infinity, high = -Infinity;
+    let low = Infinity, high = -Infinity, lowest = 0, highest = 0;
     const stop = Math.min(to, values.length);
     for (let row = from; row < stop; row++) {
       const value = values[row];
-      if (value < low) low = value;
-      if (value > high) high = value;
+      if (value < low) [low, lowest] = [value, row];
+      if (value > high) [high, highest] = [value, row];
     }
+    const falls = highest < lowest;
     x[2 * pixel] = from * period;
     x[2 * pixel + 1] = ((from + to) / 2) * period;
-    y[2 * pixel] = low === Infinity ? NaN : low;
-    y[2 * pixel + 1] = high === -Infinity ? NaN : high;
+    y[2 * pixel + (falls ? 1 : 0)] = low === Infinity ? NaN : low;
+    y[2 * pixel + (falls ? 0 : 1)] = high === -Infinity ? NaN : high;
   }
   return { x, y };
+}
+
+const TIMES = /** @type {const} */ ([[1, "s"], [1e-3, "ms"], [1e-6, "us"], [1e-9, "ns"], [1e-12, "ps"]]);
+
+/**
+ * Labels of places on a time axis, in the unit of the largest, with the digits that tell neighbours apart.
+ * @param {number[]} at  seconds, in equal steps
+ * @returns {string[]}
+ */
+export function timeLabels(at) {
+  const most = Math.max(...at.map(Math.abs)), step = at.length > 1 ? Math.abs(at[1] - at[0]) : most;
+  const [size, unit] = TIMES.find(([size]) => most >= size * (1 - 1e-9)) ?? TIMES[TIMES.length - 1];
+  const far = (/** @type {number} */ digits) =>
+    at.some((value) => Math.abs(Number((value / size).toFixed(digits)) - value / size) > (1e-3 * step) / size);
+  let digits = 0;
+  while (digits < 15 && far(digits)) digits++;
+  return at.map((value) => (value === 0 ? "0" : `${(value / size).toFixed(digits)} ${unit}`.replace("-", "−")));
 }
 
 /**

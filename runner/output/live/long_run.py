@@ -29,6 +29,7 @@ class Envelope:
         self.probe, self.rows = probe, probe.rows(0, ticks)
         self.pixels = max(1, min(pixels, self.rows))
         self.low, self.high = np.full(self.pixels, np.inf), np.full(self.pixels, -np.inf)
+        self.lowest, self.highest = np.zeros((2, self.pixels), dtype=np.int64)  # rows of these
         self.done = 0
 
     def add(self, values: Array) -> None:
@@ -37,16 +38,21 @@ class Envelope:
         if self.probe.format is not None:
             numbers = numbers * 2.0**-self.probe.format.fraction
         pixel = (np.arange(self.done, self.done + len(numbers)) * self.pixels) // max(1, self.rows)
-        np.fmin.at(self.low, pixel, numbers)
-        np.fmax.at(self.high, pixel, numbers)
+        ways = (np.fmin, self.low, self.lowest), (np.fmax, self.high, self.highest)
+        for extreme, values_so_far, rows in ways:
+            before = values_so_far.copy()
+            extreme.at(values_so_far, pixel, numbers)
+            new = np.flatnonzero((numbers == values_so_far[pixel]) & (values_so_far != before)[pixel])[::-1]
+            rows[pixel[new]] = self.done + new  # the first of equal ones is written last
         self.done += len(numbers)
 
     def as_data(self, period: float) -> dict[str, Any]:
-        """Return a picture as the page draws it: two points for each stretch that has begun."""
+        """Return a picture as the page draws it: two points in order for each stretch that has begun."""
         begun = np.isfinite(self.low) & np.isfinite(self.high)
         edges = np.arange(self.pixels + 1) * self.rows / self.pixels * period
         x = np.stack([edges[:-1], (edges[:-1] + edges[1:]) / 2.0], axis=1)[begun]
-        y = np.stack([self.low, self.high], axis=1)[begun]
+        falls = (self.highest < self.lowest)[:, None]
+        y = np.where(falls, np.stack([self.high, self.low], axis=1), np.stack([self.low, self.high], axis=1))[begun]
         return {"signal": self.probe.signal, "x": x.ravel().tolist(), "y": y.ravel().tolist()}
 
 

@@ -30,3 +30,21 @@ def test_an_envelope_and_the_last_turns(rows_a_turn: int) -> None:
 def test_a_slow_signal_and_a_short_one_are_lines() -> None:
     assert len(axes_of(np.sin(np.arange(600_000) / 1e5))) == 1
     assert len(axes_of(np.sin(np.arange(300)))) == 1
+
+
+@pytest.mark.defect("S602", before="stretches joined by slanted lines: an edge looks as wide as one", after="steps")
+def test_an_edge_of_a_band_is_upright_and_nowhere_the_band_misses_the_signal() -> None:
+    sine = np.sin(np.arange(600_000) / 3.0)
+    values = np.where(np.arange(600_000) < 301_234, sine, 5.0 + sine)
+    panel, _ = axes_of(values)
+    low, high = panel.lines
+    assert low.get_drawstyle() == high.get_drawstyle() == "steps-post"
+    to_seconds = made_trace("sine.output", values, "V").times[-1] / (len(values) - 1)
+    scale = panel.lines[0].get_xdata()[-1] / (600_000 * to_seconds)  # seconds to the unit of the axis
+    starts = np.asarray(low.get_xdata()) / scale / to_seconds
+    stretch = np.searchsorted(starts, np.arange(600_000) + 1e-6, side="right") - 1
+    assert np.all(np.asarray(low.get_ydata())[stretch] <= values + 1e-12)
+    assert np.all(np.asarray(high.get_ydata())[stretch] >= values - 1e-12)
+    wide = np.diff(starts).max()
+    away = np.abs(np.arange(600_000) - 301_234) > wide
+    assert np.all((np.asarray(high.get_ydata())[stretch] < 1.01)[away] == (np.arange(600_000) < 301_234)[away])
