@@ -1,32 +1,28 @@
-"""Picture of a study: each measure as a histogram, or as a fan of percentiles over its epochs; point by point."""
+"""Picture of a study: each measure as a histogram, or as fans of percentiles over its epochs; point by point."""
 
-import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed, save_figure
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
+from proofmass.runner.studies.shown.aged import LIMIT, Aged, aged, label_of, near, whole
 from proofmass.runner.studies.shown.points import parts, swept_parts
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_COLUMNS = 4  # points of a sweep beside each other
-LIMIT = "limit"
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
 COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 MARKED = 24  # epochs up to which each has a dot
-LIMIT_OF_CHANGE = "limit of the change, about the median"
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
 
 
@@ -40,13 +36,17 @@ def plot_study(result: StudyResult) -> "Figure":
     study, columns = result.study, swept_parts(result)
     columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
     with matplotlib.rc_context(STYLE):
-        size = max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * len(result.measures)
+        fans = [fan for measure in result.measures for fan in aged(result, measure)] if len(study.epochs) > 1 else []
+        rows = len(fans or result.measures)
+        size = max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * rows
         figure = Figure(figsize=size, facecolor=PAPER, layout="constrained")
-        panels = figure.subplots(len(result.measures), len(columns), squeeze=False)
+        panels = figure.subplots(rows, len(columns), squeeze=False)
         for (name, part), column in zip(columns.items(), panels.T, strict=True):
             column[0].set_title(name, fontsize=10)
-            for panel, measure in zip(column, result.measures, strict=True):
-                (_fans if len(study.epochs) > 1 else _histograms)(panel, part, measure)
+            for panel, fan in zip(column, fans, strict=False):
+                _fans(panel, part, fan)
+            for panel, measure in zip(column, () if fans else result.measures, strict=False):
+                _histograms(panel, part, measure)
         yields = result.yields() if study.points == 1 else {}
         good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
         headed(figure, f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}")
@@ -63,11 +63,6 @@ def save_study_plots(result: StudyResult, path: Path, endings: Sequence[str]) ->
     return names
 
 
-def _whole(result: StudyResult, name: str) -> Array:
-    """Values of a measure of the runs that have it at every epoch."""
-    return result[name][np.isfinite(result[name]).all(axis=1)]
-
-
 def _legend(figure: "Figure") -> None:
     """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
@@ -78,19 +73,19 @@ def _legend(figure: "Figure") -> None:
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)
 
 
-def _fans(panel: Any, result: StudyResult, measure: PlannedMeasure) -> None:
+def _fans(panel: Any, result: StudyResult, fan: Aged) -> None:
     """The fan of a measure over the epochs, or one for each point of the study."""
-    told_apart = parts(result)
+    told_apart, ages = parts(result), result.study.epochs[fan.first :]
     for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
-        values = _whole(part, measure.name)
+        values = fan.values(part)
         if not len(values):
             continue
         if len(told_apart) == 1:
-            _fan(panel, result.study.epochs, values, color, INK, "median", "{:g} to {:g} %")
+            _fan(panel, ages, values, color, INK, "median", "{:g} to {:g} %")
         else:
-            _fan(panel, result.study.epochs, values, color, color, name, "")
-    panel.set_ylabel(label_of(measure))
-    _limits(panel.axhline, result, measure.name, aged=True)
+            _fan(panel, ages, values, color, color, name, "")
+    panel.set_ylabel(fan.label)
+    _limits(panel.axhline, near(fan.limits, fan.values(result)))
 
 
 def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str, median: str, edges: str) -> None:
@@ -111,7 +106,7 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
     told_apart, epochs = parts(result), result.study.epochs
     youngest, oldest = age_text(epochs[0]), age_text(epochs[-1])
     for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
-        values = _whole(part, measure.name)
+        values = whole(part, measure.name)
         if not len(values):
             continue
         edges = np.histogram_bin_edges(values[:, [0, -1][: len(epochs)]], bins="auto")
@@ -125,26 +120,10 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
     panel.set_xlabel(label_of(measure) + at)
     panel.set_ylabel("runs")
     panel.locator_params(axis="x", nbins=6)
-    _limits(panel.axvline, result, measure.name)
+    limit = result.study.limits.get(measure.name, Limit())
+    _limits(panel.axvline, near((limit.at_least, limit.at_most), result[measure.name]))
 
 
-def label_of(measure: PlannedMeasure) -> str:
-    """Name and unit of a measure for an axis."""
-    unit = pretty(measure.unit)
-    return measure.name + (f" [{unit}]" if unit != "1" else "")
-
-
-def edges_of(limit: Limit, values: Array, aged: bool) -> Iterator[tuple[float, str]]:
-    """Yield the limits of a measure and their names; over age that of a change, on both sides of the first median."""
-    yield from ((limit.at_least, LIMIT), (limit.at_most, LIMIT))
-    if aged and math.isfinite(limit.change):
-        first = float(np.nanmedian(values[:, 0]))
-        yield from ((first + sign * limit.change * abs(first), LIMIT_OF_CHANGE) for sign in (-1.0, 1.0))
-
-
-def _limits(draw: Any, result: StudyResult, name: str, aged: bool = False) -> None:
-    """Draw the limits that lie near the values; others would only squeeze the picture."""
-    limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
-    for edge, label in edges_of(limit, result[name], aged) if limit and len(values) else ():
-        if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):
-            draw(edge, color=ORANGE, linestyle="--" if label == LIMIT else ":", label=label)
+def _limits(draw: Any, limits: Sequence[float]) -> None:
+    for limit in limits:
+        draw(limit, color=ORANGE, linestyle="--", label=LIMIT)

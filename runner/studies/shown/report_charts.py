@@ -7,13 +7,15 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
+from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.charts import BLUE, COLOURS, INK, Panel, chart
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.lifetimes import Lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.aged import LIMIT, Aged, aged, label_of, near, whole
 from proofmass.runner.studies.shown.influences import Influences
-from proofmass.runner.studies.shown.plot import FAN, edges_of, label_of
+from proofmass.runner.studies.shown.plot import FAN
 from proofmass.runner.studies.shown.points import parts
 from proofmass.runner.studies.shown.sensitivities import Influence, Regression
 
@@ -24,10 +26,10 @@ _LINES = 5  # factors whose shares are drawn over the age
 
 
 def distribution_chart(result: StudyResult, measure: PlannedMeasure) -> str:
-    """Return histograms at the first and the last epoch, and beside them the fan over the epochs."""
+    """Return histograms at the first and the last epoch, and beside them the fans over the epochs."""
     panels = [_histograms(result, measure)]
     if len(result.study.epochs) > 1:
-        panels.append(_fans(result, measure))
+        panels += [_fans(result, fan) for fan in aged(result, measure)]
     return chart(panels, f"distribution of {measure.name}")
 
 
@@ -113,13 +115,13 @@ def _curves(result: StudyResult, measure: PlannedMeasure, name: str) -> list[tup
     return [(text, sorted(points, key=lambda point: point[0])) for text, points in curves.items()]
 
 
-def _fans(result: StudyResult, measure: PlannedMeasure) -> Panel:
+def _fans(result: StudyResult, fan: Aged) -> Panel:
     """Return the fan of a measure over the epochs, or one for each point of the study."""
-    told_apart, ages = parts(result), result.study.epochs
+    told_apart, ages = parts(result), result.study.epochs[fan.first :]
     size, unit = _scale(ages[-1])
-    panel, at = Panel(f"age [{unit}]", label_of(measure)), np.array(ages) / size
+    panel, at = Panel(f"age [{unit}]", fan.label), np.array(ages) / size
     for colour, (name, part) in zip(cycle(COLOURS), told_apart.items(), strict=False):
-        values = _whole(part, measure.name)
+        values = fan.values(part)
         if not len(values):
             continue
         alone = len(told_apart) == 1
@@ -127,7 +129,8 @@ def _fans(result: StudyResult, measure: PlannedMeasure) -> Panel:
             rows = np.percentile(values, (low, high), axis=0)
             panel.band(at, rows[0], rows[1], colour, strength, f"{low:g} to {high:g} %" if alone else "")
         panel.line(at, np.median(values, axis=0), INK if alone else colour, "median" if alone else name)
-    _limits(panel, result, measure.name, upright=False)
+    for limit in near(fan.limits, fan.values(result)):
+        panel.rule(limit, False, label=LIMIT)
     return panel
 
 
@@ -138,7 +141,7 @@ def _histograms(result: StudyResult, measure: PlannedMeasure) -> Panel:
     several, aged = len(told_apart) > 1, len(epochs) > 1
     panel = Panel(label_of(measure) + (f" at {oldest}" if several and aged else ""), "runs", counts=True)
     for colour, (name, part) in zip(cycle(COLOURS), told_apart.items(), strict=False):
-        values = _whole(part, measure.name)
+        values = whole(part, measure.name)
         if not len(values):
             continue
         edges = np.histogram_bin_edges(values[:, -1] if several else values[:, [0, -1][: len(epochs)]], bins="auto")
@@ -148,21 +151,10 @@ def _histograms(result: StudyResult, measure: PlannedMeasure) -> Panel:
         panel.bars(edges, np.histogram(values[:, 0], edges)[0], colour, youngest if aged else "")
         if aged:
             panel.bars(edges, np.histogram(values[:, -1], edges)[0], INK, oldest, outline=True)
-    _limits(panel, result, measure.name, upright=True)
+    limit = result.study.limits.get(measure.name, Limit())
+    for edge in near((limit.at_least, limit.at_most), result[measure.name]):
+        panel.rule(edge, True, label=LIMIT)
     return panel
-
-
-def _limits(panel: Panel, result: StudyResult, name: str, upright: bool) -> None:
-    """Draw the limits that lie near the values; others would only squeeze the picture."""
-    limit, values = result.study.limits.get(name), result[name][np.isfinite(result[name])]
-    for edge, label in edges_of(limit, result[name], aged=not upright) if limit and len(values) else ():
-        if np.isfinite(edge) and values.min() - np.ptp(values) <= edge <= values.max() + np.ptp(values):
-            panel.rule(edge, upright, label=label)
-
-
-def _whole(result: StudyResult, name: str) -> Array:
-    """Return the values of a measure of the runs that have it at every epoch."""
-    return result[name][np.isfinite(result[name]).all(axis=1)]
 
 
 def _scale(oldest: float) -> tuple[float, str]:

@@ -9,7 +9,7 @@ from proofmass.runner.output.charts import COLOURS, Panel, chart
 from proofmass.runner.output.sweeps import axis_of
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
-from proofmass.runner.studies.shown.plot import label_of
+from proofmass.runner.studies.shown.aged import label_of
 
 _IS, _AND = " = ", ", "  # as `variants_of` names variants of a sweep
 _FEW = 2  # curves, below which scatter is drawn
