@@ -81,10 +81,10 @@ def deviation_over_runs(
 ) -> ValueDeviation:
     """Return the standard deviation of an output at a time over runs of different seeds, exactly for small noise.
 
-    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The time `until` is in
-    seconds, and the end of the graph's run unless said. Roundings count as in `noise`. Each tick is followed in Python,
-    in some 1 ms; `progress` is called with the ticks
-    that are done and all of them.
+    `graph` runs from tick 0, and random numbers count from there; `output` is "block.port". The value is that of its
+    last tick up to and with the time `until`, in seconds, which is the end of the graph's run unless said. Roundings
+    count as in `noise`. Each tick is followed in Python, in some 1 ms; `progress` is called with the ticks that are
+    done and all of them.
 
     Raises `ModelError` for a graph that cannot be linearised.
 
@@ -94,7 +94,7 @@ def deviation_over_runs(
     ['amplifier', 'gas', 'adc']
     """
     planned = plan(graph)
-    ticks = planned.ticks() if until is None else OperatingPoints(planned, until).answered(lambda about: about.tick)
+    ticks = planned.ticks() if until is None else OperatingPoints(planned, until).answered(lambda about: about.tick) + 1
     return deviations(planned, [output], ticks, progress)[0]
 
 
@@ -106,7 +106,7 @@ def deviations(
     engine = _followed(planned, nodes, ticks, {}, progress)
     early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in engine.last), None)
     if early is not None:
-        raise ModelError([planned.graph.placed(_early(early, ticks * planned.period))])
+        raise ModelError([planned.graph.placed(_early(early, (ticks - 1) * planned.period))])
     return [_deviation(planned, *each, engine.last[each[1]]) for each in zip(outputs, nodes, strict=True)]
 
 
@@ -163,7 +163,7 @@ def _deviation(planned: Plan, output: str, node: Endpoint, last: "_Last") -> Val
     return ValueDeviation(
         output=output,
         unit=short_unit(unit_of(block, type(block).outputs[node[1]])),
-        time=last.tick * planned.period,
+        time=planned.beat(node).at(last.number) * planned.period,
         value=last.value,
         deviation=math.sqrt(sum(last.variances.values())),
         sources={name: deviation for deviation, name in parts},
@@ -172,9 +172,9 @@ def _deviation(planned: Plan, output: str, node: Endpoint, last: "_Last") -> Val
 
 @dataclass(frozen=True)
 class _Last:
-    """The last value of an output: its tick, and the variance that each block makes."""
+    """The last value of an output: its number from 0 on, and the variance that each block makes."""
 
-    tick: int
+    number: int
     value: float
     variances: Mapping[str, float]
 
@@ -265,7 +265,7 @@ class _CovarianceTicks(CompactTicks):
                     name: float(_moved(slopes, row, self._covariances.get(name), columns)[0, 0])
                     for name, columns in self._by_block(slopes)
                 }
-                self.last[node] = _Last(self._memory.tick - 1, float(plain(values[-1])), variances)
+                self.last[node] = _Last(self._numbers[node] - 1, float(plain(values[-1])), variances)
 
     def _by_block(self, slopes: _Slopes) -> Iterator[tuple[str, list[int]]]:
         for name in {**self._covariances, **slopes.columns}:

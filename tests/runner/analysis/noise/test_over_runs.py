@@ -15,6 +15,7 @@ from proofmass.blocks import (
     Product,
     WhiteNoise,
 )
+from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.measures import Measure
 from proofmass.runner.analysis.noise.over_runs import densities
 from proofmass.runner.analysis.spectrum.windows import window
@@ -45,6 +46,19 @@ def mixed() -> Graph:
     return Graph(name="", rate="1 kHz", samples=501, blocks=blocks, wires=wires)
 
 
+LATE = """
+name = "a slow reader, and a late one"
+rate = "1 kHz"
+samples = 3000
+wires = ["white.output -> sum.input", "sum.output -> slow.input", "sum.output -> late.input"]
+[blocks]
+white = { kind = "WhiteNoise", density = "1.4142135623730951 V/sqrt(Hz)", unit = "V" }
+sum = { kind = "DiscreteIntegrator", input_unit = "V" }
+slow = { kind = "Gain", rate = "1 Hz", input_unit = "s", output_unit = "s" }
+late = { kind = "Gain", clock_offset = "0.4 ms", input_unit = "s", output_unit = "s" }
+"""
+
+
 def sines(count: int) -> np.ndarray:
     return np.sin(2.0 * np.pi * 123.4567 * np.arange(count) / RATE)
 
@@ -53,8 +67,8 @@ def sines(count: int) -> np.ndarray:
 def test_a_random_walk(ticks: int) -> None:
     """The integral in tick n has taken the values before it: n times 1000 V^2 times the period squared."""
     last = deviation_over_runs(walk(), "sum.output", until=ticks / RATE)
-    assert last.deviation == pytest.approx(math.sqrt((ticks - 1) * 1000.0) / RATE, rel=1e-12)
-    assert last.time == pytest.approx((ticks - 1) / RATE)
+    assert last.deviation == pytest.approx(math.sqrt(ticks * 1000.0) / RATE, rel=1e-12)
+    assert last.time == pytest.approx(ticks / RATE)
     assert last.sources == {"white": last.deviation}
 
 
@@ -110,4 +124,13 @@ def test_many_runs() -> None:
 
 def test_a_time_before_the_first_value() -> None:
     with pytest.raises(ModelError, match="no value before that time"):
-        deviation_over_runs(walk(), "sum.output", until=0.0)
+        deviation_over_runs(read_graph_text(LATE), "late.output", until=0.0)
+    assert deviation_over_runs(read_graph_text(LATE), "late.output", until=0.0004).time == 0.0004
+
+
+@pytest.mark.defect("S604", before="the value of 0 s, at 0.999 s", after="the value of the last tick up to that time")
+@pytest.mark.parametrize(("until", "at"), [(0.0, 0.0), (0.999, 0.0), (1.0, 1.0), (1.7, 1.0), (2.0, 2.0)])
+def test_a_slow_output_has_the_value_of_its_last_tick(until: float, at: float) -> None:
+    slow = deviation_over_runs(read_graph_text(LATE), "slow.output", until=until)
+    assert slow.time == at
+    assert slow.deviation == pytest.approx(math.sqrt(at * RATE * 1000.0) / RATE, rel=1e-12)
