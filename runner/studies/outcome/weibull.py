@@ -21,6 +21,7 @@ _STEP = 1e-4  # of logarithms, for differences
 _LONGEST = 0.5  # step of a logarithm
 _NEAR = 1e-9
 _ITERATIONS = 100
+_WIDEST = 1e3  # factor from an estimate to an end of its interval
 
 
 @dataclass(frozen=True)
@@ -42,7 +43,8 @@ class Weibull:
 def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibull | None:
     """Return the law that fits best: `left[i]` sensors left between ages i and i + 1, `surviving` never did.
 
-    None where fewer than five left, or all of them in one interval: no law follows from that.
+    None where fewer than five left, all of them in one interval, or so that an end of an interval is a thousand times
+    the estimate: no law follows from that.
     """
     edges, counts = np.asarray(ages, dtype=float), np.asarray(left, dtype=float)
     if counts.sum() < FEWEST or np.count_nonzero(counts) < 2:
@@ -72,6 +74,8 @@ def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibu
     gradient = np.array([-level * inverse, 1.0])
     at, error = best[1] + level * inverse, math.sqrt(max(float(gradient @ variance @ gradient), 0.0))
     halves = aside * np.sqrt(np.maximum(np.diag(variance), 0.0))
+    if halves.max() > math.log(_WIDEST):
+        return None
     scale = tuple(size * math.exp(best[1] + sign * halves[1]) for sign in (-1.0, 1.0))
     shape = tuple(math.exp(best[0] + sign * halves[0]) for sign in (-1.0, 1.0))
     one = tuple(size * math.exp(at + sign * aside * error) for sign in (-1.0, 1.0))

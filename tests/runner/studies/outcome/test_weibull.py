@@ -49,6 +49,6 @@ def test_its_intervals_cover_the_truth() -> None:
     assert (np.abs(covered / 200.0 - 0.95) < 3.0 * math.sqrt(0.95 * 0.05 / 200.0)).all()
 
 
-@pytest.mark.parametrize(("left", "surviving"), [([4, 0], 996), ([500, 0], 0), ([0, 500], 500)])
+@pytest.mark.parametrize(("left", "surviving"), [([4, 0], 996), ([500, 0], 0), ([0, 500], 500), ([59, 1], 0)])
 def test_too_little_determines_no_law(left: list[int], surviving: int) -> None:
     assert weibull([0.0, 1.0, 2.0], left, surviving) is None
