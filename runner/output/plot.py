@@ -267,7 +267,8 @@ def _band(values: Array, stretches: int) -> int:
     _, low, high = _edges(values, stretches)
     low, high = np.asarray(values[low], dtype=np.float64), np.asarray(values[high], dtype=np.float64)
     span = float(high.max() - low.min())
-    return stretches if span > 0.0 and float(np.mean(high - low)) > _BAND * span else 0
+    wide = span > 0.0 and float(np.mean(high - low)) > _BAND * span
+    return stretches // 2 if wide else 0  # a step has two corners
 
 
 def _edges(values: Array, stretches: int) -> tuple[Array, Array, Array]:

@@ -87,8 +87,8 @@ def test_a_limited_change_is_drawn_as_the_change() -> None:
     (panel,) = [panel for panel in plot_study(result).axes if panel.get_ylabel() == f"change of {name} [%]"]
     (median,) = [line for line in panel.lines if line.get_label() == "median"]
     own = result[name] / result[name][:, :1] - 1.0
-    np.testing.assert_allclose(median.get_ydata(), 100.0 * np.median(own, axis=0), atol=1e-12)
-    limits = sorted(line.get_ydata()[0] for line in panel.lines if line.get_label() == "limit")
+    np.testing.assert_allclose(np.array(median.get_ydata(), dtype=float), 100.0 * np.median(own, axis=0), atol=1e-12)
+    limits = sorted(float(np.array(line.get_ydata())[0]) for line in panel.lines if line.get_label() == "limit")
     assert limits in ([], [-100.0 * limit.change, 100.0 * limit.change])
 
 
