@@ -127,7 +127,10 @@ class _Handler(BaseHTTPRequestHandler):
     def _body(self) -> object:
         """The JSON of a request; None for anything else."""
         length = self.headers.get("Content-Length", "")
-        if not length.isdecimal() or len(length) > 9 or int(length) > _LARGEST:
+        if not length.isdecimal() or len(length) > 9:
+            return None
+        if int(length) > _LARGEST:
+            self.rfile.read(min(int(length), 2 * _LARGEST))  # unread, it would reset the connection
             return None
         try:
             return json.loads(self.rfile.read(int(length)))

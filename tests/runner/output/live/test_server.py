@@ -1,5 +1,6 @@
 """The guards of the live server, without a browser: whom it answers, and what it makes of hostile requests."""
 
+import contextlib
 import hashlib
 import hmac
 import socket
@@ -42,15 +43,13 @@ BODY = b'{"state": {"values": {}, "seed": "1", "duration": "1"}}'
 def asked(url: str, method: str, path: str, body: bytes = BODY, **headers: str) -> int:
     """Status of the answer to a request."""
     parts = urlsplit(url)
-    connection = HTTPConnection("127.0.0.1", parts.port or 0, timeout=10)
-    connection.putrequest(method, path, skip_host="Host" in headers)
-    body = body if method == "POST" else b""
-    for name, value in {"Content-Length": str(len(body)), **headers}.items():
-        connection.putheader(name, value)
-    connection.endheaders(body)
-    status = connection.getresponse().status
-    connection.close()
-    return status
+    with contextlib.closing(HTTPConnection("127.0.0.1", parts.port or 0, timeout=10)) as connection:
+        connection.putrequest(method, path, skip_host="Host" in headers)
+        body = body if method == "POST" else b""
+        for name, value in {"Content-Length": str(len(body)), **headers}.items():
+            connection.putheader(name, value)
+        connection.endheaders(body)
+        return connection.getresponse().status
 
 
 def test_others_are_refused(process: Process) -> None:
