@@ -309,3 +309,18 @@ def test_an_output_without_noise_is_refused() -> None:
 def test_an_empty_band_is_refused() -> None:
     with pytest.raises(ModelError, match="the band is empty"):
         budget({"w": WhiteNoise(), "o": Gain()}, ["w.output -> o.input"], "o.output", band=(600.0, 700.0))
+
+
+@pytest.mark.defect("S605", before="1.604 for means of 2,000 values", after="the integral to eleven digits")
+@pytest.mark.parametrize("ratio", [2, 100, 1000, 2000])
+def test_the_band_of_a_held_mean_of_many_values(ratio: int) -> None:
+    """A held white sequence has the density of one value times the squared Dirichlet kernel, whose lobes are known."""
+    blocks = {"white": WhiteNoise(density=1.0), "mean": Decimator(ratio=ratio), "fast": Gain()}
+    wires = ["white.output -> mean.input", "mean.mean -> fast.input"]
+    graph = Graph(name="", rate="10 kHz", blocks=blocks, wires=wires, rates={"fast": "10 kHz"})
+    lag, high = np.arange(1, ratio), 2000.0
+    triangle = (ratio - lag) * np.sin(2.0 * math.pi * high * lag / 10000.0) / (math.pi * lag)
+    # The kernel's integral from 0 to f is N f + 2 sum (N - k) sin(2 pi k f / r) r / (2 pi k); a value has 1/N of 5 kHz.
+    kernel = ratio * high + 10000.0 * math.fsum(triangle)
+    wanted = kernel / ratio**2
+    assert noise(graph, "fast.output", band=(0.0, high)).rms ** 2 == pytest.approx(wanted, rel=1e-10)
