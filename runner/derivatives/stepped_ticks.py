@@ -5,23 +5,34 @@ tick alone: a matrix of few entries, whatever the length of the period.
 """
 
 from collections.abc import Collection
-from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple
+
+import numpy as np
+import numpy.typing as npt
 
 from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks, Place
 from proofmass.runner.plan.memory import Rows
 
+Array = npt.NDArray[np.float64]
+Indices = npt.NDArray[np.int64]
 _LASTING = object()  # marks directions of numbers that last
 
 
-class TickMap(NamedTuple):
-    """Slopes of the numbers that last, and of the wire; None in a tick without a value of it."""
+class TickSlopes(NamedTuple):
+    """Slopes of some ticks: `value` is that of `row` after the tick by `column` before it.
 
-    moved: dict[Place, dict[Place, float]]
-    entered: dict[Place, float]  # by the input
-    read: dict[Place, float] | None  # the output, before the input is added
+    Rows are `places`, the numbers that last, and then the wire before the input is added. Columns are places, and then
+    the input at the wire.
+    """
+
+    places: tuple[Place, ...]
+    tick: Indices
+    row: Indices
+    column: Indices
+    value: Array
+    valued: npt.NDArray[np.bool_]  # of each tick, whether the wire has a value
 
 
 class UndefinedSlopesError(ArithmeticError):
@@ -33,35 +44,37 @@ class UndefinedSlopesError(ArithmeticError):
 
 
 class SteppedTicks(DualTicks):
-    """Ticks with the input and the output at the same wire, which is cut there; what it moves is in some blocks."""
+    """Ticks with the input and the output at the same wire, which is cut there."""
 
-    def __init__(self, *arguments: Any, moving: AbstractSet[str]) -> None:
-        self.ticks: list[TickMap] = []
+    def __init__(self, *arguments: Any) -> None:
+        self._valued: list[bool] = []
+        self._slopes: list[tuple[int, Place | None, Place | None, float]] = []  # tick, row, column and value
         super().__init__(*arguments)
-        self._blocks = moving
         self.live = set(self._renewed())  # numbers that last and have slopes
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `TickError`."""
         (node,) = self.recorded
         while self._memory.tick < last:
-            before = len(self.recorded[node])
+            before, tick = len(self.recorded[node]), len(self._valued)
             super().advance(self._memory.tick + 1, rows)
-            read = [self._by_places(slopes_of(value, SIGNALS))[0] for value in self.recorded[node][before:]]
-            moved, entered = dict[Place, dict[Place, float]](), dict[Place, float]()
+            read = self.recorded[node][before:]
             had = self._renewed()
-            for place, slopes in had.items():
-                moved[place], by_input = self._by_places(slopes)
-                if by_input:
-                    entered[place] = by_input
-            self.ticks.append(TickMap(moved, entered, read[0] if read else None))
+            for row, slopes in (*((None, slopes_of(value, SIGNALS)) for value in read[:1]), *had.items()):
+                for key, slope in slopes.items():
+                    self._slopes.append((tick, row, key[1] if key[0] is _LASTING else None, slope))
+            self._valued.append(bool(read))
             self.live = set(had)
         return True
 
-    def _by_places(self, slopes: Any) -> tuple[dict[Place, float], float]:
-        """Return slopes by the numbers that lasted, and that by the input of this tick."""
-        own = {key[1]: slope for key, slope in slopes.items() if key[0] is _LASTING}
-        return own, sum(slope for key, slope in slopes.items() if key[0] is not _LASTING)
+    def slopes(self) -> TickSlopes:
+        """Return the slopes of all ticks."""
+        ticks, rows, columns, values = zip(*self._slopes, strict=True) if self._slopes else ((), (), (), ())
+        places = sorted({place for place in (*rows, *columns) if place is not None})
+        number = {place: i for i, place in enumerate(places)} | {None: len(places)}
+        at = ([*ticks], [number[place] for place in rows], [number[place] for place in columns])
+        indices = (np.array(each, dtype=np.int64) for each in at)
+        return TickSlopes(tuple(places), *indices, np.array(values, dtype=float), np.array(self._valued))
 
     def _renewed(self) -> dict[Place, Any]:
         """Give each number that lasts a direction of its own, and return the slopes that it had."""

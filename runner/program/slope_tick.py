@@ -27,17 +27,19 @@ from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.program.tick_loop import TickLoop
 
 INPUT = -1  # stands for the input among the directions
-SLOPE, READ, VALUED, VALUE = range(4)  # at the wire: of the input, of what is read, whether there is a value, and which
+READ, VALUED, VALUE, SLOPE = range(4)  # at the wire: of what is read, whether there is a value, and which; the input's
 AT_THE_WIRE = 4
 _WIRE = "wire that may be cut"
 
 
 @dataclass(frozen=True)
 class SlopeTick:
-    """The program of one tick, in some directions, and what it is called with."""
+    """The program of ticks in some directions, one for each lane, and what it is called with."""
 
     written: TickLoop  # of the tick alone: places of its numbers
     program: Program
+    shared: frozenset[Array]  # what all lanes read
+    apart: frozenset[Array]  # what is another in each lane: directions, and all slopes
     wires: dict[Endpoint, int]  # by which a wire is chosen
 
 
@@ -50,7 +52,9 @@ def write_slopes(plan: Plan) -> SlopeTick:
     moved = [p for p in entry.parameters if isinstance(p, Array) and p.writable and p not in writer.at_the_wire]
     sloped = Tangents({_WIRE: _cut}).of(entry, tuple(p in moved for p in entry.parameters))
     moved.remove(scratch)
-    return SlopeTick(loop, program(_Directions(entry, moved, scratch).written(sloped)), writer.wires)
+    directions = _Directions(entry, moved, scratch)
+    whole = program(directions.written(sloped))
+    return SlopeTick(loop, whole, directions.shared, directions.apart, writer.wires)
 
 
 class _CutWriter(TickWriter):
@@ -99,11 +103,13 @@ def _cut(s: Step) -> Operand:
 
 
 class _Directions:
-    """Writes the function of one tick in several directions, from one memory: a row of slopes for each.
+    """Writes the function of some ticks, each in several directions from one memory: a row of slopes for each.
 
     Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in their order, their
-    slopes, what they are before, and their lengths; the directions, their number, and the rows: slopes of all that
-    moves, then what stands at the wire. What is kept in scratch holds for all directions.
+    slopes and what they are before a tick, and their lengths; the places of entries whose slopes are kept, of one array
+    after the other, and where those of each end; the directions, their number, and the rows: the slopes that are kept,
+    then what stands at the wire. What is kept in scratch holds for all directions. Lanes have a direction each: all but
+    the slopes is shared by them.
     """
 
     def __init__(self, entry: Function, moved: Sequence[Array], scratch: Array) -> None:
@@ -113,31 +119,47 @@ class _Directions:
         self.slopes: dict[Value | Array, Array] = {scratch: builder.array(FLOAT, None, "scratch_slopes", True)}
         self.moved = [self._array(array) for array in moved]
         self.slopes |= {a: builder.array(FLOAT, a.length, f"{a.name}_slopes", True) for a in moved}
-        self.before = [builder.array(array.entry, None, f"{array.name}_before") for array in moved]
+        self.before = [builder.array(array.entry, None, f"{array.name}_before", True) for array in moved]
         lengths = builder.array(INTEGER, len(moved), "lengths")
+        self.kept = builder.array(INTEGER, None, "kept")
+        self.ends = builder.array(INTEGER, len(moved), "ends")
         self.directions = builder.array(INTEGER, None, "directions")
         self.number = builder.parameter(INTEGER, "number")
         self.rows = builder.array(FLOAT, None, "rows", True)
         self.lengths = [builder.load(lengths, k) for k, _ in enumerate(moved)]
         self.own = [self.slopes[array] for array in moved]
+        self.apart = frozenset([self.directions, self.rows, *self.slopes.values(), self._array(entry.parameters[-1])])
+        arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends]
+        self.shared = frozenset(a for a in arrays if isinstance(a, Array)) - self.apart
 
     def written(self, sloped: Function) -> Function:
         """Return the function, by that of the tick with slopes."""
         builder, entry = self.builder, self.entry
-        width: Operand = operand(AT_THE_WIRE)
-        for length in self.lengths:
-            width = builder.compute("add_integers", width, length)
-        given = [each for p in entry.parameters for each in (self.copies[p], *filter(None, [self.slopes.get(p)]))]
-        with builder.counted(0, self.number, 1, "row") as row:
-            self._begin(builder.load(self.directions, row))
-            builder.call(sloped, *given)
-            self._keep(builder.compute("multiply_integers", row, width))
+        width = builder.compute("add_integers", builder.load(self.ends, len(self.moved) - 1), AT_THE_WIRE)
+        first, last = (self.copies[p] for p in entry.parameters[:2])
+        assert isinstance(first, Value) and isinstance(last, Value)
+        others = entry.parameters[2:]
+        given = [each for p in others for each in (self.copies[p], *filter(None, [self.slopes.get(p)]))]
+        with builder.counted(first, last, 1, "tick") as tick:
+            following = builder.compute("add_integers", tick, 1)
+            done = builder.compute("multiply_integers", builder.compute("subtract_integers", tick, first), self.number)
+            self._save()
+            with builder.counted(0, self.number, 1, "row") as row:
+                self._begin(builder.load(self.directions, row))
+                builder.call(sloped, tick, following, *given)
+                self._keep(builder.compute("multiply_integers", builder.compute("add_integers", done, row), width))
         return builder.function()
 
     def _array(self, parameter: Value | Array) -> Array:
         copy = self.copies[parameter]
         assert isinstance(copy, Array)
         return copy
+
+    def _save(self) -> None:
+        builder = self.builder
+        for array, before, length in zip(self.moved, self.before, self.lengths, strict=True):
+            with builder.counted(0, length, 1, "entry") as i:
+                builder.store(before, i, builder.load(array, i))
 
     def _begin(self, direction: Operand) -> None:
         builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])
@@ -156,10 +178,16 @@ class _Directions:
 
     def _keep(self, place: Operand) -> None:
         builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])
-        for array, length in (*zip(self.own, self.lengths, strict=True), (at_the_wire, operand(AT_THE_WIRE))):
-            with builder.counted(0, length, 1, "entry") as i:
-                builder.store(self.rows, builder.compute("add_integers", place, i), builder.load(array, i))
-            place = builder.compute("add_integers", place, length)
+        first: Operand = operand(0)
+        for k, array in enumerate(self.own):
+            last = builder.load(self.ends, k)
+            with builder.counted(first, last, 1, "entry") as i:
+                slope = builder.load(array, builder.load(self.kept, i))
+                builder.store(self.rows, builder.compute("add_integers", place, i), slope)
+            first = last
+        place = builder.compute("add_integers", place, first)
+        for i in range(AT_THE_WIRE):
+            builder.store(self.rows, builder.compute("add_integers", place, i), builder.load(at_the_wire, i))
 
 
 def _copied(builder: Builder, parameter: Value | Array) -> Value | Array:

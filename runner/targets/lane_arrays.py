@@ -84,8 +84,13 @@ class LaneArrays(LaneVectors):
 
     def store(self, s: Store) -> None:
         """Store."""
-        kind, new = s.array.entry, self._all(s.value)
-        assert self.varying.given(s.array).rows, f"{s.array.name} is shared by all lanes"
+        kind = s.array.entry
+        if not self.varying.given(s.array).rows:
+            alike = not (self.mask or self._is_apart(s.array, s.index) or self.varying.differs(s.value))
+            assert alike, f"{s.array.name} is shared by all lanes"
+            self._write_entry(kind, self._row(s.array, s.index), self._operand(s.value), 0)
+            return
+        new = self._all(s.value)
         if not self._is_apart(s.array, s.index):
             place = self._row(s.array, s.index)
             if self.mask:

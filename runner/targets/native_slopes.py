@@ -1,6 +1,6 @@
 """Ticks of a loop that is cut at one wire, each a linear map of its own, in machine code: what `SteppedTicks` gives.
 
-A tick runs once for each number that lasts and has a slope, and once for the input at the wire.
+Each number that lasts and has a slope, and the input at the wire, has a lane of its own.
 """
 
 from collections.abc import Mapping, Sequence
@@ -11,14 +11,22 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_ticks import Place
-from proofmass.runner.derivatives.stepped_ticks import TickMap, UndefinedSlopesError
+from proofmass.runner.derivatives.stepped_ticks import TickSlopes, UndefinedSlopesError
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.slope_tick import AT_THE_WIRE, INPUT, READ, VALUE, VALUED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS
-from proofmass.runner.targets.machine_code import load
-from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan, settings
+from proofmass.runner.program.varying import ALL
+from proofmass.runner.targets.lane_text import LanesOf
+from proofmass.runner.targets.machine_code import Settings, load_lanes
+from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan
+from proofmass.runner.targets.native_lanes import aligned
+
+
+_ENTRIES = 1 << 22  # numbers of the rows of one call
+_LANES = 16  # directions side by side
+_NONE = -2  # instead of a direction: of a lane that is idle
 
 
 class SlopeCode:
@@ -27,7 +35,9 @@ class SlopeCode:
     def __init__(self, plan: Plan) -> None:
         made = write_slopes(plan)
         self.plan, self.wires = plan, made.wires
-        self.compiled = CompiledPlan(plan, made.written, load(made.program, settings(made.written)))
+        of_entry = LanesOf(frozenset(), made.shared, dict.fromkeys(made.apart, ALL))
+        loop = load_lanes(made.program, _LANES, of_entry, Settings(wide=True))
+        self.compiled = CompiledPlan(plan, made.written, loop)
 
     def ticks(
         self, memory: Memory, node: Endpoint, seeded: AbstractSet[Place], moving: AbstractSet[str]
@@ -42,6 +52,13 @@ def has_slopes(plan: Plan) -> bool:
     return not plan.schedule.loops and all(solver.exact and not solver.group.loops for solver in plan.solvers)
 
 
+def _in_lanes(length: int) -> Array:
+    """Return a row of zeros, one for each lane, for each of some entries."""
+    rows = aligned((length, _LANES), np.dtype(float))
+    rows.fill(0.0)
+    return rows
+
+
 class CompiledSlopes(CompiledLoop):
     """Ticks of some blocks, `moving`, that are cut at a wire."""
 
@@ -52,29 +69,33 @@ class CompiledSlopes(CompiledLoop):
         self, code: SlopeCode, memory: Memory, node: Endpoint, seeded: AbstractSet[Place], moving: AbstractSet[str]
     ) -> None:
         super().__init__(code.plan, code.plan.graph.seed, 0, memory, code.compiled)
-        self.ticks: list[TickMap] = []
+        self._first = self.tick
         self.recorded: dict[Endpoint, list[float]] = {node: []}
         self.injected: list[tuple[str, str, int]] = []
         self._node = node
         self._moved = [*self._state.values(), *(v for n, v in self._vectors.items() if n not in code.plan.recorded)]
-        self._before = [array.copy() for array in self._moved]
-        slopes = [np.zeros(len(array)) for array in self._moved]
         self._places = self._numbered(moving)
-        at_the_wire = np.array([code.wires[node]]), np.zeros(AT_THE_WIRE)
         lengths = np.array([len(array) for array in self._moved])
-        given = [*self.arrays(()), *at_the_wire, np.zeros(len(self._scratch))]
-        self._arrays = [*given, *slopes, *self._before, lengths]  # whose addresses are passed
+        begins = np.cumsum(lengths) - lengths
+        numbers = np.array([*self._places], dtype=np.int64)
+        own = np.searchsorted(begins, numbers, side="right") - 1  # the array of each
+        kept, ends = numbers - begins[own], np.searchsorted(own, np.arange(len(lengths)), side="right")
+        at_the_wire = np.array([code.wires[node]]), _in_lanes(AT_THE_WIRE)
+        slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
+        before = [array.copy() for array in self._moved]
+        self._arrays = [*self.arrays(()), *at_the_wire, *slopes, *before, lengths, kept, ends]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
-        self._width = int(lengths.sum()) + AT_THE_WIRE
-        self._live = np.array([n for n, place in self._places.items() if place in seeded], dtype=np.int64)
+        self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
+        self._wanted = self._live.copy()  # numbers whose directions are run
+        self._kept: list[tuple[Array, Array, Array, Array, Array]] = []  # tick, row, column, value; valued
 
     @property
     def live(self) -> set[Place]:
         """Numbers that last and have slopes."""
-        return {self._places[n] for n in self._live.tolist()}
+        return {place for place, has in zip(self._places.values(), self._live.tolist(), strict=True) if has}
 
     def _numbered(self, moving: AbstractSet[str]) -> dict[int, Place]:
-        """Return the numbers that last to the next tick by their number among all that moves."""
+        """Return the numbers that last to the next tick by their place among all that moves, in order."""
         places, kinds = dict[int, Place](), self._written.memory.kinds
         first = {FLOATS: 0, INTEGERS: len(self._state[FLOATS])}
         for key, (kind, index) in kinds.items():
@@ -94,7 +115,7 @@ class CompiledSlopes(CompiledLoop):
                 entries = range(len(array)) if kept or self._lasts(node) else ()
                 places |= {begin + i: ("buffer" if kept else "wire", node, i) for i in entries}
             begin += len(array)
-        return places
+        return dict(sorted(places.items()))
 
     def _lasts(self, node: Endpoint) -> bool:
         """Return whether a wire is read in ticks in which it is not computed."""
@@ -102,39 +123,62 @@ class CompiledSlopes(CompiledLoop):
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
-        sound = True
+        sound, chunk = True, 1
         while sound and self.tick < last:
-            for before, array in zip(self._before, self._moved, strict=True):
-                before[:] = array
-            made = self._in_directions([*self._live.tolist(), INPUT])
-            self.tick += 1
+            self._wanted |= self._live
+            most = max(1, _ENTRIES // (len(self._places) * (_LANES + int(self._wanted.sum())) + 1))
+            until = min(last, self.tick + min(chunk, most))
+            begin = [array.copy() for array in self._moved]
+            slopes, at_the_wire = self._in_directions(until)
+            live = self._followed(slopes)
+            if (live[:-1].any(axis=0) & ~self._wanted).any():  # once more, with the directions that were missing
+                self._wanted |= live.any(axis=0)
+                for array, before in zip(self._moved, begin, strict=True):
+                    array[:] = before
+                continue
+            self._keep(slopes, at_the_wire, live[:-1])
+            self._live, self.tick, chunk = live[-1], until, most
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
-            self._keep(made)
         return sound
 
-    def _in_directions(self, directions: Sequence[int]) -> Array:
-        """Return the slopes of one tick: a row for each direction."""
-        numbers, rows = np.array(directions), np.zeros((len(directions), self._width))
-        addresses = *self._addresses, numbers.ctypes.data, len(numbers), rows.ctypes.data
-        self._loop(self.tick, self.tick + 1, self.seed, self.run, *addresses)
-        return rows
+    def slopes(self) -> TickSlopes:
+        """Return the slopes of all ticks."""
+        tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
+        return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
 
-    def _keep(self, made: Array) -> None:
-        sources = [self._places[n] for n in self._live.tolist()]
-        wire = self._width - AT_THE_WIRE
-        numbers = [n for n in np.flatnonzero(made[:, :wire].any(axis=0)).tolist() if n in self._places]
-        valued = bool(made[0, wire + VALUED])
-        kept = made[:, [*numbers, wire + READ]]
-        undefined = np.flatnonzero(~np.isfinite(kept).all(axis=1))
-        if len(undefined):
-            raise UndefinedSlopesError([sources[row] for row in undefined if row < len(sources)])
-        slopes: list[dict[Place, float]] = [{} for _ in kept.T]
-        for column, row in zip(*map(np.ndarray.tolist, np.nonzero(kept[:-1].T)), strict=True):
-            slopes[column][sources[row]] = float(kept[row, column])
-        places = [self._places[n] for n in numbers]
-        entered = {place: slope for place, slope in zip(places, kept[-1].tolist(), strict=False) if slope}
-        if valued:
+    def _in_directions(self, until: int) -> tuple[Array, Array]:
+        """Return slopes of some ticks, [tick, place or wire, direction or input], and what stands at the wire."""
+        numbers = [*self._places]
+        wanted = [*np.flatnonzero(self._wanted).tolist()]
+        groups = len(wanted) // _LANES + 1
+        directions = aligned((groups, _LANES), np.dtype(np.int64))
+        directions.fill(_NONE)
+        directions.reshape(-1)[: len(wanted) + 1] = [*(numbers[i] for i in wanted), INPUT]
+        width = len(numbers) + AT_THE_WIRE
+        made = aligned((until - self.tick, groups, width, _LANES), np.dtype(float))
+        given = *self._addresses, directions.ctypes.data, groups, made.ctypes.data
+        self._loop(self.tick, until, self.seed, self.run, *given)
+        slopes = made[:, :, : len(numbers) + 1].transpose(0, 2, 1, 3).reshape(len(made), len(numbers) + 1, -1)
+        return slopes[:, :, : len(wanted) + 1], made[:, 0, len(numbers) :, 0]
+
+    def _followed(self, slopes: Array) -> Array:
+        """Return which numbers have slopes as each tick begins, and after the last."""
+        apart = slopes[:, :-1] != 0.0
+        live = [self._live]
+        for entries in apart:
+            live.append(entries[:, [*live[-1][self._wanted].tolist(), True]].any(axis=1))
+        return np.array(live)
+
+    def _keep(self, slopes: Array, at_the_wire: Array, live: Array) -> None:
+        own = np.hstack([live[:, self._wanted], np.ones((len(live), 1), dtype=bool)])[:, None, :]
+        undefined = (~np.isfinite(slopes) & own).any(axis=(0, 1))
+        places, columns = [*self._places.values()], [*np.flatnonzero(self._wanted).tolist(), len(self._places)]
+        if undefined.any():
+            raise UndefinedSlopesError([places[columns[i]] for i in np.flatnonzero(undefined[:-1])])
+        tick, row, column = np.nonzero((slopes != 0.0) & own)
+        valued = at_the_wire[:, VALUED] != 0.0
+        for value in at_the_wire[valued, VALUE].tolist():
             self.injected.append((*self._node, len(self.injected)))
-            self.recorded[self._node].append(float(made[0, wire + VALUE]))
-        self.ticks.append(TickMap(dict(zip(places, slopes, strict=False)), entered, slopes[-1] if valued else None))
-        self._live = np.array(numbers, dtype=np.int64)
+            self.recorded[self._node].append(value)
+        values, first = slopes[tick, row, column], self.tick - self._first
+        self._kept.append((tick + first, row, np.array(columns)[column], values, valued))

@@ -196,7 +196,7 @@ def period_map(
             places = {_place(memory, entry, rings) for entry in seeded}
             engine = code.ticks(memory, inputs[0], places, moving)
         elif stepped:
-            engine = SteppedTicks(*given, moving=moving)
+            engine = SteppedTicks(*given)
         try:
             if not engine.advance(begin.tick + ticks, ()):
                 code = None  # plain Python says what has failed
@@ -217,7 +217,7 @@ def period_map(
             end = engine.memory()
             starts = {entry: _place(memory, entry, rings) for entry in seeded}
             ends = {entry: place for entry in seeded if (place := _place(end, entry, rings)) in engine.live}
-            maps = maps_of_ticks(engine.ticks, starts, ends)
+            maps = maps_of_ticks(engine.slopes(), starts, ends)
         if stepped and maps is None:
             stepped = False
             continue

@@ -6,7 +6,7 @@ Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k
 by pair, each part with its own power of two, so that a loop which grows by any factor and shrinks again is exact.
 """
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,9 +14,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from proofmass.graphs.model.digraph import reached
 from proofmass.runner.derivatives.dual_ticks import Place
-from proofmass.runner.derivatives.stepped_ticks import TickMap
+from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 
 Array = npt.NDArray[np.float64]
 Entry = tuple[str, str, int]  # block, state field or buffer, and index in the buffer or -1
@@ -114,44 +113,59 @@ class TickMaps:
         return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
 
 
-def maps_of_ticks(
-    ticks: Sequence[TickMap], starts: Mapping[Entry, Place], ends: Mapping[Entry, Place]
-) -> TickMaps | None:
+def maps_of_ticks(slopes: TickSlopes, starts: Mapping[Entry, Place], ends: Mapping[Entry, Place]) -> TickMaps | None:
     """Return the maps of a period, of what lies between the input and the output; None if they are too large.
 
     `starts` and `ends` are the places of the states before and after the period.
     """
-    edges = {(to, source) for tick in ticks for to, sources in tick.moved.items() for source in sources}
-    edges |= {(starts[entry], ends[entry]) for entry in starts.keys() & ends.keys()}
-    entered = {place for tick in ticks for place in tick.entered}
-    read = {place for tick in ticks for place in tick.read or ()}
-    ahead, back = _successors(edges), _successors({(source, to) for to, source in edges})
-    fed: set[Place] = reached(ahead, entered)
-    seen: set[Place] = reached(back, read)
-    kept = sorted((entered | fed) & (read | seen))
-    valued = [tick for tick in ticks if tick.read is not None]
-    n, number = len(kept), {place: i for i, place in enumerate(kept)}
-    if len(valued) * n * n > _MOST_ENTRIES:
+    size, number = len(slopes.places), {place: i for i, place in enumerate(slopes.places)}
+    back = {entry: (number[starts[entry]], number[ends[entry]]) for entry in starts.keys() & ends.keys()}
+    edges = np.zeros((size + 1, size + 1), dtype=bool)  # the last row is what is read, the last column the input
+    edges[slopes.row, slopes.column] = True
+    for to, source in back.values():
+        edges[to, source] = True
+    kept = np.flatnonzero(_spread(edges, size) & _spread(edges.T, size))
+    n, values = len(kept), int(slopes.valued.sum())
+    if values * n * n > _MOST_ENTRIES:
         return None
-    maps = [(_matrix(tick.moved, number), _row(tick.entered, number), _row(tick.read, number)) for tick in ticks]
-    entries = [entry for entry, place in starts.items() if place in number]
-    back_again = np.zeros((n, n))
-    for entry in entries:
-        if ends.get(entry) in number:
-            back_again[number[starts[entry]], number[ends[entry]]] = 1.0
-    maps.append((back_again, np.zeros(n), None))
-    return TickMaps(*_by_values(maps), {entry: number[starts[entry]] for entry in entries})
+    within = np.full(size + 1, -1)
+    within[kept], within[size] = np.arange(n), n
+    row, column = within[slopes.row], within[slopes.column]
+    counts = (row >= 0) & (column >= 0)
+    ticks = len(slopes.valued)
+    maps = np.zeros((ticks + 1, n + 1, n + 1))
+    maps[slopes.tick[counts], row[counts], column[counts]] = slopes.value[counts]
+    for to, source in back.values():
+        if within[to] >= 0 and within[source] >= 0:
+            maps[ticks, within[to], within[source]] = 1.0
+    entries = ((entry, int(within[number[place]])) for entry, place in starts.items() if place in number)
+    places = {entry: place for entry, place in entries if place >= 0}
+    return TickMaps(*_by_values(maps, [*slopes.valued.tolist(), False]), places)
 
 
-def _by_values(maps: Sequence[tuple[Array, Array, Array | None]]) -> tuple[Array, Array, Array, Array]:
+def _spread(edges: npt.NDArray[np.bool_], source: int) -> npt.NDArray[np.bool_]:
+    """Return the places that the last column reaches, row by column, by one step or more; the source itself is none."""
+    reached = edges[:, source].copy()
+    while True:
+        reached[source] = False
+        grown = reached | edges[:, reached].any(axis=1)
+        grown[source] = False
+        if (grown == reached).all():
+            return np.asarray(reached)
+        reached = grown
+
+
+def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array, Array]:
     """Join ticks without a value of the wire to those with one."""
-    before, a, b, c = np.eye(len(maps[0][1])), list[Array](), list[Array](), list[Array]()
-    for moved, entered, read in maps:
-        if read is not None:
+    n = maps.shape[1] - 1
+    before, a, b, c = np.eye(n), list[Array](), list[Array](), list[Array]()
+    for tick, has in zip(maps, valued, strict=True):
+        moved = tick[:n, :n]
+        if has:
             a.append(moved @ before)
-            b.append(entered)
-            c.append(read @ before)
-            before = np.eye(len(entered))
+            b.append(tick[:n, n])
+            c.append(tick[n, :n] @ before)
+            before = np.eye(n)
         elif a:
             a[-1], b[-1] = moved @ a[-1], moved @ b[-1]
         else:
@@ -174,32 +188,6 @@ def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Arr
     moved[-1] = last @ moved[-1]
     entered[-1] = last @ entered[-1]
     return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
-
-
-def _successors(edges: Collection[tuple[Place, Place]]) -> dict[Place, list[Place]]:
-    found: dict[Place, list[Place]] = {}
-    for to, source in edges:
-        found.setdefault(source, []).append(to)
-        found.setdefault(to, [])
-    return found
-
-
-def _matrix(moved: Mapping[Place, Mapping[Place, float]], number: Mapping[Place, int]) -> Array:
-    matrix = np.zeros((len(number), len(number)))
-    for to, sources in moved.items():
-        if to in number:
-            matrix[number[to]] = _row(sources, number)
-    return matrix
-
-
-def _row(values: Mapping[Place, float] | None, number: Mapping[Place, int]) -> Any:
-    if values is None:
-        return None
-    row = np.zeros(len(number))
-    for place, value in values.items():
-        if place in number:
-            row[number[place]] = value
-    return row
 
 
 def _pairs(exponents: npt.NDArray[np.int64], odd: int) -> npt.NDArray[np.int64]:
