@@ -137,7 +137,8 @@ class _Directions:
         builder, entry = self.builder, self.entry
         width = builder.compute("add_integers", builder.load(self.ends, len(self.moved) - 1), AT_THE_WIRE)
         first, last = (self.copies[p] for p in entry.parameters[:2])
-        assert isinstance(first, Value) and isinstance(last, Value)
+        assert isinstance(first, Value)
+        assert isinstance(last, Value)
         others = entry.parameters[2:]
         given = [each for p in others for each in (self.copies[p], *filter(None, [self.slopes.get(p)]))]
         with builder.counted(first, last, 1, "tick") as tick:

@@ -15,14 +15,13 @@ from proofmass.runner.derivatives.stepped_ticks import TickSlopes, UndefinedSlop
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.slope_tick import AT_THE_WIRE, INPUT, READ, VALUE, VALUED, write_slopes
+from proofmass.runner.program.slope_tick import AT_THE_WIRE, INPUT, VALUE, VALUED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
-
 
 _ENTRIES = 1 << 22  # numbers of the rows of one call
 _LANES = 16  # directions side by side
@@ -130,13 +129,14 @@ class CompiledSlopes(CompiledLoop):
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
             slopes, at_the_wire = self._in_directions(until)
-            live = self._followed(slopes)
+            apart = slopes != 0.0
+            live = self._followed(apart)
             if (live[:-1].any(axis=0) & ~self._wanted).any():  # once more, with the directions that were missing
                 self._wanted |= live.any(axis=0)
                 for array, before in zip(self._moved, begin, strict=True):
                     array[:] = before
                 continue
-            self._keep(slopes, at_the_wire, live[:-1])
+            self._keep(slopes, apart, at_the_wire, live[:-1])
             self._live, self.tick, chunk = live[-1], until, most
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
         return sound
@@ -161,24 +161,26 @@ class CompiledSlopes(CompiledLoop):
         slopes = made[:, :, : len(numbers) + 1].transpose(0, 2, 1, 3).reshape(len(made), len(numbers) + 1, -1)
         return slopes[:, :, : len(wanted) + 1], made[:, 0, len(numbers) :, 0]
 
-    def _followed(self, slopes: Array) -> Array:
+    def _followed(self, apart: Array) -> Array:
         """Return which numbers have slopes as each tick begins, and after the last."""
-        apart = slopes[:, :-1] != 0.0
         live = [self._live]
-        for entries in apart:
+        for entries in apart[:, :-1]:
             live.append(entries[:, [*live[-1][self._wanted].tolist(), True]].any(axis=1))
         return np.array(live)
 
-    def _keep(self, slopes: Array, at_the_wire: Array, live: Array) -> None:
-        own = np.hstack([live[:, self._wanted], np.ones((len(live), 1), dtype=bool)])[:, None, :]
-        undefined = (~np.isfinite(slopes) & own).any(axis=(0, 1))
-        places, columns = [*self._places.values()], [*np.flatnonzero(self._wanted).tolist(), len(self._places)]
-        if undefined.any():
-            raise UndefinedSlopesError([places[columns[i]] for i in np.flatnonzero(undefined[:-1])])
-        tick, row, column = np.nonzero((slopes != 0.0) & own)
+    def _keep(self, slopes: Array, apart: Array, at_the_wire: Array, live: Array) -> None:
+        """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""
+        own = live[:, self._wanted]
+        if not own.all():
+            apart[:, :, :-1] &= own[:, None, :]
+        places, columns = [*self._places.values()], np.array([*np.flatnonzero(self._wanted), len(self._places)])
+        tick, row, column = np.unravel_index(np.flatnonzero(apart), apart.shape)
+        values, column = slopes[tick, row, column], columns[column]
+        undefined = np.unique(column[~np.isfinite(values)]).tolist()
+        if undefined:
+            raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
         valued = at_the_wire[:, VALUED] != 0.0
         for value in at_the_wire[valued, VALUE].tolist():
             self.injected.append((*self._node, len(self.injected)))
             self.recorded[self._node].append(value)
-        values, first = slopes[tick, row, column], self.tick - self._first
-        self._kept.append((tick + first, row, np.array(columns)[column], values, valued))
+        self._kept.append((tick + (self.tick - self._first), row, column, values, valued))
