@@ -1,6 +1,6 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -96,10 +96,18 @@ class CompiledLoop:
         self.tick = last
         return self.sound(self._state[FLOATS], self._state[INTEGERS])
 
+    def kinds(self) -> Iterable[tuple[Moving, type]]:
+        """Return the single numbers that move, each with its type."""
+        return ((key, kind) for key, (kind, _) in self._written.memory.kinds.items())
+
     def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
         """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
+        return self.numbers([WireOf(*node) for node in nodes], last)
+
+    def numbers(self, keys: Sequence[Moving], last: int) -> list[list[float]]:
+        """Run up to, not including, the tick `last`, and return what some single numbers are after each tick."""
         kinds, rows = self._written.memory.kinds, list[list[float]]()
-        places = [kinds[WireOf(*node)] for node in nodes]
+        places = [kinds[key] for key in keys]
         held = [(self._state[FLOATS if kind is float else INTEGERS], index) for kind, index in places]
         addresses = [array.ctypes.data for array in self.arrays(())]
         while self.tick < last:

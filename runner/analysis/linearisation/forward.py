@@ -54,7 +54,7 @@ class Forward:
         if self._engine.name == "python" and last - self.tick > self._asked:
             self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
             if choose(self._plan, self._asked, "auto") == "compiled":
-                self._compile()
+                self.compile()
         while self.tick < last:
             if self.progress:
                 self.progress(self.tick, max(of, last))
@@ -75,10 +75,11 @@ class Forward:
             self._spent += seconds
             left = seconds / (self.tick - first) * (max(of, last) - self.tick)
             if self._engine.name == "python" and self._spent > INTERPRETED < left:
-                self._compile()
+                self.compile()
         return self._engine.memory().copy()
 
-    def _compile(self) -> None:
+    def compile(self) -> None:
+        """Go on in machine code, if the plan can."""
         if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # not with values beyond 64 bits
             self._engine = self._machine_code(self._engine.memory())
 
@@ -122,8 +123,11 @@ class Course:
         self._run.progress = progress
         return self._run.to(tick, of)
 
-    def machine_code(self, memory: Memory) -> "CompiledLoop | None":
-        """Return a run in machine code from a memory on, if there is such code by now."""
+    def machine_code(self, memory: Memory, wanted: bool = False) -> "CompiledLoop | None":
+        """Return a run in machine code from a memory on, if there is such code by now, or can be if it is `wanted`."""
+        if wanted:
+            self._run = self._run or self.from_memory(None)
+            self._run.compile()
         compiled = self._run.compiled if self._run else None
         if compiled is None:
             return None

@@ -29,8 +29,8 @@ from proofmass.runner.analysis.linearisation.forward import Course, Progress
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import MOST_VALUES, Ends, OrbitPoint, OrbitSearch
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, PointSlopes
+from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint, OrbitSearch
+from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, PointSlopes, too_many
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged
@@ -133,7 +133,7 @@ class Linearisation:
             return self._analog_loop(group, node)
         values = Ends((node,), (node,), cut=True).common_period(self.plan) // self.plan.stride(node)
         if values > MOST_VALUES:
-            raise ModelError([self.plan.graph.placed(_too_many(node, values))])
+            raise ModelError([self.plan.graph.placed(too_many(node, values))])
         whole = self.map([node], [node], cut=True, by_parameters=by_parameters)
         system = of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
         if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
@@ -276,18 +276,6 @@ def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLo
         np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
     )
     return OpenLoop(between, variation=variation(closed, after), ticks=ticks)
-
-
-def _too_many(node: Endpoint, values: int) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop has too many values of {signal} in its common period",
-        key=signal,
-        got=f"{values:,}",
-        expected=f"at most {MOST_VALUES:,}",
-        hint="open the loop at its slowest wire, where a period has few values",
-        path=("blocks", node[0]),
-    )
 
 
 def _no_gain(node: Endpoint) -> Problem:

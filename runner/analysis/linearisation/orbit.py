@@ -23,6 +23,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.closing import jumps
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
@@ -35,6 +36,8 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
+    LONGEST_PERIOD,
+    MOST_VALUES,
     NO_RINGS,
     Array,
     Entry,
@@ -52,9 +55,9 @@ from proofmass.runner.plan.planned import Plan
 SAME = 1e-9  # relative change of a map that counts as rounding
 FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of its lowest crossover, and without a note
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
-MOST_VALUES = 4_096  # of a wire that is cut, in a map
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
+_JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
@@ -126,7 +129,13 @@ class OrbitSearch:
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
         point = self._point()
-        return replace(point, memory=self._memories[0], ticks=point.periods * self._ticks, rings=self._rings)
+        memory = self._memories[0]
+        if point.map.tick != memory.tick:
+            memory = self._later(memory, point.map.tick - memory.tick)
+        return replace(point, memory=memory, ticks=point.periods * self._ticks, rings=self._rings)
+
+    def _later(self, memory: Memory, ticks: int) -> Memory:
+        return self._course.from_memory(memory).to(memory.tick + ticks)
 
     def _stride(self) -> int:
         """Return the base ticks between two values of the wires that are cut; of others no map is too long."""
@@ -135,6 +144,9 @@ class OrbitSearch:
     def _point(self) -> OrbitPoint:
         """Return the map, over how many periods it is, and what is to be said of it."""
         first = self._map(0)
+        at_instants = self._at_instants(first) if self._ends.cut and not _passes(first) else None
+        if at_instants is not None:
+            return at_instants
         changes = self._waiting.changes(self._after, self._horizon(first))
         changes = sorted({*changes, *(wraps - 1 for wraps in self._rings.wraps() if wraps > 1)})
         if not changes and not self._moves():
@@ -169,6 +181,21 @@ class OrbitSearch:
         if closed is None:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
+
+    def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
+        """Return the map from one instant at which the loop is closed to the next one, if it is open between."""
+        code = self._course.machine_code(self._memories[0], wanted=True)
+        looks = jumps(code, self._names) if code is not None and self._ticks == 1 else []
+        closed = [look for look in looks[:_JUMPS] if not self._same(first, self._map(look))][:2]
+        periods = closed[-1] - closed[0] if len(closed) > 1 else 0
+        if not 1 < periods <= LONGEST_PERIOD:
+            return None
+        whole, after = self._map(0, periods), self._map(periods, periods)
+        change = change_between(self._shown(whole), self._shown(after))
+        if not _passes(whole) or change > FROZEN:
+            return None
+        note = f"closed for an instant every {time_text(periods * self._period)}, and open between"
+        return OrbitPoint(whole, periods, (note, *_moving(change)), (after,))
 
     def _drift(
         self,
@@ -230,7 +257,7 @@ class OrbitSearch:
         if (after, periods) not in self._maps:
             memory = self._after(after).copy()
             options = {"memory": memory, "periods": periods, "rings": self._rings, "slopes": self._course.slopes}
-            self._maps[after, periods] = self._ends.map(self._plan, **options)
+            self._maps[after, periods] = self._ends.map(self._plan, **options, later=self._later)
         return self._maps[after, periods]
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
@@ -347,6 +374,12 @@ class OrbitSearch:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
+
+
+def _passes(of_period: PeriodMap) -> bool:
+    """Return whether something that goes in comes out."""
+    between = of_period.between().parts()
+    return bool(between[1].any() or between[3].any())
 
 
 def _slowest(rates: Array) -> float:

@@ -40,6 +40,7 @@ Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer;
 HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
+MOST_VALUES = 4_096  # of a wire that is cut, in a map
 NO_RINGS = Rings()
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
 
@@ -157,6 +158,7 @@ def period_map(
     integrated: bool = False,
     drawn: bool = False,
     slopes: "Callable[[], SlopeCode | None]" = lambda: None,
+    later: Callable[[Memory, int], Memory] | None = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
 
@@ -170,6 +172,8 @@ def period_map(
     deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
     (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run with
     noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such; long periods want it.
+    With `later`, which runs a memory on by some ticks, a wire that holds its value counts once, where all of its values
+    are held alike. The map then begins with a new value.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
@@ -212,17 +216,26 @@ def period_map(
                 raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
             counted.add(name)
             continue
-        maps = None
+        maps, each = None, 1
         if not isinstance(engine, DualTicks) or isinstance(engine, SteppedTicks):
             end = engine.memory()
             starts = {entry: _place(memory, entry, rings) for entry in seeded}
             ends = {entry: place for entry in seeded if (place := _place(end, entry, rings)) in engine.live}
             maps = maps_of_ticks(engine.slopes(), starts, ends)
+            first, each = maps.holds() if maps and later else (0, 1)
+            if first and later:
+                memory = later(memory, first * plan.stride(inputs[0]))
+                continue
+            maps = maps.held(each) if maps and each > 1 else maps
+        values_of_wire = len(maps.d) if maps else 0
+        if values_of_wire > MOST_VALUES or (code is not None and maps is None):
+            number = values_of_wire or ticks // plan.stride(inputs[0])
+            raise ModelError([plan.graph.placed(too_many(inputs[0], number))])
         if stepped and maps is None:
             stepped = False
             continue
         return replace(
-            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps),
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps, each),
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=_plain(engine.memory()),
@@ -384,14 +397,16 @@ def _read(
     period: float,
     rings: Rings,
     ticks: TickMaps | None = None,
+    each: int = 1,
 ) -> PeriodMap:
-    """The map from what the dual numbers are after a period, or from the maps of its ticks."""
-    memory = engine.memory()
+    """The map from what the dual numbers are after a period, or from the maps of its ticks, of values held `each` time."""
+    memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
     rows = [_held(memory, entry, rings) for entry in seeded]
-    rows += [value for node in outputs for value in engine.recorded[node]]
+    rows += [value for node in outputs for value in recorded[node]]
     rows += engine.quantised.values()
     order = {node: number for number, node in enumerate(inputs)}
-    injected = sorted(engine.injected, key=lambda key: (order[key[:2]], key[2])) + sorted(engine.sources)
+    injected = sorted(engine.injected, key=lambda key: (order[key[:2]], key[2]))
+    injected = injected[: len(injected) // each] + sorted(engine.sources)
     columns = {key: number for number, key in enumerate([*seeded, *injected])}
     matrix = np.zeros((len(rows), len(columns) + 1))
     slopes: dict[str, Array] = {}
@@ -412,7 +427,7 @@ def _read(
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
-    ends = tuple((*node, number) for node in outputs for number in range(len(engine.recorded[node])))
+    ends = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
     ends += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
@@ -443,6 +458,19 @@ def _held(memory: Memory, entry: Entry, rings: Rings) -> Any:
     if index < 0:
         return getattr(memory.states[name], field)
     return memory.buffers[name, field][rings.cell(memory, name, field, index)]
+
+
+def too_many(node: Endpoint, values: int) -> Problem:
+    """Return the problem of a wire with so many values in a map."""
+    signal = ".".join(node)
+    return Problem(
+        message=f"the loop has too many values of {signal} in its common period",
+        key=signal,
+        got=f"{values:,}",
+        expected=f"at most {MOST_VALUES:,}",
+        hint="open the loop at its slowest wire, where a period has few values",
+        path=("blocks", node[0]),
+    )
 
 
 def _not_linear(name: str, what: str, got: str) -> Problem:

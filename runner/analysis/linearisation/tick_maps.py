@@ -99,6 +99,28 @@ class TickMaps:
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
 
+    def holds(self) -> tuple[int, int]:
+        """Return after how many values the wire has a new one, and how many values it holds each for; 1 if any other.
+
+        A value is that of the tick before if its row says so to the last bit, whatever the states and the input.
+        """
+        last, ticks = slice(None, -1), len(self.d)
+        rows = np.einsum("ki,kij->kj", self.c[1:], self.a[last])
+        alike = (rows == self.c[last]).all(axis=1) & (np.einsum("ki,ki->k", self.c[1:], self.b[last]) == 0.0)
+        new = 1 + np.flatnonzero(~alike | (self.d[1:] != 0.0) | (self.d[last] != 0.0))
+        for first, starts in ((0, np.append(0, new)), (int(new[0]) if len(new) else 0, new)):
+            each = ticks // max(1, len(starts))
+            if len(starts) and np.array_equal(starts, first + each * np.arange(ticks // each)):
+                return first, each
+        return 0, 1
+
+    def held(self, each: int) -> "TickMaps":
+        """Return the maps from one new value of the wire to the next, each held for so many."""
+        a, b = self.a[::each], self.b[::each]
+        for k in range(1, each):
+            a, b = self.a[k::each] @ a, np.einsum("kij,kj->ki", self.a[k::each], b) + self.b[k::each]
+        return TickMaps(a, b, self.c[::each], self.d[::each], self.places)
+
     def lifted(self) -> Array:
         """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
         ticks, n = self.b.shape
