@@ -97,7 +97,7 @@ class Linearisation:
                 integrated=point.integrated,
                 rings=point.rings,
             )
-        return replace(exact, notes=notes, later=point.later, told=self.told)
+        return replace(exact, notes=notes, later=point.later, others=point.others, told=self.told)
 
     def _point_of(self, ends: Ends) -> OrbitPoint:
         orbit = self.point

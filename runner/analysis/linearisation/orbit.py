@@ -57,6 +57,7 @@ FROZEN, NOTED = 0.02, 1e-3  # largest accepted change of a loop in the time of i
 LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map over several periods
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
+_FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch of a run, and how many
 _JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
@@ -101,6 +102,7 @@ class OrbitPoint:
     periods: int
     notes: tuple[str, ...] = ()
     later: tuple[PeriodMap, ...] = ()
+    others: tuple[PeriodMap, ...] = ()  # over stretches of the run that follow
     memory: Memory | None = None
     ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
     integrated: bool = False
@@ -177,10 +179,28 @@ class OrbitSearch:
         if change <= FROZEN:
             return OrbitPoint(first, 1, (*until, *_moving(change)), later)
         orbit = self._orbit()
-        closed = self._closed(first, orbit.returns())
+        closed = self._closed(first, orbit.returns()) or self._stretches(first)
         if closed is None:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
+
+    def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
+        """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
+
+        The orbit does not come back, as on a carrier that fits no number of periods; what a stretch does to small
+        signals hardly depends on where it begins if it is long.
+        """
+        crossovers = self._crossovers(first)
+        if not crossovers or self._course.slopes() is None:
+            return None
+        periods = math.ceil(_FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period))
+        if not 1 < periods <= self._longest:
+            return None
+        whole, *others = (self._map(number * periods, periods) for number in range(_STRETCHES))
+        if not all(map(_passes, (whole, *others))):
+            return None
+        note = f"the orbit does not come back: taken over {_STRETCHES} stretches of {time_text(periods * self._period)}"
+        return OrbitPoint(whole, periods, (note,), others=tuple(others))
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""

@@ -7,6 +7,7 @@ are those of the response at the input's own frequency, found by a sweep.
 """
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -42,22 +43,27 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
         gain_crossover_phases=tuple(np.angle(-system.response(np.array(gains))).tolist()),
         phase_crossovers=tuple(v * hertz for v in phases),
         phase_crossover_gains=tuple(np.abs(system.response(np.array(phases))).tolist()),
-        stable_gains=_stable_gains(system),
+        stable_gains=stable_gains(system),
     )
     if not stable:
         return every
-    low, high = next((pair for pair in every.stable_gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
+    low, high = limits(every.stable_gains)
     at, peak = largest(system, 1.0)
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
-        phase_margin=_critical_turn(system),
+        phase_margin=critical_turn(system),
         delay_margin=delay_margin(system),
         disk_margin=1.0 / largest(system, 0.5)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
         bandwidth=_bandwidth(system, w),
     )
+
+
+def limits(gains: Sequence[Interval]) -> Interval:
+    """Return the factors next to 1 between which a loop is stable."""
+    return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
 
 
 def delay_margin(system: OpenLoop) -> float:
@@ -96,7 +102,7 @@ def _norm(matrix: Array) -> float:
     return float(value)
 
 
-def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
+def stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
     """Return the intervals of factors at the wire with which the loop is stable; up to a billion counts as any."""
     last = math.log(LARGEST_FACTOR)
     places = np.linspace(-last, last, round(2.0 * last * _FACTORS / math.log(10.0)) + 1)
@@ -107,7 +113,7 @@ def _stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
     )
 
 
-def _critical_turn(system: OpenLoop) -> float | None:
+def critical_turn(system: OpenLoop) -> float | None:
     """Return the least turn at the wire that makes a stable loop unstable."""
     places = np.linspace(0.0, math.pi, _TURNS + 1)
     _, turn = next(stable_intervals(lambda x: system.growths(np.exp(-1j * x)), places), (0.0, 0.0))

@@ -30,6 +30,7 @@ from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
+from proofmass.runner.analysis.margins.stretches import over_stretches
 from proofmass.runner.host.notebook import Plotted, html_table
 
 if TYPE_CHECKING:
@@ -130,6 +131,8 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
     if single is None or len(closed) > LARGEST_ORDER:
         system, verdict, poles, hidden = lifted_modes.seen(system)
         figures = lifted.figures_of(system, verdict == "stable")
+        if system.map.others and verdict == "stable":
+            system, figures = over_stretches(system, figures)
     else:
         a, b, c, d = single
         visible = seen(
