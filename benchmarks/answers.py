@@ -4,9 +4,13 @@ For each loop the verdict, gain and phase margin and the operating point that wa
 `--noise` for each probe its rms. Beside it the processor time of the graph.
 """
 
+# ruff: noqa: E402
+import os
 import sys
 import time
 from collections.abc import Iterator, Sequence
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in commands: before NumPy is loaded
 
 from proofmass import read_graph
 from proofmass.blocks.declaration.problem import ModelError

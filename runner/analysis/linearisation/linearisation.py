@@ -14,6 +14,7 @@ unstable, and the answer is that of the first.
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -200,6 +201,12 @@ class OperatingPoints:
             if not starting:
                 raise
             return starting[0]
+
+    def after_the_start(self) -> Iterator[Linearisation]:
+        """Yield the operating points that there are, without the start if another is wanted."""
+        yield from (
+            about for about in islice(self._about(0), self.at == AUTO, None) if isinstance(about, Linearisation)
+        )
 
     def _about(self, first: int) -> Iterator[Linearisation | ModelError]:
         if self.at != AUTO:

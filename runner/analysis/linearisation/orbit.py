@@ -287,9 +287,8 @@ class OrbitSearch:
         """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
         if not self._ends.noise:
             return of
-        n, wanted = of.order, [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
-        rows = [*range(n), *(n + i for i in wanted)]
-        return replace(of, outputs=tuple(of.outputs[i] for i in wanted), matrix=of.matrix[rows], slopes={})
+        wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
+        return replace(of, slopes={}).with_ends(wanted, range(len(of.inputs)))
 
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared."""

@@ -96,6 +96,19 @@ class PeriodMap:
             point=tuple(self.point[i] for i in states) if self.point else (),
         )
 
+    def with_ends(self, outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
+        """Return the map with these outputs and inputs alone."""
+        n = self.order
+        place = np.ix_([*range(n), *(n + i for i in outputs)], [*range(n), *(n + i for i in inputs), -1])
+        return replace(
+            self,
+            inputs=tuple(self.inputs[i] for i in inputs),
+            outputs=tuple(self.outputs[i] for i in outputs),
+            matrix=self.matrix[place],
+            slopes={name: slope[place] for name, slope in self.slopes.items()},
+            later=tuple(one.with_ends(outputs, inputs) for one in self.later),
+        )
+
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
         return self.kept(sorted(_reached(self._edges.T, self.order) & _reached(self._edges, self.order)))
@@ -400,7 +413,7 @@ def _read(
     ticks: TickMaps | None = None,
     each: int = 1,
 ) -> PeriodMap:
-    """The map from what the dual numbers are after a period, or from the maps of its ticks, of values held `each` time."""
+    """The map from what the dual numbers are after a period, or from the maps of its ticks; `each` value counts once."""
     memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
     rows = [_held(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in recorded[node]]

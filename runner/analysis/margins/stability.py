@@ -5,9 +5,13 @@ from collections.abc import Iterator
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, Loop
+from proofmass.runner.analysis.decisions.one_bit import loop_through_bits
+from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
@@ -59,10 +63,24 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Mar
     answers = dict[str, Margins | ModelError]()
     for name, node in nodes.items():
         try:
-            answers[name] = margins_of(points.loop(node), name, ".".join(node))
+            answers[name] = margins_of(open_loop(points, node), name, ".".join(node))
         except ModelError as error:
             answers[name] = error
     return answers
+
+
+def open_loop(points: OperatingPoints, node: Endpoint) -> OpenLoop:
+    """Return the loop through an output; with the gains of quantisers of one bit in a run if there is no other."""
+    try:
+        return points.loop(node)
+    except ModelError:
+        if not coarse_blocks(points.plan, node):
+            raise
+        for about in points.after_the_start():
+            system = loop_through_bits(about, node)
+            if system is not None:
+                return system
+        raise
 
 
 def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:

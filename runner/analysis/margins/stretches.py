@@ -23,7 +23,9 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
         phase_margin=phase if math.isfinite(phase) else None,
     )
     told = [f"{name} {text}" for name, text in (_gains(margins), _phases(phases)) if text]
-    notes = (*system.map.notes, f"the least of their margins is shown: {' and '.join(told)}") if told else system.map.notes
+    notes = (
+        (*system.map.notes, f"the least of their margins is shown: {' and '.join(told)}") if told else system.map.notes
+    )
     return replace(system, map=replace(system.map, notes=notes)), worst
 
 

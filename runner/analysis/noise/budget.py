@@ -17,6 +17,7 @@ from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
+from proofmass.runner.analysis.decisions.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
@@ -27,7 +28,6 @@ from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import OneMore, one_more, rms_sensitivity
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained

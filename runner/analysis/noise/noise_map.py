@@ -22,6 +22,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.decisions.one_bit import FILTER
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex
@@ -30,7 +31,6 @@ from proofmass.runner.analysis.linearisation.state_space import Matrices, StateS
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 
-FILTER = "filter of an error"  # in the place of a field of a state
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
 _MARGIN = 1e-12  # distance of the spectral radius below one

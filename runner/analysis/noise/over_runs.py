@@ -24,11 +24,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.decisions.one_bit import with_gains
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import Array, blocks_of_map
 from proofmass.runner.analysis.noise.noise_map import variance
-from proofmass.runner.analysis.noise.one_bit import with_gains
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Key
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks

@@ -11,11 +11,11 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.decisions.one_bit import with_spectra
 from proofmass.runner.analysis.linearisation.forward import Forward
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summed
-from proofmass.runner.analysis.noise.one_bit import with_spectra
 from proofmass.runner.derivatives.dual_noise import Noisy
 from proofmass.runner.reference.interpret import TickError
 

@@ -21,8 +21,8 @@ from proofmass.blocks import (
     UnitDelay,
     WhiteNoise,
 )
-from proofmass.runner.analysis.noise.compiled_decisions import SETTLING, compiled_runs
-from proofmass.runner.analysis.noise.decisions import Watched
+from proofmass.runner.analysis.decisions.compiled_decisions import SETTLING, compiled_runs
+from proofmass.runner.analysis.decisions.watched import Watched
 from proofmass.runner.plan.memory import start
 from proofmass.runner.planning.plan import plan
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.analysis.noise.compiled_decisions import Decisions, compiled_runs, level_port
+from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, compiled_runs, level_port
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, with_functions
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan

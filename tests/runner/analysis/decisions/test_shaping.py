@@ -5,7 +5,7 @@ import pytest
 import scipy.integrate
 import scipy.signal
 
-from proofmass.runner.analysis.noise.shaping import Shaping, is_white, shaping
+from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
 
 FILTER = Shaping(0.3, ((0.98 + 0.1j, 0.9), (-0.4 + 0j, 0.0), (0.2 + 0.7j, 0.5)))
 

@@ -19,18 +19,19 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation
+from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
+from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
+from proofmass.runner.analysis.decisions.watched import recorded
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, blocks_of_map, plan_graph
-from proofmass.runner.analysis.noise.compiled_decisions import Decisions
-from proofmass.runner.analysis.noise.decisions import recorded
-from proofmass.runner.analysis.noise.noise_map import FILTER
-from proofmass.runner.analysis.noise.shaping import Shaping, is_white, shaping
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
-from proofmass.runner.derivatives.dual_noise import ONE_BIT, Gain, Noisy
+from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Gain, Noisy
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
 
+FILTER = "filter of an error"  # in the place of a field of a state
 _WINDOW = 256  # decisions over which signals hardly move: their means are subtracted
 _LAGS = 64  # decisions, the longest lag of the autocorrelation
 _VALUES = 1 << 14  # values of the output in a reference run
@@ -125,6 +126,25 @@ def _filtered(whole: PeriodMap, columns: list[int], by: Shaping, name: str, numb
         slopes={parameter: extended(slope) for parameter, slope in whole.slopes.items()},
         point=(*whole.point, *(0.0 for _ in range(more))) if whole.point else (),
     )
+
+
+def loop_through_bits(about: Linearisation, node: Endpoint) -> OpenLoop | None:
+    """Return the loop through an output with the gains that its quantisers of one bit have in a run; None without such.
+
+    A gain depends on what is quantised: the loop is that of signals which are small beside it.
+    """
+    gains = with_gains(about, NOTHING, [node])
+    known = [(name, one) for name, several in gains.items() for one in several if isinstance(one, OneBit) and one.gain]
+    if not known:
+        return None
+    whole = about.map([node], [node], cut=True, noise=gains)
+    own = [[i for i, entry in enumerate(ends) if entry[:2] == node] for ends in (whole.outputs, whole.inputs)]
+    notes = tuple(
+        f"{name}: one bit counts as a gain of {one.gain:.3g}, that of {one.decisions:,} decisions in a run; another"
+        " factor at the wire makes it another gain"
+        for name, one in known
+    )
+    return of_wires(whole.with_ends(*own), about.plan.period, notes)
 
 
 def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:
