@@ -4,7 +4,6 @@ For each loop the verdict, gain and phase margin and the operating point that wa
 `--noise` for each probe its rms. Beside it the processor time of the graph.
 """
 
-# ruff: noqa: E402
 import os
 import sys
 import time

@@ -11,7 +11,7 @@ from proofmass.runner.plan.keys import StateField
 from proofmass.runner.targets.native import CompiledLoop
 
 LONGEST = 40_000  # base ticks in which two instants are looked for
-_RARE = 256  # ticks from one to the next, on average: what jumps more often is no counter
+_OFTEN = 0.125  # part of the ticks: what jumps more often, as a shift register, does not count
 
 
 def jumps(run: CompiledLoop, blocks: Collection[str]) -> list[int]:
@@ -23,5 +23,5 @@ def jumps(run: CompiledLoop, blocks: Collection[str]) -> list[int]:
         return []
     steps = np.diff(np.array(run.numbers(counters, run.tick + LONGEST)), axis=0)
     jumped = steps[1:] != steps[:-1]
-    rare = jumped.sum(axis=0) <= LONGEST // _RARE
+    rare = jumped.mean(axis=0) <= _OFTEN
     return (1 + np.flatnonzero(jumped[:, rare].any(axis=1))).tolist()

@@ -179,7 +179,9 @@ class OrbitSearch:
         if change <= FROZEN:
             return OrbitPoint(first, 1, (*until, *_moving(change)), later)
         orbit = self._orbit()
-        closed = self._closed(first, orbit.returns()) or self._stretches(first)
+        closed = self._closed(first, orbit.returns())
+        if closed is None and len(orbit.turning):
+            closed = self._stretches(first)
         if closed is None:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
@@ -211,7 +213,8 @@ class OrbitSearch:
         if not 1 < periods <= LONGEST_PERIOD:
             return None
         whole, after = self._map(0, periods), self._map(periods, periods)
-        change = change_between(self._shown(whole), self._shown(after))
+        z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
+        change = effect(self._shown(whole), self._shown(after), z)
         if not _passes(whole) or change > FROZEN:
             return None
         note = f"closed for an instant every {time_text(periods * self._period)}, and open between"

@@ -413,7 +413,7 @@ def _read(
     ticks: TickMaps | None = None,
     each: int = 1,
 ) -> PeriodMap:
-    """The map from what the dual numbers are after a period, or from the maps of its ticks; `each` value counts once."""
+    """The map from what the dual numbers are after a period, or from the maps of its ticks; a value is held `each`."""
     memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
     rows = [_held(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in recorded[node]]
