@@ -16,14 +16,17 @@ import mpmath
 
 from proofmass.blocks import (
     Constant,
+    Delay,
     Difference,
     DiscreteTransferFunction,
+    FractionalDelay,
     Gain,
     LowPass,
+    MovingAverage,
     TransferFunction,
     UnitDelay,
 )
-from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 from proofmass.graphs.model.build import Graph
 
 DIGITS = 80
@@ -99,6 +102,80 @@ def sampled_loop(number: int) -> tuple[Graph, Truth]:
                 parts.append(_filter(DiscreteTransferFunction, [*zero, w * w], denominator))
     gain = dice.choice([1.0, 1.0, -1.0]) * 10.0 ** dice.uniform(-2.0, 0.5)
     return _graph(number, rate, gain, parts), _truth(gain, parts, rate)
+
+
+def ringed_loop(number: int) -> tuple[Graph, Truth]:
+    """Return a chain of delay lines, means, delays of fractions and slow poles at one rate, and what it has."""
+    dice = random.Random(number)
+    rate = 10.0 ** dice.uniform(0.0, 5.0)
+    parts = [_ring(dice)]
+    for _ in range(dice.randint(1, 2)):
+        parts.append(_ring(dice) if dice.random() < 0.5 else _slow(dice))
+    parts.append(_slow(dice))
+    gain = dice.choice([1.0, 1.0, -1.0]) * 10.0 ** dice.uniform(-2.0, 0.5)
+    return _graph(number, rate, gain, parts), _truth(gain, parts, rate)
+
+
+def _ring(dice: random.Random) -> Part:
+    """Return a block whose memory is a ring."""
+    length = dice.choice([1, 2, 2, 3, 5, 8])
+    match dice.randint(0, 3):
+        case 0:
+            return Part(Delay(ticks=length), "output", [1], [1, *([0] * length)])
+        case 1:
+            return Part(Line(ticks=length), "output", [1], [1, *([0] * length)])
+        case 2:
+            share = mpmath.mpf(1) / length
+            return Part(MovingAverage(length=length), "mean", [share] * length, [1, *([0] * (length - 1))])
+        case _:
+            delay = length + dice.choice([0.25, 0.5, 0.75])
+            nodes = [max(length - 1, 0) + i for i in range(4)]
+            weights = [_lagrange(mpmath.mpf(delay), nodes, i) for i in range(4)]
+            block = FractionalDelay(delay=delay, longest=dice.choice([12, 16]))
+            return Part(block, "output", weights, [1, *([0] * nodes[-1])])
+
+
+def _lagrange(at: Any, nodes: Sequence[int], own: int) -> Any:
+    """Return the value at a place of the polynomial that is 1 at a node and 0 at the others."""
+    value = mpmath.mpf(1)
+    for other in nodes:
+        if other != nodes[own]:
+            value *= (at - other) / (nodes[own] - other)
+    return value
+
+
+def _slow(dice: random.Random) -> Part:
+    """Return an integrator, or a pole near 1, as close as 1e-9."""
+    pole = dice.choice([1.0, 1.0 - 10.0 ** dice.uniform(-9.0, -0.5)])
+    return _filter(DiscreteTransferFunction, [10.0 ** dice.uniform(-3.0, -0.5)], [1.0, -pole])
+
+
+class Line(Block):
+    """Delay line of an own block, that writes one cell of a ring and reads another."""
+
+    ticks: int = param("1", "Ticks.", default=3, at_least=1, at_most=15)
+
+    input = Input("1", "Signal to delay.")
+
+    line = Buffer("The last inputs.", float, (16,))
+
+
+class Place(NamedTuple):
+    """Where the next input goes."""
+
+    place: int
+
+
+@Line.output("1")
+def output(p: Line, x: Place, line: list[float]) -> float:
+    """The input of some ticks before."""
+    return line[(x.place - p.ticks) % 16]
+
+
+@Line.update
+def update(p: Line, x: Place, line: list[float], input: float) -> Place:
+    line[x.place] = input
+    return Place((x.place + 1) % 16)
 
 
 def _filter(kind: type[Block], numerator: list[float], denominator: list[float]) -> Part:

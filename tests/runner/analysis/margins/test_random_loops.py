@@ -17,7 +17,7 @@ from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.plot import plot_margins
 from proofmass.runner.analysis.margins.scalar import figures_of
 from proofmass.runner.command_line import main
-from tests.by_hand.polynomial_loops import Truth, analog_loop, sampled_loop
+from tests.by_hand.polynomial_loops import Truth, analog_loop, ringed_loop, sampled_loop
 
 _NAMES = ("gain_margin", "gain_reduction", "phase_margin", "delay_margin", "disk_margin", "sensitivity_peak")
 _SAMPLE = 5  # loops in a test
@@ -124,7 +124,7 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
 
 @pytest.mark.defect("S401", before="only the interval of stable gains about 1", after="all of them")
 @pytest.mark.parametrize("first", range(0, 50, _SAMPLE))
-@pytest.mark.parametrize("loop", [analog_loop, sampled_loop])
+@pytest.mark.parametrize("loop", [analog_loop, sampled_loop, ringed_loop])
 def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) -> None:
     for number in range(first, first + _SAMPLE):
         check(loop, number)
@@ -132,7 +132,7 @@ def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) ->
 
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("first", range(50, 550, 50))
-@pytest.mark.parametrize("loop", [analog_loop, sampled_loop])
+@pytest.mark.parametrize("loop", [analog_loop, sampled_loop, ringed_loop])
 def test_a_thousand_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) -> None:
     for number in range(first, first + 50):
         check(loop, number)
