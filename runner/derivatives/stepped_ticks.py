@@ -34,6 +34,16 @@ class TickSlopes(NamedTuple):
     value: Array
     valued: npt.NDArray[np.bool_]  # of each tick, whether the wire has a value
 
+    def halves(self) -> "tuple[TickSlopes, TickSlopes]":
+        """Return the slopes of the first half of the ticks, and of the second."""
+        half = len(self.valued) // 2
+        first = self.tick < half
+        one, other = ((self.row[k], self.column[k], self.value[k]) for k in (first, ~first))
+        return (
+            TickSlopes(self.places, self.tick[first], *one, self.valued[:half]),
+            TickSlopes(self.places, self.tick[~first] - half, *other, self.valued[half:]),
+        )
+
 
 class UndefinedSlopesError(ArithmeticError):
     """Slopes of numbers that last lead to none: bits of them are read, or they choose places in arrays."""

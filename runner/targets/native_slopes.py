@@ -39,10 +39,18 @@ class SlopeCode:
         self.compiled = CompiledPlan(plan, made.written, loop)
 
     def ticks(
-        self, memory: Memory, node: Endpoint, seeded: AbstractSet[Place], moving: AbstractSet[str]
+        self,
+        memory: Memory,
+        node: Endpoint,
+        seeded: AbstractSet[Place],
+        moving: AbstractSet[str],
+        plan: Plan | None = None,
     ) -> "CompiledSlopes":
-        """Return ticks from a memory on with slopes by some numbers that last, and by an input at a wire."""
-        return CompiledSlopes(self, memory, node, seeded, moving)
+        """Return ticks from a memory on with slopes by some numbers that last, and by an input at a wire.
+
+        They are those of the plan, or of another that differs in numbers alone.
+        """
+        return CompiledSlopes(self, plan or self.plan, memory, node, seeded, moving)
 
 
 def has_slopes(plan: Plan) -> bool:
@@ -65,9 +73,15 @@ class CompiledSlopes(CompiledLoop):
     quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
 
     def __init__(
-        self, code: SlopeCode, memory: Memory, node: Endpoint, seeded: AbstractSet[Place], moving: AbstractSet[str]
+        self,
+        code: SlopeCode,
+        plan: Plan,
+        memory: Memory,
+        node: Endpoint,
+        seeded: AbstractSet[Place],
+        moving: AbstractSet[str],
     ) -> None:
-        super().__init__(code.plan, code.plan.graph.seed, 0, memory, code.compiled)
+        super().__init__(plan, plan.graph.seed, 0, memory, code.compiled)
         self._first = self.tick
         self.recorded: dict[Endpoint, list[float]] = {node: []}
         self.injected: list[tuple[str, str, int]] = []

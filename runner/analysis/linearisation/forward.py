@@ -97,16 +97,20 @@ class Forward:
 class Course:
     """The run of a plan from tick 0, without noise: how far it has got, and its machine code.
 
-    An analysis owns one. Runs that go on from elsewhere borrow its machine code.
+    An analysis owns one. Runs that go on from elsewhere borrow its machine code, and so does a course `like` another
+    whose plan differs in numbers alone.
     """
 
-    def __init__(self, plan: Plan) -> None:
+    def __init__(self, plan: Plan, like: "Course | None" = None) -> None:
         self.plan = plan.without_noise
         self._run: Forward | None = None
         self._slopes: SlopeCode | None = None
+        self._like = like
 
     def slopes(self) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, if the plan has such."""
+        if self._like is not None:
+            return self._like.slopes()
         # start-up time: short periods need no compiler
         from proofmass.runner.targets.native_slopes import SlopeCode, has_slopes
 
@@ -138,4 +142,5 @@ class Course:
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""
-        return Forward(self.plan, memory and memory.copy(), compiled=self._run.compiled if self._run else None)
+        run = self._run or (self._like and self._like._run)
+        return Forward(self.plan, memory and memory.copy(), compiled=run.compiled if run else None)

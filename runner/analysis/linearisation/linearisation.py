@@ -82,9 +82,7 @@ class Linearisation:
         See `period_map`.
         """
         ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise)
-        point = self._maps.get(ends.key)
-        if point is None:
-            point = self._maps[ends.key] = self._point_of(ends)
+        point = self.point_of(ends)
         notes, exact = point.notes, point.map
         if by_parameters:
             slopes, more = self._point_slopes(ends, point)
@@ -100,7 +98,13 @@ class Linearisation:
             )
         return replace(exact, notes=notes, later=point.later, others=point.others, told=self.told)
 
-    def _point_of(self, ends: Ends) -> OrbitPoint:
+    def point_of(self, ends: Ends) -> OrbitPoint:
+        """Return the operating point of the map between some wires; raises `ModelError`."""
+        if ends.key not in self._maps:
+            self._maps[ends.key] = self._found(ends)
+        return self._maps[ends.key]
+
+    def _found(self, ends: Ends) -> OrbitPoint:
         orbit = self.point
         if not isinstance(orbit, PeriodicPoint):
             return OrbitSearch(self.plan, self.course, ends, orbit).point()
@@ -164,7 +168,7 @@ class OperatingPoints:
         self._course = Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
         if at not in _WAYS:
-            self._time = _tick_of_time(plan, at)
+            self._time = tick_of_time(plan, at)
 
     def answered(self, ask: Callable[[Linearisation], Answer], first: int = 0) -> Answer:
         """Return what is answered at the operating point, or at the first one that has an answer.
@@ -260,7 +264,8 @@ def _starts_up(system: OpenLoop) -> bool:
     return verdict == "unstable"
 
 
-def _tick_of_time(plan: Plan, at: At) -> int:
+def tick_of_time(plan: Plan, at: At) -> int:
+    """Return the base tick of a time; raises `ModelError` for a text that is none."""
     try:
         return int(read_duration(at) * plan.schedule.base_rate)
     except Refusal as error:

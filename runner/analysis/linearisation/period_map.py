@@ -211,7 +211,7 @@ def period_map(
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
         elif code is not None:
-            places = {_place(memory, entry, rings) for entry in seeded}
+            places = {place_of(memory, entry, rings) for entry in seeded}
             engine = code.ticks(memory, inputs[0], places, moving)
         elif stepped:
             engine = SteppedTicks(*given)
@@ -233,8 +233,8 @@ def period_map(
         maps, each = None, 1
         if not isinstance(engine, DualTicks) or isinstance(engine, SteppedTicks):
             end = engine.memory()
-            starts = {entry: _place(memory, entry, rings) for entry in seeded}
-            ends = {entry: place for entry in seeded if (place := _place(end, entry, rings)) in engine.live}
+            starts = {entry: place_of(memory, entry, rings) for entry in seeded}
+            ends = {entry: place for entry in seeded if (place := place_of(end, entry, rings)) in engine.live}
             maps = maps_of_ticks(engine.slopes(), starts, ends)
             first, each = maps.holds() if maps and later else (0, 1)
             if first and later:
@@ -257,7 +257,7 @@ def period_map(
         )
 
 
-def _place(memory: Memory, entry: Entry, rings: Rings) -> Place:
+def place_of(memory: Memory, entry: Entry, rings: Rings) -> Place:
     """Return where an entry stands in a memory."""
     name, part, index = entry
     if index == HELD:

@@ -4,10 +4,9 @@ A loop that is not stable has no margins (NaN, which no limit lets pass), one wi
 1 of a stable loop, 0 of an unstable one, 0.5 if rounding decides: `at_least` of a limit says which of them pass.
 """
 
-import math
-
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.loops import MARGIN_MEASURES, REQUIREMENTS, VERDICTS
+from proofmass.graphs.model.loops import MARGIN_MEASURES
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
 
@@ -22,17 +21,13 @@ def margin_measures(plan: Plan, at: str) -> tuple[PlannedMeasure, ...]:
 
 
 def margins_at(plan: Plan, at: str) -> tuple[float, ...]:
-    """Return their values in a run, in the same order; raises `ModelError` if a loop cannot be linearised."""
+    """Return their values for one plan, in the same order; raises `ModelError` if a loop cannot be linearised."""
     if not at:
         return ()
     # start-up time: only studies with margins need them
-    from proofmass.runner.analysis.margins.stability import all_margins, attained
+    from proofmass.runner.analysis.margins.many import margins_alone
 
-    return tuple(
-        value
-        for found in all_margins(plan, at=at).values()
-        for value in (
-            *(attained(found, margin) if found.stable else math.nan for margin in REQUIREMENTS),
-            VERDICTS[found.verdict],
-        )
-    )
+    values = margins_alone(plan, at)
+    if isinstance(values, ModelError):
+        raise values
+    return values

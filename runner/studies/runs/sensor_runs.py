@@ -10,7 +10,7 @@ import math
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import cached_property
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self, TypeVar
 
 import numpy as np
 
@@ -32,8 +32,13 @@ from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values
-from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.targets.content import content_of
+
+Answer = TypeVar("Answer")
+Values = tuple[float, ...]
+if TYPE_CHECKING:
+    from proofmass.runner.analysis.margins.many import ManyMargins
 
 CHUNK = 1 << 18  # ticks between looks at Ctrl-C
 PART = 1 << 24  # ticks of all runs that are handed to a thread together
@@ -66,6 +71,17 @@ class SensorRuns:
         other = copy.copy(self)
         other.study = self.study.at(values)
         return other
+
+    @cached_property
+    def _margins(self) -> "ManyMargins":
+        # start-up time: only studies with margins need them
+        from proofmass.runner.analysis.margins.many import ManyMargins
+
+        return ManyMargins(self.plan, self.study.margins)
+
+    def margins_of(self, sensors: Sequence[Plan]) -> Sequence[Values | ModelError]:
+        """Return the margins of each sensor in the order of their measures, or why it has none."""
+        return self._margins.values(sensors) if self.study.margins else [()] * len(sensors)
 
     def _side_by_side(self) -> SideBySide:
         names = self.study.settings({**self.study.drawn(0)[0], **self._unset})
@@ -176,11 +192,11 @@ class SensorRuns:
         after = [unknown] * len(self.study.epochs)
         calibrated = self.study.calibrated(number)
         for epoch, values in enumerate(self.study.drawn(number)):
-            runs.append(self._at(number, epoch, values | left))
+            runs.append(self._alone(number, epoch, values | left))
             if calibrated[epoch]:
                 left |= self._left_by(runs[-1])
                 if self.study.followed:
-                    after[epoch] = self._at(number, epoch, values | left, noise=AFTER_CALIBRATION).values or unknown
+                    after[epoch] = self._alone(number, epoch, values | left, AFTER_CALIBRATION).values or unknown
         return runs, after
 
     def parameters(self, number: int, epoch: int) -> dict[str, float]:
@@ -188,7 +204,7 @@ class SensorRuns:
         drawn, left = self.study.drawn(number), dict[str, float]()
         for before, calibrated in enumerate(self.study.calibrated(number)[:epoch]):
             if calibrated:
-                left |= self._left_by(self._at(number, before, drawn[before] | left))
+                left |= self._left_by(self._alone(number, before, drawn[before] | left))
         return drawn[epoch] | left
 
     def _left_by(self, run: SensorRun) -> dict[str, float]:
@@ -215,35 +231,53 @@ class SensorRuns:
         if self.plan.derived:
             columns = [of_run[..., column] for column in range(measured.shape[1])]
             of_run[..., -len(self.plan.derived) :] = np.stack(self._derived(columns, on_arrays), axis=-1)
-        for place in range(len(noise)) if self.study.margins else np.flatnonzero(~sound).tolist():
+        places = [*range(len(noise))] if self.study.margins else np.flatnonzero(~sound).tolist()
+        sensors = [self._sensor({name: float(each[place]) for name, each in flat.items()}) for place in places]
+        plans = [sensor for sensor in sensors if isinstance(sensor, Plan)]
+        margins = iter(self.margins_of(plans))
+        for place, sensor in zip(places, sensors, strict=True):
             at, run = divmod(place, shape[1])
-            given = {name: float(each[place]) for name, each in flat.items()}
             known = tuple(measured[place].tolist()) if sound[place] else None
-            done = self._at(int(outcomes.numbers[run]), epochs[at], given, known, noise_from)
+            own = next(margins) if isinstance(sensor, Plan) else ()
+            done = self._at(int(outcomes.numbers[run]), epochs[at], sensor, own, known, noise_from)
             of_run[run, at] = np.nan if done.values is None else done.values
             if done.fault:
                 outcomes.faults[done.run, done.epoch] = done.fault
+
+    def _sensor(self, values: dict[str, float]) -> Plan | ModelError:
+        """Return the plan of a sensor, or why there is none."""
+        try:
+            return varied(self.plan, self.study.blocks(values))
+        except ModelError as error:
+            return error
 
     def _at(
         self,
         number: int,
         epoch: int,
-        values: dict[str, float],
+        sensor: Plan | ModelError,
+        margins: Values | ModelError,
         measured: tuple[float, ...] | None = None,
         noise: int = 0,
     ) -> SensorRun:
         """Return one run at one epoch, whose signals may have been measured already."""
         try:
-            changed = varied(self.plan, self.study.blocks(values))
+            sensor = _sound(sensor)
             if measured is None:
-                memory = self._last(changed, noise + noise_run(self.study, number, epoch))
-                measured = tuple(value_of(changed, measure, memory) for measure in self.plan.measures)
-            margins = margins_at(changed, self.study.margins)
+                memory = self._last(sensor, noise + noise_run(self.study, number, epoch))
+                measured = tuple(value_of(sensor, measure, memory) for measure in self.plan.measures)
+            return SensorRun(number, epoch, (*measured, *_sound(margins), *self._derived(measured)))
         except ModelError as error:
             return SensorRun(number, epoch, None, _said(error.problems[0]))
         except TickError as fault:
-            return SensorRun(number, epoch, None, _said(failed(self.plan, fault)))
-        return SensorRun(number, epoch, (*measured, *margins, *self._derived(measured)))
+            assert isinstance(sensor, Plan)
+            return SensorRun(number, epoch, None, _said(failed(sensor, fault)))
+
+    def _alone(self, number: int, epoch: int, values: dict[str, float], noise: int = 0) -> SensorRun:
+        """Return one run at one epoch."""
+        sensor = self._sensor(values)
+        (margins,) = self.margins_of([sensor]) if isinstance(sensor, Plan) else ((),)
+        return self._at(number, epoch, sensor, margins, noise=noise)
 
     def _derived(self, measured: Sequence[Any], apply: Callable[[str, list[Any]], Any] = plainly) -> tuple[Any, ...]:
         """Return the measures that follow from others, whose numbers or columns are given."""
@@ -279,3 +313,9 @@ def _said(problem: Problem) -> str:
 def noise_run(study: Study, run: Any, epoch: int) -> Any:
     """Return the number that makes the noise of a run and epoch its own; peers of a design share it."""
     return study.peer(run) * len(study.epochs) + epoch
+
+
+def _sound(answer: Answer | ModelError) -> Answer:
+    if isinstance(answer, ModelError):
+        raise answer
+    return answer

@@ -32,7 +32,7 @@ from proofmass.runner.studies.outcome.outcomes import Outcomes
 from proofmass.runner.studies.outcome.result import StudyResult, collected
 from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.facts import facts_of
-from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
+from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
 
 BATCH_SECONDS = 0.2  # of runs that are written together
@@ -157,7 +157,10 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     graph = with_parameters(study.graph, values)
     number = noise_run(study, run, epoch)
     result = simulate_plan(planned, graph, RunOptions(seed=study.seed, engine=engine, noise=number, began=began))
-    found = zip(margin_measures(planned, study.margins), margins_at(planned, study.margins), strict=True)
+    (values_of,) = SensorRuns(study, engine).margins_of([planned]) if study.margins else ((),)
+    if isinstance(values_of, ModelError):
+        raise values_of
+    found = zip(margin_measures(planned, study.margins), values_of, strict=True)
     margins = {m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in) for m, value in found}
     return dataclasses.replace(result, measures={**result.measures, **margins, **_changes(study, run, epoch, engine)})
 

@@ -1,0 +1,186 @@
+"""The margins of many sampled loops of one kind at once, in floating point; those that it is not sure of are named.
+
+Each loop has L = N / D in powers of d = z - 1, which is small where loops cross over, from its state space by Faddeev
+and LeVerrier (Householder, The Theory of Matrices in Numerical Analysis, 1964, 6.7). Its crossovers are bracketed on a
+grid of frequencies and bisected. A loop is left to the certified path if it has another number of crossovers than the
+first of its kind, nearly touches |L| = 1 elsewhere, or has a pole next to the unit circle.
+"""
+
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+import numpy.typing as npt
+
+from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.open_loop import Complex
+from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
+
+_SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
+_AROUND = np.linspace(0.7, 1.3, 31)  # of the crossovers of the first loop
+_HALVINGS = 60
+_GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
+_NEAR = 1e-5  # distance of a pole from the unit circle, and part of a frequency, that the certified path decides on
+_TOUCHING = 1e-3  # distance of |L| from 1 beside a crossover
+Truths = npt.NDArray[np.bool_]
+
+
+class Loops(NamedTuple):
+    """State spaces of open loops with negative feedback: a loop a row."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+
+@dataclass(frozen=True)
+class Kind:
+    """What the loops of one kind share: scales of the states, and crossovers in rad in a period."""
+
+    scale: Array
+    gain_crossovers: tuple[float, ...]
+    phase_crossovers: tuple[float, ...]
+
+
+def kind_of(loop: Loops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> Kind:
+    """Return the kind of the only loop, by its crossovers in rad in a period."""
+    scale = balanced(loop.a[0] - np.outer(loop.b[0], loop.c[0]) / (1.0 + loop.d[0]))[1]
+    return Kind(scale, tuple(gain_crossovers), tuple(w for w in phase_crossovers if w < math.pi * (1.0 - 1e-9)))
+
+
+class Amounts(NamedTuple):
+    """Figures of loops, a row each, infinite where there is no limit; and which rows are certain."""
+
+    stable: Truths
+    gain_margin: Array  # factor
+    gain_reduction: Array  # factor, 0 without limit
+    phase_margin: Array  # rad
+    delay_margin: Array  # periods
+    sensitivity_peak: Array  # factor
+    certain: Truths
+
+
+def amounts(loops: Loops, kind: Kind) -> Amounts:
+    """Return the figures of loops of a kind."""
+    chain = _Chain(loops, kind)
+    gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
+    phases, sure_of_phases = chain.crossings(lambda value: value.imag, kind.phase_crossovers, negative=True)
+    certain = sure_of_gains & sure_of_phases & chain.apart
+    sizes = np.hstack([-chain.at(phases).real, *(np.where(end < 0.0, -end, 0.0)[:, None] for end in chain.ends)])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = np.where((sizes > 1.0 / LARGEST_FACTOR) & (sizes < LARGEST_FACTOR), 1.0 / sizes, np.nan)
+    lags = np.angle(-chain.at(gains))
+    return Amounts(
+        chain.stable,
+        np.min(np.where(factors > 1.0, factors, np.inf), axis=1, initial=np.inf),
+        np.max(np.where(factors < 1.0, factors, 0.0), axis=1, initial=0.0),
+        np.min(np.abs(lags), axis=1, initial=np.inf),
+        np.min((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
+        chain.peak(),
+        certain,
+    )
+
+
+class _Chain:
+    """Polynomials of the loops, and their values on a grid."""
+
+    def __init__(self, loops: Loops, kind: Kind) -> None:
+        s = kind.scale
+        a, b, c = loops.a * s / s[:, None], loops.b / s, loops.c * s
+        closed = a - b[:, :, None] * c[:, None, :] / (1.0 + loops.d)[:, None, None]
+        self.poles = np.linalg.eigvals(closed)
+        sizes = np.max(np.abs(self.poles), axis=1, initial=0.0)
+        self.stable, self.apart = sizes < 1.0, np.abs(sizes - 1.0) > _NEAR
+        self.above, self.below = _polynomials(a - np.eye(a.shape[1]), b, c, loops.d)
+        known = np.array([*kind.gain_crossovers, *kind.phase_crossovers])
+        count = round(_DENSITY * math.log10(math.pi / _SLOWEST))
+        grid = np.unique([*np.geomspace(_SLOWEST, math.pi, count), *np.multiply.outer(known, _AROUND).ravel()])
+        self.w = grid[grid <= math.pi]
+        self.values = self.at(self.w[None, :])
+        with np.errstate(divide="ignore", invalid="ignore"):
+            self.ends = self.above[:, 0] / self.below[:, 0], self.values[:, -1].real
+
+    def at(self, w: Array) -> Complex:
+        """Return L at some frequencies, a row for each loop."""
+        d = _distance(w)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return _value(self.above, d) / _value(self.below, d)
+
+    def crossings(
+        self, of: Callable[[Complex], Array], known: Sequence[float], negative: bool = False
+    ) -> tuple[Array, Truths]:
+        """Return where a function of L changes its sign, where L is negative if so wanted, and who is sure of it."""
+        value = of(self.values)
+        before, after = slice(None, -1), slice(1, None)
+        changed = (value[:, before] < 0.0) != (value[:, after] < 0.0)
+        if negative:
+            changed &= (self.values[:, before].real < 0.0) & (self.values[:, after].real < 0.0)
+            touching = np.zeros(len(value), dtype=bool)
+        else:
+            # an extreme of |L| next to 1 may hide two more crossovers
+            steps = np.diff(value, axis=1)
+            extreme = (steps[:, :-1] < 0.0) != (steps[:, 1:] < 0.0)
+            touching = (extreme & (np.abs(value[:, 1:-1]) < _TOUCHING)).any(axis=1)
+        sure = (changed.sum(axis=1) == len(known)) & ~touching
+        place = np.zeros((len(value), len(known)), dtype=np.int64)
+        place[sure] = np.nonzero(changed[sure])[1].reshape(-1, len(known))
+        low, high = self.w[place], self.w[place + 1]
+        rising = np.take_along_axis(value, place, axis=1) < 0.0
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (low + high)
+            below = (of(self.at(middle)) < 0.0) == rising
+            low, high = np.where(below, middle, low), np.where(below, high, middle)
+        return 0.5 * (low + high), sure
+
+    def peak(self) -> Array:
+        """Return the largest |1 / (1 + L)|: on the grid, or at the angle of a pole of the closed loop, and nearby."""
+        angles = np.clip(np.abs(np.angle(self.poles)), self.w[0], math.pi)
+        w = np.hstack([np.broadcast_to(self.w, self.values.shape), angles])
+        best = np.argmax(self._sensitivity(w), axis=1)[:, None]
+        middle = np.take_along_axis(w, best, axis=1)
+        place = np.clip(np.searchsorted(self.w, middle[:, 0]), 1, len(self.w) - 2)[:, None]
+        low, high = self.w[place - 1], self.w[place + 1]
+        for _ in range(_HALVINGS):
+            left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+            up = self._sensitivity(left) < self._sensitivity(right)
+            low, high = np.where(up, left, low), np.where(up, high, right)
+        at_rest = np.abs(self.below[:, :1] / (self.above[:, :1] + self.below[:, :1]))
+        found = [self._sensitivity(0.5 * (low + high)), self._sensitivity(middle), at_rest]
+        return np.max(np.hstack(found), axis=1)
+
+    def _sensitivity(self, w: Array) -> Array:
+        d = _distance(w)
+        below = _value(self.below, d)
+        return np.asarray(np.abs(below / (below + _value(self.above, d))))
+
+
+def _distance(w: Array) -> Complex:
+    """Return exp(j w) - 1 without cancellation."""
+    return np.asarray(-2.0 * np.sin(0.5 * w) ** 2 + 1j * np.sin(w))
+
+
+def _value(polynomials: Array, d: Complex) -> Complex:
+    """Return the values of polynomials, lowest power first, at some points: a row each."""
+    value = polynomials[:, -1:].astype(complex)
+    for coefficient in polynomials[:, -2::-1].T:
+        value = value * d + coefficient[:, None]
+    return value
+
+
+def _polynomials(m: Array, b: Array, c: Array, d: Array) -> tuple[Array, Array]:
+    """Return N and D of c (d I - m)^-1 b + d, lowest power first."""
+    count, n = b.shape
+    eye = np.eye(n)
+    adjoint = np.broadcast_to(eye, m.shape)
+    above, below = np.zeros((count, n + 1)), np.zeros((count, n + 1))
+    below[:, n] = 1.0
+    for k in range(1, n + 1):
+        above[:, n - k] = np.einsum("ki,kij,kj->k", c, adjoint, b)
+        product = m @ adjoint
+        below[:, n - k] = np.einsum("kii->k", product) / -k
+        adjoint = product + below[:, n - k, None, None] * eye
+    return above + d[:, None] * below, below
