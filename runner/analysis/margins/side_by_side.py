@@ -127,7 +127,7 @@ class _Chain:
             touching = (extreme & (np.abs(value[:, 1:-1]) < _TOUCHING)).any(axis=1)
         sure = (changed.sum(axis=1) == len(known)) & ~touching
         place = np.zeros((len(value), len(known)), dtype=np.int64)
-        place[sure] = np.nonzero(changed[sure])[1].reshape(-1, len(known))
+        place[sure] = np.nonzero(changed[sure])[1].reshape(int(sure.sum()), len(known))
         low, high = self.w[place], self.w[place + 1]
         rising = np.take_along_axis(value, place, axis=1) < 0.0
         for _ in range(_HALVINGS):

@@ -15,12 +15,12 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
 from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
-from proofmass.runner.design.tune.search import Progress, Search
+from proofmass.runner.design.tune.search import KEPT, Progress, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
-_DIGITS = 9  # of the numbers that are written: rounding misses no goal
+_DIGITS = (9, 12, 17)  # of the numbers that are written: as few as miss no goal, since a yield has steps
 _COUNTS = 1e-6  # of a multiplier
 _MET = 1e-9  # slack of a goal that rounding may hide
 _FEW = 8  # samples of a search that begins at a good point
@@ -169,8 +169,7 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
         best = search.run()
         reachable = {} if search.interrupted else _reachable(search, best)
         goals.note = lambda at: None
-        rounded = {name: float(f"{value:.{_DIGITS}g}") for name, value in best.values.items()}
-        best = goals.at_values({name: tuning.free[name].inside(value) for name, value in rounded.items()}, True)
+        best = _rounded(goals, best)
     prices, bounds = _multipliers(best, tuning)
     return Tuned(
         tuning=tuning,
@@ -182,6 +181,16 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
         interrupted=search.interrupted,
         objective=best.objective,
     )
+
+
+def _rounded(goals: GoalsAt, best: At) -> At:
+    """Return the point with as few digits as keep the goals that it keeps."""
+    for digits in _DIGITS:
+        numbers = {name: float(f"{value:.{digits}g}") for name, value in best.values.items()}
+        at = goals.at_values({name: goals.tuning.free[name].inside(value) for name, value in numbers.items()}, True)
+        if at.violation <= max(best.violation, KEPT):
+            break
+    return at
 
 
 def _outcome(

@@ -74,13 +74,13 @@ def test_order_engine_and_interruption_change_no_bit(study: Study, tmp_path: Pat
 def test_a_failed_calibration_leaves_the_registers_as_they_are(study: Study) -> None:
     sensors = SensorRuns(study, "python")
     whole = sensors.run(2)
-    once = sensors._at
+    once = sensors._alone
 
     def fails_in_epoch_two(number: int, epoch: int, values: dict[str, float]) -> object:
         run = once(number, epoch, values)
         return run._replace(values=None, fault="lost") if epoch == 2 else run
 
-    sensors._at = fails_in_epoch_two  # type: ignore[method-assign,assignment]
+    sensors._alone = fails_in_epoch_two  # type: ignore[method-assign,assignment]
     runs = sensors.run(2)
     assert runs[:2] == whole[:2]
     register = dict(zip(study.graph.measures, whole[1].values or (), strict=True))["register"]

@@ -42,14 +42,16 @@ def calibrated(averaging: int, factor: float = 1.0) -> Graph:
     wires += ["corrected.output -> average.input", "slots.measure -> average.measure"]
     wires += ["average.mean -> deviation.first", "one.output -> deviation.second", "deviation.output -> step.first"]
     wires += ["extra.output -> step.second", "step.output -> register.deviation", "slots.finished -> register.load"]
-    return Graph(name="calibrated", rate="100 Hz", duration="60 s", blocks=blocks, wires=wires, probes=["register.value"])
+    return Graph(
+        name="calibrated", rate="100 Hz", duration="60 s", blocks=blocks, wires=wires, probes=["register.value"]
+    )
 
 
 @pytest.mark.parametrize("averaging", [99, 1000])
 @pytest.mark.parametrize("factor", [1.0, 0.5])
 def test_a_calibration_is_a_loop_from_instant_to_instant(averaging: int, factor: float) -> None:
-    """Each corrects the factor part of the deviation: f' = f - k (f - 1/g), or L = k / (z - 1), |L| = 1 at half the rate
-    for 2 / k, and at w where 2 sin(w / 2) = k, with a phase of 90 deg - w / 2 left."""
+    """Each corrects a part k of the deviation, L = k / (z - 1): 2 / k reaches -1 at half the rate, and |L| = 1 where
+    2 sin(w / 2) = k, with a phase of 90 deg - w / 2 left."""
     found = proofmass.margins(calibrated(averaging, factor), "step.output")
     assert found.stable
     assert found.gain_margin == pytest.approx(2.0 / factor, rel=2e-3)

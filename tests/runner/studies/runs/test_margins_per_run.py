@@ -12,9 +12,9 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.graphs.model.loops import MARGIN_MEASURES
+from proofmass.graphs.model.loops import MARGIN_MEASURES, REQUIREMENTS
 from proofmass.graphs.studies.build import Study
-from proofmass.runner.analysis.margins.stability import all_margins, margins
+from proofmass.runner.analysis.margins.stability import margins, margins_or_reasons
 from proofmass.runner.studies.whole.study import replay, run_study
 
 GAIN = 8000.0  # V/rad
@@ -45,10 +45,8 @@ def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     assert result["main.stable"][:, 0].tolist() == [1.0, 1.0, 0.0]
     for place, factor in enumerate(factors[:2]):
         expected = margins(graph.with_parameters({"pickoff.gain": GAIN * factor})).as_data()
-        assert result["main.gain_margin"][place, 0] == expected["gain_margin_db"]
-        assert result["main.phase_margin"][place, 0] == expected["phase_margin_deg"]
-        assert result["main.delay_margin"][place, 0] == expected["delay_margin_s"]
-        assert result["main.sensitivity_peak"][place, 0] == expected["sensitivity_peak_db"]
+        for name, unit in REQUIREMENTS.items():
+            assert result[f"main.{name}"][place, 0] == pytest.approx(expected[f"{name}_{unit.lower()}"], rel=1e-11)
     assert all(math.isnan(result[f"main.{name}"][2, 0]) for name in ("gain_margin", "phase_margin", "delay_margin"))
     assert result.yields()["main.gain_margin"] == pytest.approx(1 / 3)
     assert result.yields()["main.phase_margin"] == pytest.approx(2 / 3)
@@ -76,10 +74,11 @@ def test_a_study_of_margins_alone(graph: Graph) -> None:
 def test_limits_say_which_verdicts_count(
     graph: Graph, verdict: str, value: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def judged(*given: Any, **options: Any) -> Any:
-        return {name: replace(found, verdict=verdict) for name, found in all_margins(*given, **options).items()}
+    def judged(points: Any) -> Any:
+        return {name: replace(found, verdict=verdict) for name, found in margins_or_reasons(points).items()}  # type: ignore[type-var]
 
-    monkeypatch.setattr("proofmass.runner.analysis.margins.stability.all_margins", judged)
+    monkeypatch.setattr("proofmass.runner.analysis.margins.many.margins_or_reasons", judged)
+    monkeypatch.setattr("proofmass.runner.analysis.margins.many.ManyMargins._common", lambda self: [])
     kept = {}
     for least in ("unstable", "marginal", "stable"):
         study = Study(graph, runs=1, margins="0 s", limits={"main.stable": {"at_least": least}})

@@ -1,0 +1,74 @@
+"""Margins of many sensors of a spread lot: `python -m benchmarks.margins_of_many [SENSORS]`, 10,000 unless said.
+
+For each graph the processor time of all, of one, of one by the certified path, and the largest relative difference
+of a figure between both over a hundred sensors.
+"""
+
+import os
+import sys
+import time
+from collections.abc import Sequence
+
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")  # as in commands: before NumPy is loaded
+
+import numpy as np
+
+from proofmass import read_graph
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.model.changes import changed_blocks
+from proofmass.runner.analysis.margins.many import ManyMargins, margins_alone
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan, varied
+
+_SPREAD = 0.03  # of each parameter, relative
+_COMPARED = 100
+_GRAPHS = {
+    "closed_loop_accelerometer": (
+        "0 s",
+        ("pendulum.stiffness", "pendulum.damping", "pendulum.inertia", "torquer.gain"),
+    ),
+    "force_balance_seismometer": ("0 s", ()),
+    "closed_loop_fluxgate": ("0 s", ()),
+}
+
+
+def sensors_of(planned: Plan, names: Sequence[str], count: int) -> list[Plan]:
+    """Return plans whose parameters are spread; without names, the gains of all blocks that have one."""
+    dice = np.random.default_rng(1)
+    names = names or [f"{name}.gain" for name, block in planned.blocks.items() if _is_number(block, "gain")]
+    first = {key: getattr(planned.blocks[key.rpartition(".")[0]], key.rpartition(".")[2]) for key in names}
+    draws = ({k: v * (1.0 + _SPREAD * float(dice.normal())) for k, v in first.items()} for _ in range(count))
+    return [varied(planned, changed_blocks(planned.blocks, draw)) for draw in draws]
+
+
+def _is_number(block: object, name: str) -> bool:
+    return isinstance(getattr(block, name, None), float)
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Print the table."""
+    count = int(arguments[0]) if arguments else 10_000
+    print(f"{'graph':28} {'sensors':>8} {'all':>9} {'each':>9} {'certified':>10} {'difference':>11}")
+    for name, (at, names) in _GRAPHS.items():
+        planned = plan(read_graph(f"library:{name}"))
+        sensors = sensors_of(planned, names, count)
+        many = ManyMargins(planned, at)
+        began = time.process_time()
+        values = many.values(sensors)
+        spent = time.process_time() - began
+        alone = [margins_alone(sensor, at) for sensor in sensors[:_COMPARED]]
+        each = (time.process_time() - began - spent) / len(alone)
+        apart = max(_difference(a, b) for a, b in zip(values, alone, strict=False))
+        row = f"{spent:7.2f} s {1e3 * spent / count:6.2f} ms {1e3 * each:7.2f} ms {apart:11.1e}"
+        print(f"{name:28} {count:8,} {row}", flush=True)
+
+
+def _difference(one: tuple[float, ...] | ModelError, other: tuple[float, ...] | ModelError) -> float:
+    if isinstance(one, ModelError) or isinstance(other, ModelError):
+        return 0.0 if isinstance(one, ModelError) and isinstance(other, ModelError) else np.inf
+    pairs = ((a, b) for a, b in zip(one, other, strict=True) if a != b and not (np.isnan(a) and np.isnan(b)))
+    return max((abs(a - b) / abs(b) for a, b in pairs), default=0.0)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

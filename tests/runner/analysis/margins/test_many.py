@@ -1,0 +1,100 @@
+"""Margins of many sensors at once: against the certified path one by one, alone and together, near limits."""
+
+import math
+
+import numpy as np
+import pytest
+
+import proofmass
+from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Step, Sum, UnitDelay
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.changes import changed_blocks
+from proofmass.runner.analysis.margins.many import ManyMargins, margins_alone
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan, varied
+from tests.by_hand.polynomial_loops import sampled_loop
+
+
+def lot(graph: Graph, spread: dict[str, float], count: int) -> tuple[Plan, list[Plan]]:
+    """The plan of a graph, and those of sensors whose parameters are spread by a part of themselves."""
+    planned, dice = plan(graph), np.random.default_rng(7)
+    first = {key: getattr(planned.blocks[key.split(".")[0]], key.split(".")[1]) for key in spread}
+    draws = [{k: first[k] * (1.0 + s * float(dice.normal())) for k, s in spread.items()} for _ in range(count)]
+    return planned, [varied(planned, changed_blocks(planned.blocks, draw)) for draw in draws]
+
+
+ACCELEROMETER = {"pendulum.stiffness": 0.05, "pendulum.damping": 0.1, "pendulum.inertia": 0.05, "torquer.gain": 0.1}
+
+
+@pytest.mark.parametrize("at", ["0 s", "2 ms"])
+def test_an_accelerometer(at: str) -> None:
+    graph = proofmass.read_graph("library:closed_loop_accelerometer")
+    planned, sensors = lot(graph, ACCELEROMETER, 12)
+    many = ManyMargins(planned, at)
+    together = many.values(sensors)
+    for sensor, values in zip(sensors, together, strict=True):
+        assert values == pytest.approx(margins_alone(sensor, at), rel=1e-11)
+    assert [many.values([sensor])[0] for sensor in sensors] == together
+    assert ManyMargins(planned, at).values(sensors[::-1])[::-1] == together
+
+
+def chain(gain: float, pole: float = 0.9) -> Graph:
+    """A delay and a pole with a gain at the wire."""
+    blocks: dict[str, Block] = {
+        "zero": Constant(value=0.0),
+        "error": Difference(),
+        "gain": Gain(gain=gain),
+        "pole": DiscreteTransferFunction(numerator=(1.0,), denominator=(1.0, -pole)),
+        "delay": UnitDelay(),
+    }
+    wires = ["zero.output -> error.first", "delay.output -> error.second", "error.output -> gain.input"]
+    wires += ["gain.output -> pole.input", "pole.strictly_proper_part -> delay.input"]
+    loops = {"main": {"open_at": "delay.output"}}
+    return Graph(name="", rate="1 kHz", duration="10 ms", blocks=blocks, wires=wires, loops=loops)
+
+
+@pytest.mark.parametrize("off", [-1e-2, -1e-7, -1e-13, 0.0, 1e-13, 1e-7, 1e-2])
+def test_a_sensor_next_to_its_limit_has_the_certified_verdict(off: float) -> None:
+    """z^2 - 0.9 z + f is stable up to f = 1."""
+    planned = plan(chain(0.5))
+    sensor = varied(planned, changed_blocks(planned.blocks, {"gain.gain": 1.0 + off}))
+    (values,) = ManyMargins(planned, "0 s").values([sensor])
+    assert not isinstance(values, proofmass.ModelError)
+    assert abs(off) < 1e-12 or values[-1] == float(off < 0.0)
+    assert math.isnan(values[0]) == (values[-1] != 1.0)
+    assert values == pytest.approx(margins_alone(sensor, "0 s"), rel=1e-9, nan_ok=True)
+
+
+def test_a_sensor_without_a_crossover_of_its_kind_is_taken_alone() -> None:
+    """|L| < 1 everywhere below f = 0.1: there is no phase margin."""
+    planned = plan(chain(0.5))
+    sensor = varied(planned, changed_blocks(planned.blocks, {"gain.gain": 0.05}))
+    (values,) = ManyMargins(planned, "0 s").values([sensor])
+    assert not isinstance(values, proofmass.ModelError)
+    assert values[1] == math.inf
+    assert values == pytest.approx(margins_alone(sensor, "0 s"), rel=1e-12)
+
+
+def test_a_switch_at_another_time_is_not_that_of_the_first() -> None:
+    """A step that adds to the reference of a loop through a product moves its gain at a time of its own."""
+    graph = chain(0.5)
+    blocks = {**graph.blocks, "step": Step(amplitude=0.2, start_time=0.0), "one": Constant(value=0.4), "sum": Sum()}
+    wires = [*map(str, graph.wires), "step.output -> sum.first", "one.output -> sum.second", "sum.output -> gain.gain"]
+    planned = plan(Graph(name="", rate="1 kHz", duration="1 s", blocks=blocks, wires=wires, loops=graph.loops))
+    late = varied(planned, changed_blocks(planned.blocks, {"step.start_time": 0.5}))
+    (values,) = ManyMargins(planned, "0 s").values([late])
+    assert values == pytest.approx(margins_alone(late, "0 s"), rel=1e-12)
+    assert values != pytest.approx(margins_alone(planned, "0 s"), rel=1e-3)
+
+
+@pytest.mark.parametrize("number", range(20))
+def test_random_loops_of_a_spread_gain(number: int) -> None:
+    graph, _ = sampled_loop(number)
+    planned, sensors = lot(graph, {"gain.gain": 0.3}, 4)
+    for sensor, values in zip(sensors, ManyMargins(planned, "0 s").values(sensors), strict=True):
+        alone = margins_alone(sensor, "0 s")
+        if isinstance(alone, proofmass.ModelError):
+            assert isinstance(values, proofmass.ModelError)
+        else:
+            assert values == pytest.approx(alone, rel=1e-8, nan_ok=True)
