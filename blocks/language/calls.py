@@ -7,15 +7,15 @@ from collections.abc import Iterable, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.blocks.language import operations
+from proofmass.blocks.language import operations, whole
+from proofmass.blocks.language.expressions import Expressions
 from proofmass.blocks.language.operations import Checked
-from proofmass.blocks.language.reductions import REDUCED, Reductions
 from proofmass.blocks.language.refusals import refuse
-from proofmass.blocks.language.values import Meta, Record, TupleOf, Type, described, is_record
+from proofmass.blocks.language.values import NUMBERS, Meta, Record, TupleOf, Type, described, is_record
 from proofmass.blocks.language.writing import Typed
 
 
-class Calls(Reductions):
+class Calls(Expressions):
     """Reads calls."""
 
     def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
@@ -78,35 +78,34 @@ class Calls(Reductions):
             return ast.Constant(float(ast.literal_eval(node.args[0]))), float
         if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
             return None
-        if target in REDUCED and len(node.args) == 1:
-            return self.reduced(node, target)
+        if target in (*operations.EXTREMES, *operations.TOTALS) and len(node.args) == 1:
+            return self._reduced(node, target)
         arguments = [self.number(part) for part in node.args]
         if target in (min, max):
             return self._extreme(node, target, arguments)
         if target in (pow, math.pow) and len(arguments) == 2:
             if target is math.pow:
-                return self.defined(operations.TWO[math.pow], *self._numbers(arguments)), float
+                return self.applied(operations.TWO[math.pow], *self._numbers(arguments)), float
             return self.operated(node, ast.Pow, *arguments)
         if target is divmod and len(arguments) == 2:
-            kept = [(self.kept(expression), kind) for expression, kind in arguments]
-            parts = [self.operated(node, sign, *kept) for sign in (ast.FloorDiv, ast.Mod)]
+            parts = [self.operated(node, sign, *arguments) for sign in (ast.FloorDiv, ast.Mod)]
             return ast.Tuple([expression for expression, _ in parts], ast.Load()), TupleOf(
                 tuple(kind for _, kind in parts)
             )
         if target is math.log and len(arguments) == 2:
-            parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in arguments]
+            parts = [(self.applied(operations.ONE[math.log], self.as_number(*part)), float) for part in arguments]
             return self.operated(node, ast.Div, *parts)
         if target is math.ldexp and len(arguments) == 2:
             if arguments[1][1] is float:
                 raise refuse(node, "math.ldexp with a number as exponent", "write int(...)")
             parts_of = self.as_number(*arguments[0]), self.as_integer(*arguments[1])
-            return self.defined(operations.LOAD_EXPONENT, *parts_of), float
+            return self.applied(operations.LOAD_EXPONENT, *parts_of), float
         if target in operations.TWO and len(arguments) == 2:
             return self._of_numbers(target, operations.TWO[target], arguments), float
         if target in operations.OF_WHOLE and len(arguments) == operations.OF_WHOLE[target][0]:
             if any(kind is float for _, kind in arguments):
                 raise refuse(node, f"{target.__name__} of a number", "it is of integers")
-            return self.checked(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in arguments)), int
+            return self.applied(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in arguments)), int
         return self._of_one(node, target, *arguments[0]) if len(arguments) == 1 else None
 
     def _of_one(self, node: ast.Call, target: Any, expression: ast.expr, kind: Type) -> Typed | None:
@@ -127,12 +126,12 @@ class Calls(Reductions):
         whole: dict[Any, Checked] = {int: operations.TRUNCATE, round: operations.NEAREST, **operations.ROUND}
         if target in whole:
             return (
-                self.checked(whole[target], expression) if kind is float else self.as_integer(expression, kind)
+                self.applied(whole[target], expression) if kind is float else self.as_integer(expression, kind)
             ), int
         if target is abs:
             if kind is float:
                 return self.applied(abs, expression), float
-            return self.checked(operations.ABSOLUTE, self.as_integer(expression, kind)), int
+            return self.applied(operations.ABSOLUTE, self.as_integer(expression, kind)), int
         return None
 
     def _close(self, node: ast.Call) -> Typed:
@@ -145,7 +144,7 @@ class Calls(Reductions):
             self.number(named[name]) if name in named else (ast.Constant(default), float)
             for name, default in operations.TOLERANCES.items()
         ]
-        return self.checked(operations.IS_CLOSE, *self._numbers(read)), bool
+        return self.applied(operations.IS_CLOSE, *self._numbers(read)), bool
 
     def _numbers(self, given: Iterable[Typed]) -> list[ast.expr]:
         return [self.as_number(made, kind) for made, kind in given]
@@ -153,19 +152,24 @@ class Calls(Reductions):
     def _of_numbers(self, target: Any, operation: Checked, given: Sequence[Typed]) -> ast.expr:
         if target in operations.NEVER_FAIL:
             return self.applied(target, *self._numbers(given))
-        return self.defined(operation, *self._numbers(given))
+        return self.applied(operation, *self._numbers(given))
 
     def _extreme(self, node: ast.Call, target: Any, given: Sequence[Typed]) -> Typed:
-        """Write `min` or `max`: the first of the least or greatest, compared as Python compares them."""
         values, kind = self.agreed(node, given, f"{target.__name__}() is of")
-        if not self.compiled:
-            return ast.Call(self.bound(target), values, []), kind
-        sign = ast.Lt() if target is min else ast.Gt()
-        best = self.kept(values[0])
-        for value in values[1:]:
-            other = self.kept(value)
-            best = self.kept(ast.IfExp(ast.Compare(other, [sign], [best]), other, best))
-        return best, kind
+        return self.applied(target, *values), kind
+
+    def _reduced(self, node: ast.Call, target: Any) -> Typed:
+        """Write min, max, sum or math.prod of the entries of the one argument."""
+        entries, kind = self.sequence(node.args[0])
+        if kind not in NUMBERS:
+            raise refuse(node, f"{target.__name__}() of what is {described(kind)}", "its entries must be numbers")
+        if target in operations.EXTREMES:
+            return self.applied(operations.EXTREMES[target], entries), kind
+        if target is sum and kind is float:
+            raise refuse(node, "sum() of numbers is not compiled", operations.INSTEAD[sum])
+        if kind is float:
+            return self.applied(whole.product_of_numbers, entries), kind
+        return self.applied(operations.TOTALS[target], entries), int
 
 
 def _names_no_number(node: ast.Call) -> bool:

@@ -6,7 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.blocks.language import arithmetic, operations
+from proofmass.blocks.language import arithmetic, operations, whole
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.values import (
     NUMBERS,
@@ -21,9 +21,7 @@ from proofmass.blocks.language.values import (
     entry_of,
     is_record,
 )
-from proofmass.blocks.language.writing import Typed, Writer, assign
-
-_SURELY_EXACT = 2**53
+from proofmass.blocks.language.writing import Typed, Writer
 
 
 class Expressions(Writer):
@@ -117,7 +115,7 @@ class Expressions(Writer):
             return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), float
         operand = self.as_integer(operand, kind)
         if isinstance(node.op, ast.USub):
-            return self.checked(operations.NEGATE, operand), int
+            return self.applied(operations.NEGATE, operand), int
         return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), int
 
     def _binop(self, node: ast.BinOp) -> Typed:
@@ -139,7 +137,7 @@ class Expressions(Writer):
                 return ast.BinOp(a, operator(), b), int
             if operator in operations.OF_INTEGERS:
                 operation = operations.OF_INTEGERS[operator]
-                return self.checked(operation, a, b), operation.result
+                return self.applied(operation, a, b), operation.result
         elif operator is ast.Pow:
             return self._power(a, first, b, second), float
         elif operator in operations.PLAIN:
@@ -148,43 +146,25 @@ class Expressions(Writer):
             a, b = self.as_number(a, first), self.as_number(b, second)
             if operator is ast.Div and isinstance(b, ast.Constant) and b.value != 0:
                 return ast.BinOp(a, operator(), b), float
-            return self.checked(operations.OF_NUMBERS[operator], a, b), float
+            return self.applied(operations.OF_NUMBERS[operator], a, b), float
         if operator is ast.MatMult:
             raise refuse(node, "@ is of matrices", "write loops over the entries")
         raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
 
     def _power(self, a: ast.expr, first: Type, b: ast.expr, second: Type) -> ast.expr:
-        return self.defined(operations.POWER, self.as_number(a, first), self.as_number(b, second))
+        return self.applied(operations.POWER, self.as_number(a, first), self.as_number(b, second))
 
     def _boolop(self, node: ast.BoolOp) -> Typed:
         return self._joined(node, self.number)
 
     def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Typed]) -> Typed:
-        """Rewrite `and` or `or`: the rest is evaluated only if it decides."""
-        parts = [self.apart(lambda part=part: read(part)) for part in node.values]  # type: ignore[misc]
-        values, kind = self.agreed(node, [typed for _, typed in parts], "the value is")
-        if not any(lines for lines, _ in parts[1:]):
-            self.lines += parts[0][0]
-            return ast.BoolOp(node.op, values), kind
-        name = self.scope.fresh()
-        so_far = ast.Name(name, ast.Load())
-        inner: list[ast.stmt] = []
-        for (lines, _), value in reversed(list(zip(parts[1:], values[1:], strict=True))):
-            goes_on = so_far if isinstance(node.op, ast.And) else ast.UnaryOp(ast.Not(), so_far)
-            inner = [ast.If(goes_on, [*lines, assign(name, value), *inner], [])]
-        self.lines += [*parts[0][0], assign(name, values[0]), *inner]
-        return so_far, kind
+        values, kind = self.agreed(node, [read(part) for part in node.values], "the value is")
+        return ast.BoolOp(node.op, values), kind
 
     def _ifexp(self, node: ast.IfExp) -> Typed:
-        test = self.test(node.test)
-        then, first = self.apart(lambda: self.expression(node.body))
-        other, second = self.apart(lambda: self.expression(node.orelse))
-        (a, b), kind = self.agreed(node, [first, second], "the value is")
-        if not then and not other:
-            return ast.IfExp(test, a, b), kind
-        name = self.scope.fresh()
-        self.lines.append(ast.If(test, [*then, assign(name, a)], [*other, assign(name, b)]))
-        return ast.Name(name, ast.Load()), kind
+        test, parts = self.test(node.test), [self.expression(node.body), self.expression(node.orelse)]
+        (a, b), kind = self.agreed(node, parts, "the value is")
+        return ast.IfExp(test, a, b), kind
 
     def _compare(self, node: ast.Compare) -> Typed:
         for operator in node.ops:
@@ -192,72 +172,19 @@ class Expressions(Writer):
                 raise refuse(node, "is is not compiled", "compare with ==")
             if isinstance(operator, ast.In | ast.NotIn):
                 return self._among(node), bool
-        left = self.number(node.left)
-        first = self.number(node.comparators[0])
-        read = [self.apart(lambda part=part: self.number(part)) for part in node.comparators[1:]]  # type: ignore[misc]
-        rest = [first, *(typed for _, typed in read)]
-        if any(lines for lines, _ in read):
-            return self._chain(node, left, rest, [lines for lines, _ in read]), bool
-        if all(not _apart(a, b) for a, b in zip([left, *rest], rest, strict=False)):
-            return ast.Compare(left[0], node.ops, [made for made, _ in rest]), bool
-        names = [(self.kept(made), kind) for made, kind in (left, *rest)]
-        pairs = zip(names, node.ops, names[1:], strict=False)
-        tests = [self._compared(a, operator, b) for a, operator, b in pairs]
-        return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
+        left, *others = [self.number(part)[0] for part in (node.left, *node.comparators)]
+        return ast.Compare(left, node.ops, others), bool
 
     def _among(self, node: ast.Compare) -> ast.expr:
         """Rewrite `in`: whether a number is an entry of a tuple."""
         if len(node.ops) > 1:
             raise refuse(node, "in within a chain of comparisons", "join them by `and`")
-        left, kind = self.number(node.left)
-        entries, whole = self.expression(node.comparators[0])
-        if not isinstance(whole, TupleOf) or not all(entry in NUMBERS for entry in whole.entries):
-            raise refuse(node, f"in, of what is {described(whole)}", "write a loop over its entries", known=whole)
-        left, entries = self.kept(left), self.kept(entries)
-        places = [ast.Subscript(entries, ast.Constant(n), ast.Load()) for n in range(len(whole.entries))]
-        equal = [
-            self._compared((left, kind), ast.Eq(), (place, entry))
-            for place, entry in zip(places, whole.entries, strict=True)
-        ]
-        among = ast.BoolOp(ast.Or(), equal) if len(equal) > 1 else equal[0]
+        left, _ = self.number(node.left)
+        entries, kind = self.expression(node.comparators[0])
+        if not isinstance(kind, TupleOf) or not all(entry in NUMBERS for entry in kind.entries):
+            raise refuse(node, f"in, of what is {described(kind)}", "write a loop over its entries", known=kind)
+        among = self.applied(whole.is_among, left, entries)
         return among if isinstance(node.ops[0], ast.In) else ast.UnaryOp(ast.Not(), among)
-
-    def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
-        """Rewrite a chain of comparisons: later ones are evaluated only if the earlier hold."""
-        all_hold = self.scope.fresh()
-        before, later = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
-        a: Typed = before[1], rest[0][1]
-        self.lines.append(assign(all_hold, self._compared((before[0], left[1]), node.ops[0], a)))
-        for (value, kind), operator, before_operand in zip(rest[1:], node.ops[1:], lines, strict=True):
-
-            def step(a: Typed = a, value: ast.expr = value, kind: Type = kind, operator: ast.cmpop = operator) -> Typed:
-                b: Typed = self.kept(value), kind
-                self.lines.append(assign(all_hold, self._compared(a, operator, b)))
-                return b
-
-            inner, a = self.apart(step)
-            later.append([*before_operand, *inner])
-        nested: list[ast.stmt] = []
-        for statements in reversed(later):
-            nested = [ast.If(ast.Name(all_hold, ast.Load()), [*statements, *nested], [])]
-        self.lines += nested
-        return ast.Name(all_hold, ast.Load())
-
-    def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
-        """Write a comparison, exact also between integers and numbers."""
-        if not _apart(left, right) or not self.compiled:
-            return ast.Compare(left[0], [operator], [right[0]])
-        turned = left[1] is float
-        (a, kind), (b, _) = (right, left) if turned else (left, right)
-        order = self.applied(arithmetic.compare, self.as_integer(a, kind), b)
-        if isinstance(operator, ast.Eq | ast.NotEq):
-            return ast.Compare(order, [operator], [ast.Constant(0)])
-        less = isinstance(operator, ast.Lt | ast.LtE) != turned
-        ends = [ast.Constant(-1 if less else 1)]
-        ends += [ast.Constant(0)] if isinstance(operator, ast.LtE | ast.GtE) else []
-        kept = self.kept(order)
-        tests: list[ast.expr] = [ast.Compare(kept, [ast.Eq()], [end]) for end in ends]
-        return tests[0] if len(tests) == 1 else ast.BoolOp(ast.Or(), tests)
 
     def _subscript(self, node: ast.Subscript) -> Typed:
         sequence, kind = self.expression(node.value)
@@ -270,7 +197,7 @@ class Expressions(Writer):
                     raise refuse(node, f"there is no entry {index} in {described(kind)}")
                 entry = kind.entries[index]
                 return ast.Subscript(sequence, ast.Constant(index % len(kind.entries)), ast.Load()), entry
-        return self.kept(ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load())), self._entry(node, kind)
+        return ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load()), self._entry(node, kind)
 
     def index(self, node: ast.Subscript, sequence: ast.expr, kind: Type) -> ast.expr:
         """Write the place of an entry, checked to exist."""
@@ -278,7 +205,7 @@ class Expressions(Writer):
         place, of = self.number(node.slice)
         if of is float:
             raise refuse(node.slice, "an index is an integer, and is given a number", "write int(...)")
-        return self.checked(operations.PLACE, self.as_integer(place, of), self.applied(len, sequence))
+        return self.applied(operations.PLACE, self.as_integer(place, of), self.applied(len, sequence))
 
     def _entry(self, node: ast.AST, kind: Type) -> Type:
         entry = entry_of(kind)
@@ -304,16 +231,6 @@ def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
         return False
     shifts = operator is ast.RShift and 0 <= b.value <= 63
     return shifts or (operator in (ast.FloorDiv, ast.Mod) and b.value not in (0, -1))
-
-
-def _apart(left: Typed, right: Typed) -> bool:
-    """Return whether one is a number and the other an integer, which may be inexact as a number."""
-    if float not in (left[1], right[1]) or left[1] is right[1]:
-        return False
-    whole = left[0] if right[1] is float else right[0]
-    kind = left[1] if right[1] is float else right[1]
-    known = isinstance(whole, ast.Constant) and abs(whole.value) <= _SURELY_EXACT  # type: ignore[arg-type]
-    return kind is int and not known
 
 
 def _known(node: ast.expr) -> Any:

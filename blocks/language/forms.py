@@ -1,4 +1,4 @@
-"""Functions of a user's own block in the forms that engines run, and their problems."""
+"""Functions of a user's own block in the form that engines run, and their problems."""
 
 import ast
 import builtins
@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
-from proofmass.blocks.language.functions import Lowered, lowered
+from proofmass.blocks.language.functions import Form, plain_form
 from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
@@ -25,21 +25,21 @@ def is_own(kind: type[Block]) -> bool:
     return not kind.__module__.startswith("proofmass.blocks.")
 
 
-def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered | None:
+def form_of(kind: type[Block], behaviour: Behaviour) -> Form | None:
     """Return a function of a block as an engine runs it; None if that is the function itself."""
     if not is_own(kind) or kind.has_formats():
         return None
-    return _form(kind, behaviour, compiled)
+    return _form(kind, behaviour)
 
 
-def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
+def constants_form(kind: type[Block]) -> Form | None:
     """Return the function `constants` for parameters that change; None if that is the function itself."""
     behaviour = kind.functions.get("constants")
     if behaviour is None or not is_own(kind) or kind.has_formats():
         return None
     arguments: list[Type] = [float for _ in behaviour.arguments]
     result = type_of(behaviour.returns)
-    return lowered(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result, compiled)
+    return plain_form(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result)
 
 
 def problems_of(kind: type[Block]) -> list[Problem]:
@@ -50,7 +50,7 @@ def problems_of(kind: type[Block]) -> list[Problem]:
     looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
     looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
-        form = form_of(kind, behaviour, compiled=True)
+        form = form_of(kind, behaviour)
         problems += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
     once = [b.function for name, b in kind.functions.items() if name not in _LOOPED]
     for function in (*once, *([kind.requirements] if kind.requirements else [])):
@@ -61,14 +61,14 @@ def problems_of(kind: type[Block]) -> list[Problem]:
 
 def driven_problems(kind: type[Block]) -> list[Problem]:
     """Return why the constants of a block cannot be computed again in every tick."""
-    form = constants_form(kind, compiled=True)
+    form = constants_form(kind)
     return [_of(kind, problem) for problem in form.problems] if form else []
 
 
 _LOOPED = ("update", "derivative")
 
 
-def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
+def _form(kind: type[Block], behaviour: Behaviour) -> Form:
     ports = {name: port for name, port in kind.outputs.items() if kind.output_functions.get(name) is behaviour}
     port = next(iter(ports.values()), None)
     updates = behaviour is kind.functions.get("update")
@@ -83,7 +83,7 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
         result = float
     elif state is not None:
         result = type_of(state)
-    return lowered(_plain(behaviour), (Record(kind.constants_class()), *arguments), result, compiled)
+    return plain_form(_plain(behaviour), (Record(kind.constants_class()), *arguments), result)
 
 
 def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:

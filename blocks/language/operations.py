@@ -12,12 +12,13 @@ from proofmass.blocks.language.values import Type
 
 @dataclass(frozen=True)
 class Checked:
-    """An operation that can fail: its value, its test for failure, and the error that Python raises."""
+    """An operation that can fail: in plain Python `reference` raises; a program takes the value and notes a fault."""
 
     value: Callable[..., Any]
-    fails: Callable[..., bool]
+    fails: Callable[..., bool]  # of the operands
     result: Type
     reference: Callable[..., Any]
+    by_value: bool = False  # whether `fails` takes the value before the operands
 
 
 def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
@@ -38,6 +39,11 @@ def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callabl
 
 def _number(value: Callable[..., Any], fails: Callable[..., bool], python: Callable[..., float]) -> Checked:
     return Checked(value, fails, float, python)
+
+
+def _defined(value: Callable[..., Any], fails: Callable[..., bool], python: Callable[..., Any]) -> Checked:
+    """A function of numbers that has no value where its result says so."""
+    return Checked(value, fails, float, python, by_value=True)
 
 
 def _power(a: float, b: float) -> float:
@@ -74,7 +80,7 @@ ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
 NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)
-POWER = Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, _power)
+POWER = _defined(arithmetic.c_power, arithmetic.undefined_of_two, _power)
 
 
 def _factorial(n: int) -> int:
@@ -114,19 +120,19 @@ PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
 # The functions of `math` that Python takes from the C library, which compiled code calls too: values of one number,
 # and of two.
 ONE = {
-    getattr(math, name): Checked(getattr(math, name), arithmetic.undefined, float, getattr(math, name))
+    getattr(math, name): _defined(getattr(math, name), arithmetic.undefined, getattr(math, name))
     for name in (
         *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "erf", "erfc"),
         *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
     )
 }
 TWO: dict[Any, Checked] = {
-    math.atan2: Checked(math.atan2, arithmetic.undefined_of_two, float, math.atan2),
-    math.copysign: Checked(math.copysign, arithmetic.undefined_of_two, float, math.copysign),
-    math.fmod: Checked(arithmetic.c_remainder, arithmetic.undefined_of_two, float, math.fmod),
-    math.pow: Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, math.pow),
+    math.atan2: _defined(math.atan2, arithmetic.undefined_of_two, math.atan2),
+    math.copysign: _defined(math.copysign, arithmetic.undefined_of_two, math.copysign),
+    math.fmod: _defined(arithmetic.c_remainder, arithmetic.undefined_of_two, math.fmod),
+    math.pow: _defined(arithmetic.c_power, arithmetic.undefined_of_two, math.pow),
 }
-ONE[math.cbrt] = Checked(arithmetic.c_cube_root, arithmetic.undefined, float, math.cbrt)
+ONE[math.cbrt] = _defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt)
 NEVER_FAIL = (math.atan2, math.copysign, math.atan, math.tanh, math.asinh, math.erf, math.erfc)
 LOOKS = (math.isnan, math.isinf, math.isfinite)
 ROUND = {
@@ -142,7 +148,15 @@ OF_WHOLE |= {
     math.lcm: (2, _fits(whole.least_multiple, whole.least_multiple_fails, math.lcm)),
     math.factorial: (1, Checked(whole.factorial, whole.factorial_fails, int, _factorial)),
 }
-LOAD_EXPONENT = Checked(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, float, math.ldexp)
+EXTREMES: dict[Any, Checked] = {
+    min: Checked(whole.least, whole.is_empty, float, min),
+    max: Checked(whole.largest, whole.is_empty, float, max),
+}
+TOTALS: dict[Any, Checked] = {
+    sum: _fits(whole.total, whole.total_fails, sum),
+    math.prod: _fits(whole.product, whole.product_fails, math.prod),
+}
+LOAD_EXPONENT = _defined(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, math.ldexp)
 IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
 TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose
 SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}

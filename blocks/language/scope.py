@@ -30,11 +30,6 @@ class Scope:
             self.prefix += "_"
         self._count = 0
 
-    @property
-    def fault(self) -> str:
-        """The variable that says whether anything failed."""
-        return f"{self.prefix}fault"
-
     def fresh(self) -> str:
         """A new variable."""
         self._count += 1
@@ -45,9 +40,9 @@ class Scope:
         for name, known in self.namespace.items():
             if known is value:
                 return name
-        plain = getattr(value, "__name__", "table")
+        plain = getattr(getattr(value, "value", value), "__name__", "table")
         name = f"{self.prefix}{plain if plain.isidentifier() else 'function'}"
-        while name in self.namespace or name == self.fault:
+        while name in self.namespace:
             name += "_"
         self.namespace[name] = value
         return name

@@ -30,10 +30,11 @@ class RestartError(Exception):
 class Statements(Loops):
     """Reads the statements of a function; `refused` has those that cannot be compiled."""
 
-    def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
-        super().__init__(scope, compiled)
+    def __init__(self, scope: Scope, known: "Known", called: Callable[..., Typed]) -> None:
+        super().__init__(scope)
         self.known, self._called = known, called
         self.refused: list[RefusedError] = []
+        self._unreached: list[tuple[ast.Raise, ast.Return]] = []
 
     def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
         return self._called(self, node, target)
@@ -74,7 +75,7 @@ class Statements(Loops):
     def _assign(self, node: ast.Assign) -> None:
         value = self.expression(node.value)
         if len(node.targets) > 1:
-            value = self.kept(value[0]), value[1]
+            value = self.named(value[0]), value[1]
         for target in node.targets:
             self.set(target, value)
 
@@ -88,8 +89,8 @@ class Statements(Loops):
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
             vector, kind = self._vector(node.target)
-            place = self.kept(self.index(node.target, vector, kind))
-            entry: Typed = self.kept(ast.Subscript(vector, place, ast.Load())), kind.entry
+            place = self.named(self.index(node.target, vector, kind))
+            entry: Typed = ast.Subscript(vector, place, ast.Load()), kind.entry
             value = self.operated(node, type(node.op), entry, self.number(node.value))
             self._store(node, vector, place, kind, value)
             return
@@ -115,7 +116,6 @@ class Statements(Loops):
                 self.set(part, (ast.Name(name, ast.Load()), of))
         elif isinstance(target, ast.Subscript):
             vector, of = self._vector(target)
-            expression = self.kept(expression)
             self._store(target, vector, self.index(target, vector, of), of, (expression, kind))
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
@@ -190,8 +190,7 @@ class Statements(Loops):
             and isinstance(node.value.func, ast.Name)
             and node.value.func.id == "breakpoint"
         ):
-            if not self.compiled:
-                self.lines.append(ast.Expr(ast.Call(self.bound(breakpoint), [], [])))
+            self.lines.append(ast.Expr(self.applied(breakpoint)))
             return
         made, _ = self.expression(node.value)
         self.lines.append(ast.Expr(made))
@@ -211,38 +210,29 @@ class Statements(Loops):
         if wanted == NOTHING != kind or kind == NOTHING != wanted:
             message = f"{described(kind)} is returned, and {described(wanted)} elsewhere or in the declaration"
             raise refuse(node, message, "return a value on every path, or on none", known=kind)
-        expression = self.converted(node, expression, kind, wanted, "what is returned")
-        if self.compiled and kind == NOTHING:
-            expression = ast.Constant(0)
-        if self.compiled and self.known.fails:
-            expression = ast.Tuple([expression, ast.Name(self.scope.fault, ast.Load())], ast.Load())
-        return ast.Return(expression)
+        return ast.Return(self.converted(node, expression, kind, wanted, "what is returned"))
 
     def _raise(self, node: ast.Raise) -> bool:
-        if not self.compiled:
-            self.lines.append(self._as_python(node))
-            return True
-        self.note(ast.Constant(True))
-        wanted = self.known.result
-        if wanted is None:
-            self.known.unsaid = True  # a later statement says what the function returns
-            wanted = int
-        self.lines.append(self.returned(node, self.nothing(node, wanted), wanted))
+        """Write the statement, and for programs, which note a fault and go on, a return that Python never meets."""
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name) and part.id not in self.scope.types:
+                self.scope.namespace.setdefault(part.id, self.scope.outside(part))
+        self._unreached.append((node, ast.Return()))
+        self.lines += self._unreached[-1]
         return True
+
+    def end(self) -> None:
+        """Write what is returned after each `raise`; only here is the type known."""
+        if self.known.result is None:
+            self.known.result = int if self._unreached else NOTHING
+        for node, unreached in self._unreached:
+            unreached.value = self.nothing(node, self.known.result)
 
     def _assert(self, node: ast.Assert) -> None:
         test = ast.UnaryOp(ast.Not(), self.test(node.test))
         error = ast.Call(ast.Name("AssertionError", ast.Load()), [node.msg] if node.msg else [], [])
         raised = ast.Raise(error, None)
-        lines, _ = self.apart(lambda: self._raise(ast.copy_location(raised, node)))
-        self.lines.append(ast.If(test, lines, []))
-
-    def _as_python(self, node: ast.Raise) -> ast.stmt:
-        """The statement itself, with the names that it reads."""
-        for part in ast.walk(node):
-            if isinstance(part, ast.Name) and part.id not in self.scope.types:
-                self.scope.namespace.setdefault(part.id, self.scope.outside(part))
-        return node
+        self.lines.append(ast.If(test, self.block([ast.copy_location(raised, node)])[0], []))
 
     def nothing(self, node: ast.AST, kind: Any) -> ast.expr:
         """A value of a type that is never used."""
@@ -264,11 +254,10 @@ def _is_value(node: ast.expr | None) -> bool:
 
 
 class Known:
-    """Facts of a function from earlier passes: its result, whether it fails, which variables are numbers."""
+    """Facts of a function from earlier passes: its result, and which variables are numbers."""
 
     def __init__(self, result: Type | None) -> None:
         self.result = result
-        self.fails = self.unsaid = False
         self.promoted: set[str] = set()
         self.written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
 

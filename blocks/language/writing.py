@@ -1,7 +1,6 @@
 """Expressions, typed and rewritten so that they mean in every engine what they mean in Python.
 
-In plain Python an operation that fails raises. Compiled code puts its operands into variables, notes a failure in
-another one, and goes on; so whatever Python evaluates only under a condition stands under an `if`.
+An operation that may fail becomes a call of its `Checked`, which raises in plain Python.
 """
 
 import ast
@@ -17,62 +16,18 @@ Typed = tuple[ast.expr, Type]
 
 
 class Writer:
-    """Writes expressions; statements that must come before one are appended to `self.lines`."""
+    """Writes expressions."""
 
-    def __init__(self, scope: Scope, compiled: bool) -> None:
-        self.scope, self.compiled = scope, compiled
-        self.lines: list[ast.stmt] = []
-        self.fails = False  # whether anything may
-
-    # -- what is written -------------------------------------------------------------------------------------------
-
-    def kept(self, value: ast.expr) -> ast.expr:
-        """Store a value in a variable, in compiled code, and return the variable."""
-        if not self.compiled or isinstance(value, ast.Constant):
-            return value
-        name = self.scope.fresh()
-        self.lines.append(assign(name, value))
-        return ast.Name(name, ast.Load())
+    def __init__(self, scope: Scope) -> None:
+        self.scope = scope
 
     def bound(self, value: Any) -> ast.expr:
         """Make a value known to the function and return its name."""
         return ast.Name(self.scope.bind(value), ast.Load())
 
-    def applied(self, function: Callable[..., Any], *arguments: ast.expr) -> ast.expr:
-        """Write a call of a function of this package or of Python."""
+    def applied(self, function: Callable[..., Any] | Checked, *arguments: ast.expr) -> ast.expr:
+        """Write a call of a function of this package or of Python, or of an operation that may fail."""
         return ast.Call(self.bound(function), list(arguments), [])
-
-    def checked(self, operation: Checked, *operands: ast.expr) -> ast.expr:
-        """Write an operation that may fail."""
-        if not self.compiled:
-            return self.applied(operation.reference, *operands)
-        given = [self.kept(operand) for operand in operands]
-        self.note(self.applied(operation.fails, *given))
-        return self.applied(operation.value, *given)
-
-    def defined(self, operation: Checked, *operands: ast.expr) -> ast.expr:
-        """Write a function of numbers that may have no value."""
-        if not self.compiled:
-            return self.applied(operation.reference, *operands)
-        given = [self.kept(operand) for operand in operands]
-        value = self.kept(self.applied(operation.value, *given))
-        self.note(self.applied(operation.fails, value, *given))
-        return value
-
-    def note(self, failed: ast.expr) -> None:
-        """Note a fault."""
-        self.fails = True
-        fault = ast.Name(self.scope.fault, ast.Load())
-        self.lines.append(assign(self.scope.fault, ast.BinOp(fault, ast.BitOr(), failed)))
-
-    def apart(self, make: Callable[[], Any]) -> tuple[list[ast.stmt], Any]:
-        """Call `make`; return the statements that must come before its result, and the result."""
-        before, self.lines = self.lines, []
-        try:
-            made = make()
-        finally:
-            lines, self.lines = self.lines, before
-        return lines, made
 
     def expression(self, node: ast.expr) -> Typed:
         """Rewrite an expression and return it with its type; raises `RefusedError`."""

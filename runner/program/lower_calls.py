@@ -9,6 +9,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.rounding import likely
 from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import refuse
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
@@ -89,6 +90,12 @@ class Calls(Expressions):
     def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
         if isinstance(function, Function):
             return self._program(function, arguments)
+        if isinstance(function, Checked):
+            value = self.call(node, function.value, arguments)
+            self.note(self.call(node, function.fails, (value, *arguments) if function.by_value else arguments))
+            return value
+        if function is breakpoint:
+            return None
         if is_record(function):
             return self._record(node, function, arguments, {})
         library = LIBRARY.get(function) if callable(function) and function.__hash__ else None

@@ -3,10 +3,11 @@
 import ast
 import builtins
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.language.arithmetic import compare
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
@@ -18,6 +19,7 @@ from proofmass.runner.program.form import (
     Array,
     Constant,
     If,
+    Kind,
     Operand,
     Region,
     Value,
@@ -36,10 +38,22 @@ from proofmass.runner.program.structure import (
 )
 
 _MISSING = object()
+FAULT = "fault"
+
+
+class WiderError(Exception):
+    """A variable or result needs a wider kind than assumed, or a fault one of its own: the function is read again."""
+
+    def __init__(self, name: str, kind: Kind) -> None:
+        super().__init__(name)
+        self.name, self.kind = name, kind
 
 
 class Expressions:
     """Reads expressions of one function."""
+
+    checked: Mapping[str, Checked] = {}  # operations that may fail, by their names in a function of a user
+    fault: Variable | None = None  # whether anything failed
 
     def __init__(self, builder: Builder, function: types.FunctionType, local: frozenset[str]) -> None:
         self.builder, self.function, self.local = builder, function, local
@@ -80,6 +94,12 @@ class Expressions:
             raise refuse(node, f"{in_words(value)}, where a number is needed")
         return value  # type: ignore[no-any-return]
 
+    def note(self, fault: Operand) -> None:
+        """Note that something may have failed."""
+        if self.fault is None:
+            raise WiderError(FAULT, TRUTH)
+        self.builder.set(self.fault, self.builder.compute("either", self.builder.get(self.fault), fault))
+
     # -- names and literals ----------------------------------------------------------------------------------------
 
     def _constant(self, node: ast.Constant) -> Lowered:
@@ -102,7 +122,7 @@ class Expressions:
             return mapped(self.names[node.id], self._now)
         if node.id in self.local:
             raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
-        value = outer(self.function, node.id)
+        value = self.checked.get(node.id) or outer(self.function, node.id)
         if value is _MISSING:
             raise refuse(node, f"there is no {node.id}", "define or import it")
         self.read.append((self.function, node.id, value))
@@ -271,21 +291,18 @@ class Expressions:
         return value, region
 
     def _compare(self, node: ast.Compare) -> Operand:
-        left, holds = self.expression(node.left), operand(True)
-        for operator, part in zip(node.ops, node.comparators, strict=True):
-            if isinstance(holds, Constant) and not holds.value:
-                return holds
-            read = lambda left=left, operator=operator, part=part: self._pair(node, left, operator, part)  # noqa: E731
-            (right, comparison), region = self._apart(read)
-            if isinstance(holds, Constant) or is_cheap(region):
-                self.builder.splice(region)
-                holds = self.builder.compute("both", holds, comparison)
-            elif part is node.comparators[-1]:
-                holds = self._either(holds, comparison, region, zero(TRUTH), [])
-            else:
-                raise refuse(node, "a chain of comparisons that calls functions", "join them by `and`")
-            left = right
-        return holds
+        return self._chain(node, self.expression(node.left), list(zip(node.ops, node.comparators, strict=True)))
+
+    def _chain(self, node: ast.Compare, left: Lowered, rest: Sequence[tuple[ast.cmpop, ast.expr]]) -> Operand:
+        """Lower comparisons: the later ones are evaluated only if the first holds."""
+        right, holds = self._pair(node, left, *rest[0])
+        if len(rest) == 1 or (isinstance(holds, Constant) and not holds.value):
+            return holds
+        others, region = self._apart(lambda: self._chain(node, right, rest[1:]))
+        if isinstance(holds, Constant) or is_cheap(region):
+            self.builder.splice(region)
+            return self.builder.compute("both", holds, others)
+        return self._either(holds, others, region, zero(TRUTH), [])
 
     def _pair(self, node: ast.Compare, left: Lowered, operator: ast.cmpop, part: ast.expr) -> tuple[Lowered, Operand]:
         """Lower the right side of a comparison, and return it and whether the comparison holds."""

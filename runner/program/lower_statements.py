@@ -9,17 +9,10 @@ from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import operand
 from proofmass.runner.program.form import INTEGER, Array, Constant, Kind, Line, Operand, Variable
 from proofmass.runner.program.lower_calls import Calls
+from proofmass.runner.program.lower_expressions import WiderError
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves, mapped
 
 _RESULT = "return"
-
-
-class WiderError(Exception):
-    """A variable or result needs a wider kind than assumed: the function must be read again."""
-
-    def __init__(self, name: str, kind: Kind) -> None:
-        super().__init__(name)
-        self.name, self.kind = name, kind
 
 
 class Statements(Calls):
@@ -138,8 +131,15 @@ class Statements(Calls):
     def _while(self, node: ast.While) -> None:
         if node.orelse:
             raise refuse(node, "else of a loop", "set a variable before `break`")
-        with self.builder.repeated(lambda: self.test(node.test)):
+        with self.builder.repeated(lambda: self._goes_on(node)):
             self.block(node.body)
+
+    def _goes_on(self, node: ast.While) -> Operand:
+        """The condition of a loop; a fault ends it, since after one it might never end."""
+        test = self.test(node.test)
+        if self.fault is None:
+            return test
+        return self.builder.compute("both", test, self.builder.compute("not", self.builder.get(self.fault)))
 
     def _for(self, node: ast.For) -> None:
         if node.orelse:
@@ -239,14 +239,18 @@ class Statements(Calls):
         kinds = list(_kinds(self.result))
         if len(kinds) != len(parts):
             raise refuse(node, "it returns something else elsewhere")
-        self.builder.give(
-            *(self._fitting(_RESULT, n, kind, part) for n, (kind, part) in enumerate(zip(kinds, parts, strict=True)))
-        )
+        values = [
+            self._fitting(_RESULT, n, kind, part) for n, (kind, part) in enumerate(zip(kinds, parts, strict=True))
+        ]
+        self.builder.give(*values, *([self.builder.get(self.fault)] if self.fault else []))
 
     def _assert(self, node: ast.Assert) -> None:
         raise refuse(node, "assert is not compiled", "leave it out")
 
     def _raise(self, node: ast.Raise) -> None:
+        if hasattr(self.function, "checked"):
+            self.note(operand(True))
+            return
         raise refuse(node, "raise is not compiled", "return NaN: a number that is not finite ends the run")
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.build import Builder
+from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Value
-from proofmass.runner.program.lower import call, program
+from proofmass.runner.program.lower import call, outcome, program
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import leaves, mapped, rebuilt, shape_of
 from proofmass.runner.program.verify import verify
@@ -83,7 +83,10 @@ def _made(function: Any, example: Any, settings: Settings) -> Any:
 
 
 def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> list[np.ndarray]:
-    """Columns of what a function gives for each row of columns of numbers; `before` are arguments of every row."""
+    """Columns of what a function gives for each row of columns of numbers; `before` are arguments of every row.
+
+    For a function of a user the last column says whether it failed.
+    """
     example, length = tuple(map(_example, before)), len(columns[0])
     builder = Builder("columns")
     count = builder.parameter(INTEGER, "count")
@@ -100,7 +103,12 @@ def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> 
     taken = [builder.array(kind, None, f"column_{i}") for i, kind in enumerate(kinds)]
     into: list[Array] = []
     with builder.counted(0, count) as row:
-        result = call(builder, function, (*first, *(builder.load(column, row) for column in taken)))
+        result = outcome(builder, function, (*first, *(builder.load(column, row) for column in taken)))
+        if not hasattr(function, "checked"):
+            assert result.fault is None
+            result = result.value
+        elif result.fault is None:
+            result = result.value, operand(False)
         for i, leaf in enumerate(leaves(result)):
             kind = FLOAT if leaf.kind is FLOAT else INTEGER
             into.append(builder.array(kind, None, f"result_{i}", True))

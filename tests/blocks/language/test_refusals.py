@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
-from proofmass.blocks.language.functions import lowered
+from proofmass.blocks.language.functions import plain_form
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
@@ -253,7 +253,7 @@ def test_a_function_of_this_package_has_to_say_what_it_returns() -> None:
         return a
 
     silent.__module__ = "proofmass.silent"
-    form = lowered(asked, (float,), float, compiled=True)
+    form = plain_form(asked, (float,), float)
     assert [problem.message for problem in form.problems] == ["silent() says no type of what it returns"]
 
 

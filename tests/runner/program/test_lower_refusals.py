@@ -170,17 +170,6 @@ def among_a_list(a: float, cells: list[float]) -> bool:
     return a in cells
 
 
-def calling(a: float) -> float:
-    total = 0.0
-    for b in range(20):
-        total += a / (b + 1)
-    return total
-
-
-def chain_of_calls(a: float) -> bool:
-    return calling(a) < calling(a + 1.0) < calling(a + 2.0) < 3.0
-
-
 def named_wrongly(a: float) -> float:
     return helper(a, c=2.0)  # type: ignore[call-arg]
 
@@ -261,7 +250,6 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (one_or_the_other, (1,), "a tuple of 2 in one case and a tuple of 3 in another"),
     (entries_of_several_types, (1,), "a tuple of 2 has entries of several types"),
     (among_a_list, (1.0, [1.0]), "in is of tuples"),
-    (chain_of_calls, (1.0,), "a chain of comparisons that calls functions"),
     (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
     (named_wrongly, (1.0,), "helper: got an unexpected keyword argument 'c'"),
     (tuple_as_number, (1.0,), "a tuple of 2, where a number is needed"),
