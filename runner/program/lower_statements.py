@@ -33,9 +33,7 @@ class Statements(Calls):
             if method is None:
                 message, hint = RefusedError.CONSTRUCTS.get(type(node).__name__, (type(node).__name__, "leave it out"))
                 raise refuse(node, f"{message} is not compiled", hint)
-            place = getattr(node, "place", None)  # of code that was made from another line
-            file, line = (place.path, place.line) if place else (self.function.__code__.co_filename, node.lineno)
-            self.builder.line = Line(file, line)
+            self.builder.line = Line(self.function.__code__.co_filename, node.lineno)
             method(node)
 
     # -- assignments -----------------------------------------------------------------------------------------------

@@ -73,7 +73,10 @@ def _made(function: Any, example: Any, settings: Settings) -> Any:
         counts[kind] += 1
         return as_kind(builder, builder.load(floats if kind is FLOAT else integers, counts[kind] - 1), leaf.kind)
 
-    result = call(builder, function, mapped(example, given))
+    arguments = mapped(example, given)
+    result = (
+        function.written(builder, arguments) if hasattr(function, "written") else call(builder, function, arguments)
+    )
     for place, leaf in enumerate(leaves(result)):
         into = numbers[0] if leaf.kind is FLOAT else numbers[1]
         builder.store(into, place, as_kind(builder, leaf, into.entry))
@@ -103,12 +106,14 @@ def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> 
     taken = [builder.array(kind, None, f"column_{i}") for i, kind in enumerate(kinds)]
     into: list[Array] = []
     with builder.counted(0, count) as row:
-        result = outcome(builder, function, (*first, *(builder.load(column, row) for column in taken)))
-        if not hasattr(function, "checked"):
-            assert result.fault is None
-            result = result.value
-        elif result.fault is None:
-            result = result.value, operand(False)
+        row_of = (*first, *(builder.load(column, row) for column in taken))
+        if hasattr(function, "written"):
+            result = function.written(builder, row_of)
+        elif hasattr(function, "checked"):
+            value, fault = outcome(builder, function, row_of)
+            result = value, operand(False) if fault is None else fault
+        else:
+            result = call(builder, function, row_of)
         for i, leaf in enumerate(leaves(result)):
             kind = FLOAT if leaf.kind is FLOAT else INTEGER
             into.append(builder.array(kind, None, f"result_{i}", True))

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
@@ -17,10 +18,11 @@ from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.language import arithmetic
 from proofmass.runner.fixed.digital import digital_block
-from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.fixed.step_formats import Constant, bounds, filled, held_as
 from proofmass.runner.plan.constants import constants_of, typed
 from proofmass.runner.program.form import FLOAT, INTEGER, Value
 from proofmass.runner.program.lower import lower
+from tests.by_hand.integer_code import Code
 from tests.by_hand.lowered import KINDS, run
 
 HOSTILE_NUMBERS = [
@@ -118,14 +120,27 @@ def test_integer_code_of_every_digital_block(kind: Any) -> None:
         pytest.skip("is wider than 64 bits by default")
     dice = random.Random(kind.__name__)
     for step in made.steps.values():
-        behaviour = kind.output_functions.get(step.name) or kind.functions[step.name]
-        port = kind.outputs.get(step.name)
+        code = Code(step.code)
         for _ in range(8):
-            given = [None if n == "p" else drawn(kind(), behaviour, n, port, dice) for n in behaviour.arguments]
+            formats = [(step.traced.formats[name], name) for name in step.traced.arguments[1:]]
+            given = [filled(*pair, lambda _, of: within(of, dice)) for pair in formats]
+            given = [None if isinstance(value, Constant) else value for value in given]
             mine = [list(value) if isinstance(value, list) else value for value in given]
-            expected = step.code.function(made.constants, *given)
-            assert same(run(step.code.function, made.constants, *mine), expected), (step.name, given)
+            with counting_overflows(refusals=True) as overflows:
+                expected = step.reference(made.constants, *given)
+            beside = [int(overflows.lost != 0)] * step.overflows + [int(overflows.refused != 0)] * step.refuses
+            found = code(made.constants, *mine)
+            result, *others = found if beside else (found,)
+            assert same(result, expected), (step.name, given)
+            assert [int(other != 0) for other in others] == beside
             assert given == mine
+
+
+def within(format: Any, dice: random.Random) -> Any:
+    """A number of a format, one in four of them an end."""
+    low, high = bounds(format)
+    value = dice.choice((low, high)) if dice.random() < 0.25 else dice.randint(max(low, -(2**40)), min(high, 2**40))
+    return bool(value) if format is bool else value
 
 
 @pytest.mark.parametrize(
