@@ -3,13 +3,11 @@
 import ast
 import math
 import types
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import operations, whole
 from proofmass.blocks.language.expressions import Expressions
-from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import NUMBERS, Meta, Record, TupleOf, Type, described, is_record
 from proofmass.blocks.language.writing import Typed
@@ -71,68 +69,56 @@ class Calls(Expressions):
         return ast.Call(self.bound(kind.kind), made, []), kind
 
     def _known_function(self, node: ast.Call, target: Any) -> Typed | None:
-        if target is len and len(node.args) == 1:
-            expression, _ = self.sequence(node.args[0])
-            return self.applied(len, expression), int
+        """Write a call of a function of Python or `math`; None for one that is not compiled."""
+        count = len(node.args)
+        if target is len and count == 1:
+            return self.applied(len, self.sequence(node.args[0])[0]), int
         if target is float and _names_no_number(node):
             return ast.Constant(float(ast.literal_eval(node.args[0]))), float
-        if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
+        if any(isinstance(part, ast.Starred) for part in node.args):
             return None
-        if target in (*operations.EXTREMES, *operations.TOTALS) and len(node.args) == 1:
+        if target in (*operations.EXTREMES, *operations.TOTALS) and count == 1:
             return self._reduced(node, target)
-        arguments = [self.number(part) for part in node.args]
         if target in (min, max):
-            return self._extreme(node, target, arguments)
-        if target in (pow, math.pow) and len(arguments) == 2:
-            if target is math.pow:
-                return self.applied(operations.TWO[math.pow], *self._numbers(arguments)), float
-            return self.operated(node, ast.Pow, *arguments)
-        if target is divmod and len(arguments) == 2:
-            parts = [self.operated(node, sign, *arguments) for sign in (ast.FloorDiv, ast.Mod)]
-            return ast.Tuple([expression for expression, _ in parts], ast.Load()), TupleOf(
-                tuple(kind for _, kind in parts)
-            )
-        if target is math.log and len(arguments) == 2:
-            parts = [(self.applied(operations.ONE[math.log], self.as_number(*part)), float) for part in arguments]
-            return self.operated(node, ast.Div, *parts)
-        if target is math.ldexp and len(arguments) == 2:
-            if arguments[1][1] is float:
-                raise refuse(node, "math.ldexp with a number as exponent", "write int(...)")
-            parts_of = self.as_number(*arguments[0]), self.as_integer(*arguments[1])
-            return self.applied(operations.LOAD_EXPONENT, *parts_of), float
-        if target in operations.TWO and len(arguments) == 2:
-            return self._of_numbers(target, operations.TWO[target], arguments), float
-        if target in operations.OF_WHOLE and len(arguments) == operations.OF_WHOLE[target][0]:
-            if any(kind is float for _, kind in arguments):
-                raise refuse(node, f"{target.__name__} of a number", "it is of integers")
-            return self.applied(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in arguments)), int
-        return self._of_one(node, target, *arguments[0]) if len(arguments) == 1 else None
+            values, kind = self.agreed(node, list(map(self.number, node.args)), f"{target.__name__}() is of")
+            return self.applied(target, *values), kind
+        if (target, count) in ((pow, 2), (divmod, 2), (math.log, 2)):
+            return self._of_two(node, target, *map(self.number, node.args))
+        called, kinds, result = operations.FUNCTIONS.get(target, operations.NO_FUNCTION)
+        if called is not None and count == len(kinds):
+            what = f"an argument of {target.__name__}"
+            read = [
+                self.converted(node, *self.number(part), of, what) for part, of in zip(node.args, kinds, strict=True)
+            ]
+            return self.applied(called, *read), result
+        if count == 1 and (target in operations.TO_INTEGER or target in (float, bool, abs)):
+            return self._of_one(target, *self.number(node.args[0]))
+        return None
 
-    def _of_one(self, node: ast.Call, target: Any, expression: ast.expr, kind: Type) -> Typed | None:
-        if target in operations.ONE:
-            return self._of_numbers(target, operations.ONE[target], [(expression, kind)]), float
-        if target in operations.LOOKS:
-            return self.applied(target, self.as_number(expression, kind)), bool
-        if target in operations.SCALED:
-            return ast.BinOp(
-                self.as_number(expression, kind), ast.Mult(), ast.Constant(operations.SCALED[target])
-            ), float
-        if target is math.fabs:
-            return self.applied(abs, self.as_number(expression, kind)), float
+    def _of_two(self, node: ast.Call, target: Any, a: Typed, b: Typed) -> Typed:
+        """Write what is an operation of two numbers: a power, a quotient with its remainder, a logarithm to a base."""
+        if target is pow:
+            return self.operated(node, ast.Pow, a, b)
+        if target is divmod:
+            (quotient, first), (left, second) = (self.operated(node, sign, a, b) for sign in (ast.FloorDiv, ast.Mod))
+            return ast.Tuple([quotient, left], ast.Load()), TupleOf((first, second))
+        x, base = (self.applied(operations.FUNCTIONS[math.log][0], self.as_number(*part)) for part in (a, b))
+        return self.operated(node, ast.Div, (x, float), (base, float))
+
+    def _of_one(self, target: Any, expression: ast.expr, kind: Type) -> Typed:
+        """Write a conversion or an absolute value, which follow the type of the number."""
         if target is float:
             return self.as_number(expression, kind), float
         if target is bool:
             return (expression if kind is bool else ast.Compare(expression, [ast.NotEq()], [ast.Constant(0)])), bool
-        whole: dict[Any, Checked] = {int: operations.TRUNCATE, round: operations.NEAREST, **operations.ROUND}
-        if target in whole:
+        if kind is float:
             return (
-                self.applied(whole[target], expression) if kind is float else self.as_integer(expression, kind)
-            ), int
-        if target is abs:
-            if kind is float:
-                return self.applied(abs, expression), float
-            return self.applied(operations.ABSOLUTE, self.as_integer(expression, kind)), int
-        return None
+                (self.applied(abs, expression), float)
+                if target is abs
+                else (self.applied(operations.TO_INTEGER[target], expression), int)
+            )
+        expression = self.as_integer(expression, kind)
+        return (self.applied(operations.ABSOLUTE, expression) if target is abs else expression), int
 
     def _close(self, node: ast.Call) -> Typed:
         """Write `math.isclose`; the tolerances may be keyword arguments."""
@@ -144,19 +130,7 @@ class Calls(Expressions):
             self.number(named[name]) if name in named else (ast.Constant(default), float)
             for name, default in operations.TOLERANCES.items()
         ]
-        return self.applied(operations.IS_CLOSE, *self._numbers(read)), bool
-
-    def _numbers(self, given: Iterable[Typed]) -> list[ast.expr]:
-        return [self.as_number(made, kind) for made, kind in given]
-
-    def _of_numbers(self, target: Any, operation: Checked, given: Sequence[Typed]) -> ast.expr:
-        if target in operations.NEVER_FAIL:
-            return self.applied(target, *self._numbers(given))
-        return self.applied(operation, *self._numbers(given))
-
-    def _extreme(self, node: ast.Call, target: Any, given: Sequence[Typed]) -> Typed:
-        values, kind = self.agreed(node, given, f"{target.__name__}() is of")
-        return self.applied(target, *values), kind
+        return self.applied(operations.IS_CLOSE, *(self.as_number(*part) for part in read)), bool
 
     def _reduced(self, node: ast.Call, target: Any) -> Typed:
         """Write min, max, sum or math.prod of the entries of the one argument."""
@@ -196,14 +170,3 @@ def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
     if target is round:
         instead = "round(x) is the nearest integer: scale before and after it"
     return f"{shown}() is not compiled", instead or f"write {name} as a function of your own, of numbers"
-
-
-_OF_NUMBERS: set[Any] = {
-    *operations.ONE,
-    *operations.TWO,
-    *operations.OF_WHOLE,
-    *operations.LOOKS,
-    *operations.SCALED,
-    *operations.ROUND,
-    *(abs, bool, divmod, float, int, max, min, pow, round, sum, math.fabs, math.ldexp, math.prod),
-}

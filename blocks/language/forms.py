@@ -15,6 +15,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Form, plain_form
+from proofmass.blocks.language.refusals import problem_at
 from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
@@ -152,7 +153,7 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             continue
         for node in ast.walk(tree):
             if isinstance(node, ast.Global | ast.Nonlocal):
-                problems.append(_told(here, node, "a function of a block changes nothing outside of it", ""))
+                problems.append(problem_at(here, node, "a function of a block changes nothing outside of it", ""))
             if not isinstance(node, ast.Call):
                 continue
             target = _looked_up(here, node.func)
@@ -165,10 +166,12 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             for name in (module, place):
                 if name in operations.UNREPEATABLE:
                     message = f"{shown}() would make a run another each time"
-                    problems.append(_told(here, node, message, operations.UNREPEATABLE[name]))
+                    problems.append(problem_at(here, node, message, operations.UNREPEATABLE[name]))
                     break
             if any(target is each for each in never):
-                problems.append(_told(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, "")))
+                problems.append(
+                    problem_at(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, ""))
+                )
     return problems
 
 
@@ -186,18 +189,6 @@ def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
         owner = _looked_up(function, node.value)
         return getattr(owner, node.attr, None) if isinstance(owner, types.ModuleType) else None
     return None
-
-
-def _told(function: types.FunctionType, node: ast.AST, message: str, hint: str) -> Problem:
-    line = getattr(node, "lineno", 0)
-    return Problem(
-        message=message,
-        file=function.__code__.co_filename,
-        line=line,
-        key=function.__name__,
-        got=ast.unparse(node)[:80],
-        hint=hint,
-    )
 
 
 def _of(kind: type[Block], problem: Problem) -> Problem:

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, define, tree_of
 from proofmass.blocks.language.calls import Calls
 from proofmass.blocks.language.operations import Checked
-from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
 from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
 from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
@@ -58,13 +58,8 @@ def _plain_form(
     try:
         tree = tree_of(function)
     except SourceError as error:
-        problem = Problem(
-            message=f"{function.__name__}: {error}",
-            file=function.__code__.co_filename,
-            line=function.__code__.co_firstlineno,
-            hint="write the block into a file, with `def`, and load it anew",
-        )
-        return Form(None, result or Unknown(), [problem])
+        hint = "write the block into a file, with `def`, and load it anew"
+        return Form(None, result or Unknown(), [problem_at(function, None, f"{function.__name__}: {error}", hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
     learned, problems, reads = Known(result), list[Problem](), list[Read]()
 
@@ -94,7 +89,7 @@ def _plain_form(
             break
         except RestartError:
             continue
-    problems += [_problem(function, refused) for refused in reader.refused if refused.message]
+    problems += [problem_at(function, r.node, r.message, r.hint) for r in reader.refused if r.message]
     reads += reader.scope.reads
     made = None if reader.refused else _defined(function, tree, names, lines, reader.scope)
     return Form(made, learned.result or Unknown(), problems, reads)
@@ -163,16 +158,3 @@ def _defined(
     defined = define(made, function.__code__.co_filename, namespace)
     vars(defined)["checked"] = checked
     return defined
-
-
-def _problem(function: types.FunctionType, refused: RefusedError) -> Problem:
-    node: Any = refused.node
-    shown = ast.unparse(node).splitlines()[0] if not isinstance(node, ast.FunctionDef) else f"def {node.name}"
-    return Problem(
-        message=refused.message,
-        file=function.__code__.co_filename,
-        line=getattr(node, "lineno", function.__code__.co_firstlineno),
-        key=function.__name__,
-        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
-        hint=refused.hint,
-    )

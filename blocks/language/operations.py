@@ -117,36 +117,37 @@ def _index(index: int, length: int) -> int:
 
 PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
 
-# The functions of `math` that Python takes from the C library, which compiled code calls too: values of one number,
-# and of two.
-ONE = {
-    getattr(math, name): _defined(getattr(math, name), arithmetic.undefined, getattr(math, name))
-    for name in (
-        *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "erf", "erfc"),
-        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-    )
+# Functions of Python: what is called in their place, the types of the arguments, and that of the result.
+Function = tuple[Any, tuple[Type, ...], Type]
+_MAY_FAIL = ("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "sin", "cos", "tan", "asin", "acos",
+             "sinh", "cosh", "acosh", "atanh")  # fmt: skip
+_NEVER_FAIL = ("erf", "erfc", "atan", "tanh", "asinh", "fabs", "degrees", "radians")
+FUNCTIONS: dict[Any, Function] = {
+    **{f: (_defined(f, arithmetic.undefined, f), (float,), float) for f in (getattr(math, name) for name in _MAY_FAIL)},
+    **{getattr(math, name): (getattr(math, name), (float,), float) for name in _NEVER_FAIL},
+    math.cbrt: (_defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt), (float,), float),
+    **{f: (f, (float,), bool) for f in (math.isnan, math.isinf, math.isfinite)},
+    math.atan2: (math.atan2, (float, float), float),
+    math.copysign: (math.copysign, (float, float), float),
+    math.fmod: (_defined(arithmetic.c_remainder, arithmetic.undefined_of_two, math.fmod), (float, float), float),
+    math.pow: (_defined(arithmetic.c_power, arithmetic.undefined_of_two, math.pow), (float, float), float),
+    math.ldexp: (
+        _defined(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, math.ldexp),
+        (float, int),
+        float,
+    ),
+    math.isqrt: (Checked(whole.integer_root, whole.integer_root_fails, int, math.isqrt), (int,), int),
+    math.gcd: (_fits(whole.greatest_divisor, whole.greatest_divisor_fails, math.gcd), (int, int), int),
+    math.lcm: (_fits(whole.least_multiple, whole.least_multiple_fails, math.lcm), (int, int), int),
+    math.factorial: (Checked(whole.factorial, whole.factorial_fails, int, _factorial), (int,), int),
 }
-TWO: dict[Any, Checked] = {
-    math.atan2: _defined(math.atan2, arithmetic.undefined_of_two, math.atan2),
-    math.copysign: _defined(math.copysign, arithmetic.undefined_of_two, math.copysign),
-    math.fmod: _defined(arithmetic.c_remainder, arithmetic.undefined_of_two, math.fmod),
-    math.pow: _defined(arithmetic.c_power, arithmetic.undefined_of_two, math.pow),
-}
-ONE[math.cbrt] = _defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt)
-NEVER_FAIL = (math.atan2, math.copysign, math.atan, math.tanh, math.asinh, math.erf, math.erfc)
-LOOKS = (math.isnan, math.isinf, math.isfinite)
-ROUND = {
+NO_FUNCTION: Function = (None, (), float)
+TO_INTEGER: dict[Any, Checked] = {
+    int: TRUNCATE,
+    math.trunc: TRUNCATE,
+    round: NEAREST,
     math.floor: _fits(arithmetic.floor, arithmetic.truncate_fails, math.floor),
     math.ceil: _fits(arithmetic.ceil, arithmetic.truncate_fails, math.ceil),
-    math.trunc: TRUNCATE,
-}
-OF_WHOLE = {
-    math.isqrt: (1, Checked(whole.integer_root, whole.integer_root_fails, int, math.isqrt)),
-    math.gcd: (2, _fits(whole.greatest_divisor, whole.greatest_divisor_fails, math.gcd)),
-}
-OF_WHOLE |= {
-    math.lcm: (2, _fits(whole.least_multiple, whole.least_multiple_fails, math.lcm)),
-    math.factorial: (1, Checked(whole.factorial, whole.factorial_fails, int, _factorial)),
 }
 EXTREMES: dict[Any, Checked] = {
     min: Checked(whole.least, whole.is_empty, float, min),
@@ -156,10 +157,8 @@ TOTALS: dict[Any, Checked] = {
     sum: _fits(whole.total, whole.total_fails, sum),
     math.prod: _fits(whole.product, whole.product_fails, math.prod),
 }
-LOAD_EXPONENT = _defined(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, math.ldexp)
 IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
 TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose
-SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 # What to write instead of functions that cannot be compiled to the bits of Python.
 INSTEAD: dict[Any, str] = {

@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.problem import did_you_mean, nearest
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Type, Unknown
 
-_MISSING = object()
+MISSING = object()
 Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 
 
@@ -59,8 +59,8 @@ class Scope:
 
     def outside(self, node: ast.Name) -> Any:
         """A value from outside of the function."""
-        value = _outer(self.function, node.id)
-        if value is _MISSING:
+        value = outer(self.function, node.id)
+        if value is MISSING:
             near = nearest(node.id, self.types) or nearest(node.id, self.function.__globals__)
             raise refuse(node, f"there is no {node.id}", f"did you mean {near}?" if near else "define or import it")
         self.reads.append((self.function, node.id, value))
@@ -68,10 +68,10 @@ class Scope:
 
     def member(self, node: ast.Attribute, owner: Any) -> Any:
         """A value of a module."""
-        value = getattr(owner, node.attr, _MISSING)
+        value = getattr(owner, node.attr, MISSING)
         if isinstance(owner, type) and not isinstance(value, int | float | tuple):  # numbers of a class, of an Enum
             raise refuse(node, f"{ast.unparse(node)} is not compiled", "write it with numbers")
-        if value is _MISSING:
+        if value is MISSING:
             name = getattr(owner, "__name__", "it")
             names = [each for each in dir(owner) if not each.startswith("_")]
             raise refuse(node, f"{name} has no {node.attr}", did_you_mean(node.attr, names, f"the names of {name}"))
@@ -85,7 +85,7 @@ def unchanged(reads: list[Read]) -> bool:
 
 
 def _now(owner: Any, name: str) -> Any:
-    return _outer(owner, name) if isinstance(owner, types.FunctionType) else getattr(owner, name, _MISSING)
+    return outer(owner, name) if isinstance(owner, types.FunctionType) else getattr(owner, name, MISSING)
 
 
 def _same(value: Any, before: Any) -> bool:
@@ -94,10 +94,9 @@ def _same(value: Any, before: Any) -> bool:
     )
 
 
-def _outer(function: types.FunctionType, name: str) -> Any:
+def outer(function: types.FunctionType, name: str) -> Any:
+    """Return a value that a function reads from outside, or MISSING."""
     for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         if free == name:
             return cell.cell_contents
-    if name in function.__globals__:
-        return function.__globals__[name]
-    return getattr(builtins, name, _MISSING)
+    return function.__globals__.get(name, getattr(builtins, name, MISSING))

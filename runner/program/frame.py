@@ -23,13 +23,11 @@ from proofmass.runner.plan.bindings import (
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import Builder, operand
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Operand, Value, Variable
+from proofmass.runner.program.form import FLOAT, TRUTH, Array, Operand, Value, Variable
 from proofmass.runner.program.lower import Called, outcome
-from proofmass.runner.program.lower_numbers import as_kind, nan
+from proofmass.runner.program.lower_numbers import KINDS, as_kind, nan
 from proofmass.runner.program.slots import fields
 from proofmass.runner.program.structure import Lowered, mapped
-
-KINDS: dict[type, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 
 
 class Frame:

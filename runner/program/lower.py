@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
-from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import unchanged
 from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Program
@@ -114,9 +114,11 @@ def _read(
             except WiderError as error:
                 wider[error.name] = error.kind
     except SourceError as error:
-        raise ModelError([_problem(function, None, f"{function.__name__}: {error}", "write it into a file")]) from None
+        hint = "write it into a file"
+        raise ModelError([problem_at(function, None, f"{function.__name__}: {error}", hint)]) from None
     except RefusedError as refused:
-        raise ModelError([_problem(function, refused.node, refused.message, refused.hint)]) from None
+        hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
+        raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
 
 
 class _Reader(Statements):
@@ -200,15 +202,3 @@ def _declared_result(function: types.FunctionType) -> Any:
         except (NameError, TypeError, AttributeError):
             return None
     return declared
-
-
-def _problem(function: types.FunctionType, node: ast.AST | None, message: str, hint: str) -> Problem:
-    shown = "" if node is None or isinstance(node, ast.FunctionDef) else ast.unparse(node).splitlines()[0]
-    return Problem(
-        message=message,
-        file=function.__code__.co_filename,
-        line=getattr(node, "lineno", function.__code__.co_firstlineno),
-        key=function.__name__,
-        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
-        hint=hint or "rewrite it, or run in plain Python: --engine python",
-    )

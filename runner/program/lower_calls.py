@@ -11,13 +11,12 @@ from proofmass.blocks.arithmetic.rounding import likely
 from proofmass.blocks.language import arithmetic
 from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import refuse
+from proofmass.blocks.language.values import is_record
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Kind, Operand, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Operand, Value
 from proofmass.runner.program.lower_expressions import Expressions
-from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves
-
-KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
+from proofmass.runner.program.structure import Lowered, is_scalar, leaves
 
 # Functions of numbers of the machine or the C library, by their names in C.
 _OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
@@ -84,7 +83,7 @@ class Calls(Expressions):
 
     def _declared(self, declared: Any, value: Lowered) -> Lowered:
         """Convert a value to the declared type of its field or result."""
-        wanted = KINDS.get(held_as(declared))
+        wanted = numbers.KINDS.get(held_as(declared))
         return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
 
     def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
@@ -137,8 +136,8 @@ class Calls(Expressions):
         return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None
 
     def _of_one(self, function: Any, value: Operand) -> Operand | None:
-        if function in KINDS:
-            return numbers.as_kind(self.builder, value, KINDS[function])
+        if function in numbers.KINDS:
+            return numbers.as_kind(self.builder, value, numbers.KINDS[function])
         if function is abs:
             return numbers.absolute(self.builder, value)
         if function in _WHOLE:

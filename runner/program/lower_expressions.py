@@ -1,7 +1,6 @@
 """Python expressions lowered into operations of a program."""
 
 import ast
-import builtins
 import types
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
@@ -9,6 +8,8 @@ from typing import Any
 from proofmass.blocks.language.arithmetic import compare
 from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import MISSING, outer
+from proofmass.blocks.language.values import is_record
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
 from proofmass.runner.program.cheap import is_cheap
@@ -28,7 +29,6 @@ from proofmass.runner.program.form import (
 from proofmass.runner.program.structure import (
     Lowered,
     in_words,
-    is_record,
     is_scalar,
     leaves,
     like,
@@ -37,7 +37,6 @@ from proofmass.runner.program.structure import (
     shape_of,
 )
 
-_MISSING = object()
 FAULT = "fault"
 
 
@@ -123,7 +122,7 @@ class Expressions:
         if node.id in self.local:
             raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
         value = self.checked.get(node.id) or outer(self.function, node.id)
-        if value is _MISSING:
+        if value is MISSING:
             raise refuse(node, f"there is no {node.id}", "define or import it")
         self.read.append((self.function, node.id, value))
         return self.known(value)
@@ -134,8 +133,8 @@ class Expressions:
     def _attribute(self, node: ast.Attribute) -> Lowered:
         owner = self.expression(node.value)
         if isinstance(owner, types.ModuleType):
-            value = getattr(owner, node.attr, _MISSING)
-            if value is _MISSING:
+            value = getattr(owner, node.attr, MISSING)
+            if value is MISSING:
                 raise refuse(node, f"{owner.__name__} has no {node.attr}")
             self.read.append((owner, node.attr, value))
             return self.known(value)
@@ -399,11 +398,3 @@ class Expressions:
             first, last, _ = slice(*places).indices(whole.length)
             return self.builder.view(whole, first, max(last - first, 0))
         raise refuse(node, "a part of a list", "write a loop over its entries")
-
-
-def outer(function: types.FunctionType, name: str) -> Any:
-    """A value that a function reads from outside."""
-    for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        if free == name:
-            return cell.cell_contents
-    return function.__globals__.get(name, getattr(builtins, name, _MISSING))

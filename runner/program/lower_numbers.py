@@ -8,6 +8,7 @@ from proofmass.blocks.language import arithmetic
 from proofmass.runner.program.build import Builder, zero
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind, Operand, Value
 
+KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 _EXACT = 2**53  # integers up to there are numbers
 
 OF_NUMBERS: dict[type[ast.operator], str] = {

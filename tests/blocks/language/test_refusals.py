@@ -170,7 +170,7 @@ OUTPUTS |= {
     "return input(1.0)": "a number cannot be called",
     "return input._replace(a=1.0)": "a number has no _replace",
     "return 1.0 if math.isclose(input) else 0.0": "math.isclose is of two numbers; write math.isclose(a, b",
-    "return math.ldexp(input, 0.5)": "math.ldexp with a number as exponent; write int(...)",
+    "return math.ldexp(input, 0.5)": "an argument of ldexp is an integer, and is given a number; write int(...)",
     "return Odd(1.0).word": "the field word has no type that can be compiled; declare it float, int or bool",
 }
 # Functions that Python has and compiled code has not, each with what to write:
