@@ -109,14 +109,14 @@ class Expressions(Writer):
             if isinstance(value, int | float):
                 return self.literal(node, -value)
         operand, kind = self.number(node.operand)
-        if kind is float:
-            if isinstance(node.op, ast.Invert):
-                raise refuse(node, "~ of a number", "~ is of integers")
-            return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), float
-        operand = self.as_integer(operand, kind)
-        if isinstance(node.op, ast.USub):
-            return self.applied(operations.NEGATE, operand), int
-        return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), int
+        if kind is float and isinstance(node.op, ast.Invert):
+            raise refuse(node, "~ of a number", "~ is of integers")
+        if kind is bool:
+            operand, kind = self.as_integer(operand, kind), int
+        if isinstance(node.op, ast.UAdd):
+            return operand, kind
+        negative = kind is int and isinstance(node.op, ast.USub)
+        return self.applied(operations.NEGATE, operand) if negative else ast.UnaryOp(node.op, operand), kind
 
     def _binop(self, node: ast.BinOp) -> Typed:
         left = self.number(node.left)
@@ -125,34 +125,22 @@ class Expressions(Writer):
     def operated(self, node: ast.AST, operator: type[ast.operator], left: Typed, right: Typed) -> Typed:
         """Apply an operator to two numbers."""
         (a, first), (b, second) = left, right
-        if float not in (first, second):
-            if operator in operations.BITWISE:
-                both = bool if first is second is bool else int
-                sides = (a, b) if both is bool else (self.as_integer(a, first), self.as_integer(b, second))
-                return ast.BinOp(sides[0], operator(), sides[1]), both
-            a, b = self.as_integer(a, first), self.as_integer(b, second)
-            if operator is ast.Pow and isinstance(b, ast.Constant) and b.value < 0:  # type: ignore[operator]
-                return self._power(a, first, b, second), float
-            if _surely_succeeds(operator, b):
-                return ast.BinOp(a, operator(), b), int
-            if operator in operations.OF_INTEGERS:
-                operation = operations.OF_INTEGERS[operator]
-                return self.applied(operation, a, b), operation.result
-        elif operator is ast.Pow:
-            return self._power(a, first, b, second), float
-        elif operator in operations.PLAIN:
-            return ast.BinOp(self.as_number(a, first), operator(), self.as_number(b, second)), float
-        elif operator in operations.OF_NUMBERS:
-            a, b = self.as_number(a, first), self.as_number(b, second)
-            if operator is ast.Div and isinstance(b, ast.Constant) and b.value != 0:
-                return ast.BinOp(a, operator(), b), float
-            return self.applied(operations.OF_NUMBERS[operator], a, b), float
+        known = b.value if isinstance(b, ast.Constant) else None
+        number = float in (first, second)
+        if operator is ast.Pow and (number or (isinstance(known, int) and known < 0)):
+            return self.applied(operations.POWER, self.as_number(*left), self.as_number(*right)), float
+        if number and (operator in operations.PLAIN or (operator is ast.Div and known)):
+            return ast.BinOp(a, operator(), b), float
+        if not number and (operator in operations.BITWISE or _surely_succeeds(operator, known)):
+            both = bool if operator in operations.BITWISE and first is second is bool else int
+            return ast.BinOp(a, operator(), b), both
+        operation = (operations.OF_NUMBERS if number else operations.OF_INTEGERS).get(operator)
+        if operation:
+            convert = self.as_number if number else self.as_integer
+            return self.applied(operation, convert(*left), convert(*right)), operation.result
         if operator is ast.MatMult:
             raise refuse(node, "@ is of matrices", "write loops over the entries")
         raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
-
-    def _power(self, a: ast.expr, first: Type, b: ast.expr, second: Type) -> ast.expr:
-        return self.applied(operations.POWER, self.as_number(a, first), self.as_number(b, second))
 
     def _boolop(self, node: ast.BoolOp) -> Typed:
         return self._joined(node, self.number)
@@ -225,12 +213,13 @@ class Expressions(Writer):
         return sequence, self._entry(node, kind)
 
 
-def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
+def _surely_succeeds(operator: type[ast.operator], second: Any) -> bool:
     """Return whether an operation of integers never fails because its second operand is a literal."""
-    if not isinstance(b, ast.Constant) or not isinstance(b.value, int):
+    if not isinstance(second, int):
         return False
-    shifts = operator is ast.RShift and 0 <= b.value <= 63
-    return shifts or (operator in (ast.FloorDiv, ast.Mod) and b.value not in (0, -1))
+    return (operator is ast.RShift and 0 <= second <= 63) or (
+        operator in (ast.FloorDiv, ast.Mod) and second not in (0, -1)
+    )
 
 
 def _known(node: ast.expr) -> Any:
