@@ -52,9 +52,7 @@ class Calls(Expressions):
             owner = self.expression(node.func.value)
             return owner._replace(**{str(k.arg): self.expression(k.value) for k in node.keywords})
         target = self.expression(node.func)
-        arguments: list[Lowered] = []
-        for part in node.args:
-            arguments += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
+        arguments = list(map(self.expression, node.args))
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
         if named and not is_record(target):
             arguments = self._in_order(node, target, arguments, named)
@@ -129,8 +127,6 @@ class Calls(Expressions):
             return self.known(len(arguments[0]))
         if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
             return self.known(arguments[0].length)
-        if function is tuple and isinstance(arguments[0], tuple):
-            return tuple(arguments[0])
         if function in _OPERATIONS:
             return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in arguments))
         return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None

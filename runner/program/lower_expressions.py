@@ -70,10 +70,7 @@ class Expressions:
 
     def number(self, node: ast.expr) -> Operand:
         """Lower an expression that must be a number."""
-        value = self.expression(node)
-        if not is_scalar(value):
-            raise refuse(node, f"{in_words(value)}, where a number is needed")
-        return value  # type: ignore[no-any-return]
+        return self._scalar(node, self.expression(node))
 
     def test(self, node: ast.expr) -> Operand:
         """Lower a condition."""
@@ -143,17 +140,7 @@ class Expressions:
         raise refuse(node, f"{in_words(owner)} has no {node.attr}")
 
     def _tuple(self, node: ast.Tuple) -> Lowered:
-        parts: list[Lowered] = []
-        for part in node.elts:
-            parts += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
-        return tuple(parts)
-
-    def starred(self, node: ast.Starred) -> Sequence[Lowered]:
-        """Entries of a tuple, in the place of `*` and its name."""
-        value = self.expression(node.value)
-        if not isinstance(value, tuple):
-            raise refuse(node, f"* of {in_words(value)}", "it takes tuples: write the values one by one")
-        return value
+        return tuple(map(self.expression, node.elts))
 
     # -- operators -------------------------------------------------------------------------------------------------
 
@@ -168,14 +155,8 @@ class Expressions:
         return numbers.as_kind(self.builder, value, INTEGER) if value.kind is TRUTH else value
 
     def _binop(self, node: ast.BinOp) -> Lowered:
-        a, b = self.expression(node.left), self.expression(node.right)
-        if isinstance(a, tuple) and isinstance(b, tuple) and isinstance(node.op, ast.Add):
-            return (*a, *b)
-        if isinstance(a, tuple) and isinstance(node.op, ast.Mult) and not isinstance(b, tuple):
-            times = numbers.as_index(b)
-            if times is not None:
-                return a * times
-        return self.operated(node, type(node.op), self._scalar(node, a), self._scalar(node, b))
+        a = self.number(node.left)
+        return self.operated(node, type(node.op), a, self.number(node.right))
 
     def operated(self, node: ast.AST, operator: type[ast.operator], a: Operand, b: Operand) -> Operand:
         """Apply an operator to two numbers."""
@@ -307,7 +288,7 @@ class Expressions:
         """Lower the right side of a comparison, and return it and whether the comparison holds."""
         right = self.expression(part)
         if isinstance(operator, ast.Is | ast.IsNot):
-            return right, operand((left is right) is isinstance(operator, ast.Is))
+            raise refuse(node, "is is not compiled", "compare with ==")
         if isinstance(operator, ast.In | ast.NotIn):
             if not isinstance(right, tuple):
                 raise refuse(node, "in is of tuples", "compare with == and or")
@@ -339,7 +320,7 @@ class Expressions:
     def _subscript(self, node: ast.Subscript) -> Lowered:
         whole = self.expression(node.value)
         if isinstance(node.slice, ast.Slice):
-            return self._slice(node, node.slice, whole)
+            raise refuse(node, "a part of a list", "write a loop over its entries")
         if isinstance(whole, Array):
             return self.builder.load(whole, self.index(whole, self.number(node.slice)))
         if not isinstance(whole, tuple):
@@ -386,15 +367,3 @@ class Expressions:
         assert whole.length is not None, "an array of unknown length, indexed from its end"
         behind = self.builder.compute("add_integers", index, whole.length)
         return self.builder.compute("select", self.builder.compute("less_integers", index, 0), behind, index)
-
-    def _slice(self, node: ast.Subscript, part: ast.Slice, whole: Lowered) -> Lowered:
-        bounds = [None if bound is None else self.expression(bound) for bound in (part.lower, part.upper, part.step)]
-        places = [None if bound is None else numbers.as_index(bound) for bound in bounds]
-        if any(bound is not None and index is None for bound, index in zip(bounds, places, strict=True)):
-            raise refuse(node, "a part of a list whose ends are not known", "write a loop over its entries")
-        if isinstance(whole, tuple):
-            return tuple(whole)[slice(*places)]
-        if isinstance(whole, Array) and whole.length is not None and places[2] in (None, 1):
-            first, last, _ = slice(*places).indices(whole.length)
-            return self.builder.view(whole, first, max(last - first, 0))
-        raise refuse(node, "a part of a list", "write a loop over its entries")

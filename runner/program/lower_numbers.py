@@ -145,8 +145,3 @@ def nan() -> Constant:
 def as_index(value: Operand) -> int | None:
     """Return a known integer, or None."""
     return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None
-
-
-def is_value(value: Any) -> bool:
-    """Return whether a value is a number that the program computes."""
-    return isinstance(value, Value)

@@ -239,9 +239,14 @@ def over_tables(a: float, n: int) -> float:
         if x == 0.25:
             continue
         total -= x * y
-    for value in (*TABLE, a)[1:]:
+    for value in (-2.0, 0.25, a):
         total += value
     return total + len(TABLE) + TABLE[-1] + min(a, 0.0, -a) + max(n, 2)
+
+
+def dear_chain(a: float, n: int) -> bool:
+    """Comparisons of what is dear, and of what only those before it make safe."""
+    return over_tables(a, n) < over_tables(a, n + 1) < over_tables(a + 1.0, n + 2) < 100.0 < 200.0 / (a if n else 1.0)
 
 
 def left_by_else(a: float, n: int) -> float:
@@ -322,7 +327,7 @@ def promoted(n: int) -> float:
 CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, float, float)) for f in (chained, branches, shorts)),
     (values_of_shorts, (int, int)),
-    *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers)),
+    *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers, dear_chain)),
     (nested_loops, (int, float)),
     (integers, (int, int)),
     (membership, (int,)),
