@@ -12,17 +12,20 @@ from proofmass.blocks.language.scope import MISSING, outer
 from proofmass.blocks.language.values import is_record
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
-from proofmass.runner.program.cheap import is_cheap
 from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
     Array,
+    Compute,
     Constant,
+    Get,
     If,
     Kind,
+    Load,
     Operand,
     Region,
+    Statement,
     Value,
     Variable,
 )
@@ -38,6 +41,8 @@ from proofmass.runner.program.structure import (
 )
 
 FAULT = "fault"
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too slow to be done in vain
+_MANY = 12  # statements that must not run in vain
 
 
 class WiderError(Exception):
@@ -367,3 +372,17 @@ class Expressions:
         assert whole.length is not None, "an array of unknown length, indexed from its end"
         behind = self.builder.compute("add_integers", index, whole.length)
         return self.builder.compute("select", self.builder.compute("less_integers", index, 0), behind, index)
+
+
+def is_cheap(*regions: Region) -> bool:
+    """Return whether all statements of some regions together are so cheap that they may always be executed."""
+    return sum(map(len, regions)) <= _MANY and all(_costs_little(s) for region in regions for s in region)
+
+
+def _costs_little(statement: Statement) -> bool:
+    match statement:
+        case Compute(_, operation):
+            return operation not in _DEAR
+        case Get() | Load(_, _, Constant()):
+            return True
+    return False
