@@ -2,6 +2,7 @@
 
 import ast
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -24,13 +25,22 @@ class Checked:
 def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
     """An operation of integers: a result of more than 64 bits ends the run."""
 
-    def reference(*operands: int) -> int:
+    def reference(*operands: Any) -> int:
+        result = python(*operands)
+        if not arithmetic.LOWEST <= result <= arithmetic.HIGHEST:
+            raise OverflowError("an integer does not fit 64 bits")
+        return result
+
+    return Checked(value, fails, int, reference)
+
+
+def _step_by_step(value: Callable[..., int], fails: Callable[..., bool]) -> Checked:
+    """An operation of integers that may exceed 64 bits on its way, where Python would go on, even for hours."""
+
+    def reference(*operands: Any) -> int:
+        if len(operands) == 2 and operands[1] < 0:
+            raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
         if fails(*operands):
-            if value in (arithmetic.power, arithmetic.shift_left):  # Python would compute it, for hours
-                if operands[1] < 0:
-                    raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
-            else:
-                python(*operands)
             raise OverflowError("an integer does not fit 64 bits")
         return value(*operands)
 
@@ -53,32 +63,28 @@ def _power(a: float, b: float) -> float:
     return value
 
 
-def _round(a: float) -> int:
-    return round(a)
-
-
 OF_INTEGERS: dict[type[ast.operator], Checked] = {
-    ast.Add: _fits(arithmetic.add, arithmetic.add_fails, lambda a, b: a + b),
-    ast.Sub: _fits(arithmetic.subtract, arithmetic.subtract_fails, lambda a, b: a - b),
-    ast.Mult: _fits(arithmetic.multiply, arithmetic.multiply_fails, lambda a, b: a * b),
-    ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, lambda a, b: a // b),
-    ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, lambda a, b: a % b),
-    ast.LShift: _fits(arithmetic.shift_left, arithmetic.shift_left_fails, lambda a, b: a << b),
-    ast.RShift: _fits(arithmetic.shift_right, arithmetic.shift_right_fails, lambda a, b: a >> b),
-    ast.Pow: _fits(arithmetic.power, arithmetic.power_fails, lambda a, b: a**b),
-    ast.Div: _number(arithmetic.true_divide, arithmetic.zero_fails, lambda a, b: a / b),
+    ast.Add: _fits(arithmetic.add, arithmetic.add_fails, operator.add),
+    ast.Sub: _fits(arithmetic.subtract, arithmetic.subtract_fails, operator.sub),
+    ast.Mult: _fits(arithmetic.multiply, arithmetic.multiply_fails, operator.mul),
+    ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, operator.floordiv),
+    ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, operator.mod),
+    ast.LShift: _step_by_step(arithmetic.shift_left, arithmetic.shift_left_fails),
+    ast.RShift: _fits(arithmetic.shift_right, arithmetic.shift_right_fails, operator.rshift),
+    ast.Pow: _step_by_step(arithmetic.power, arithmetic.power_fails),
+    ast.Div: _number(arithmetic.true_divide, arithmetic.zero_fails, operator.truediv),
 }
 BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)
 OF_NUMBERS: dict[type[ast.operator], Checked] = {
-    ast.Div: _number(arithmetic.divide, arithmetic.zero_fails, lambda a, b: a / b),
-    ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, lambda a, b: a // b),
-    ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, lambda a, b: a % b),
+    ast.Div: _number(arithmetic.divide, arithmetic.zero_fails, operator.truediv),
+    ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, operator.floordiv),
+    ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, operator.mod),
 }
 PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: none fails
-NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, lambda a: -a)
-ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
+NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, operator.neg)
+ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, abs)
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
-NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
+NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)
 POWER = _defined(arithmetic.c_power, arithmetic.undefined_of_two, _power)
 
@@ -154,8 +160,8 @@ EXTREMES: dict[Any, Checked] = {
     max: Checked(whole.largest, whole.is_empty, float, max),
 }
 TOTALS: dict[Any, Checked] = {
-    sum: _fits(whole.total, whole.total_fails, sum),
-    math.prod: _fits(whole.product, whole.product_fails, math.prod),
+    sum: _step_by_step(whole.total, whole.total_fails),
+    math.prod: _step_by_step(whole.product, whole.product_fails),
 }
 IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
 TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose

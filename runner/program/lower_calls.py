@@ -14,12 +14,13 @@ from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import is_record
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Operand, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Array, External, Function, Operand, Value
 from proofmass.runner.program.lower_expressions import Expressions
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves
 
 # Functions of numbers of the machine or the C library, by their names in C.
 _OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
+_OPERATIONS |= {getattr(arithmetic, name): operation for name, operation in arithmetic.OF_MACHINES.items()}
 _WHOLE: dict[Any, str] = {math.floor: "floor", math.ceil: "ceiling", math.trunc: "truncate", round: "round_half_even"}
 LIBRARY: dict[Any, External] = {
     getattr(math, name): External(name, (FLOAT,), FLOAT)
@@ -100,7 +101,7 @@ class Calls(Expressions):
             return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
         if function is likely:
             return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
-        if isinstance(function, types.FunctionType):
+        if isinstance(function, types.FunctionType) and function not in _OPERATIONS:
             return self.called(node, function, arguments)
         result = self._own(node, function, arguments) if callable(function) else None
         if result is None:
@@ -128,7 +129,10 @@ class Calls(Expressions):
         if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
             return self.known(arguments[0].length)
         if function in _OPERATIONS:
-            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in arguments))
+            operation = _OPERATIONS[function]
+            pairs = zip(OPERATIONS[operation].operands, arguments, strict=True)
+            values = [numbers.as_kind(self.builder, self._scalar(node, value), kind or FLOAT) for kind, value in pairs]
+            return self.builder.compute(operation, *values)
         return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None
 
     def _of_one(self, function: Any, value: Operand) -> Operand | None:

@@ -143,9 +143,12 @@ def within(format: Any, dice: random.Random) -> Any:
     return bool(value) if format is bool else value
 
 
+NOT_LOWERED = {*arithmetic.OF_C, *arithmetic.OF_MACHINES, "place"}
+
+
 @pytest.mark.parametrize(
     "function",
-    [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in arithmetic.OF_C and n != "place"],
+    [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in NOT_LOWERED],
     ids=lambda function: function.__name__,
 )
 @pytest.mark.parametrize("most", [1_500, pytest.param(None, marks=pytest.mark.exhaustive)])
@@ -353,6 +356,17 @@ def test_constructs(function: Any, kinds: tuple[Any, ...]) -> None:
         assert same(run(function, *given), expected), given
         compared += 1
     assert compared > 5
+
+
+def test_an_overflow_is_an_operation_of_programs() -> None:
+    for a, b in itertools.product(HOSTILE_INTEGERS, repeat=2):
+        assert run(overflows, a, b) == tuple(not -(2**63) <= c < 2**63 for c in (a + b, a - b, a * b))
+    with pytest.raises(ModelError, match="in is of tuples"):  # 64 bits do not hold what it looks at
+        run(arithmetic.add_fails, 1, 2)
+
+
+def overflows(a: int, b: int) -> tuple[bool, bool, bool]:
+    return arithmetic.add_fails(a, b), arithmetic.subtract_fails(a, b), arithmetic.multiply_fails(a, b)
 
 
 @pytest.mark.parametrize("n", [0, 1, 4])
