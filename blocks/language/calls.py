@@ -7,10 +7,9 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import operations, whole
-from proofmass.blocks.language.expressions import Expressions
+from proofmass.blocks.language.expressions import Expressions, Typed
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import NUMBERS, Meta, Record, TupleOf, Type, described, is_record
-from proofmass.blocks.language.writing import Typed
 
 
 class Calls(Expressions):

@@ -1,13 +1,15 @@
-"""Expressions of a function apart from calls: each is typed and rewritten."""
+"""Expressions apart from calls, typed and rewritten so that they mean in every engine what they mean in Python."""
 
 import ast
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.language import arithmetic, operations, whole
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import (
     NUMBERS,
     ListOf,
@@ -21,11 +23,23 @@ from proofmass.blocks.language.values import (
     entry_of,
     is_record,
 )
-from proofmass.blocks.language.writing import Typed, Writer
+
+Typed = tuple[ast.expr, Type]
 
 
-class Expressions(Writer):
-    """Reads expressions."""
+class Expressions:
+    """Reads expressions; an operation that may fail becomes a call of its `Checked`, which raises in plain Python."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.scope = scope
+
+    def bound(self, value: Any) -> ast.expr:
+        """Make a value known to the function and return its name."""
+        return ast.Name(self.scope.bind(value), ast.Load())
+
+    def applied(self, function: Callable[..., Any] | Checked, *arguments: ast.expr) -> ast.expr:
+        """Write a call of a function of this package or of Python, or of an operation that may fail."""
+        return ast.Call(self.bound(function), list(arguments), [])
 
     def expression(self, node: ast.expr) -> Typed:
         """Rewrite an expression and return it with its type; raises `RefusedError`."""
@@ -41,6 +55,63 @@ class Expressions(Writer):
             return ast.copy_location(self._joined(node, lambda part: (self.test(part), bool))[0], node)
         made, kind = self.number(node)
         return made if kind is bool else ast.copy_location(ast.Compare(made, [ast.NotEq()], [ast.Constant(0)]), node)
+
+    # -- types -----------------------------------------------------------------------------------------------------
+
+    def number(self, node: ast.expr) -> Typed:
+        """Rewrite an expression that must be a number, an integer or a truth value."""
+        made, kind = self.expression(node)
+        if kind not in NUMBERS:
+            raise refuse(node, f"{described(kind)}, where a number is needed", known=kind)
+        return made, kind
+
+    def as_number(self, expression: ast.expr, kind: Type) -> ast.expr:
+        """Convert an integer to a number, rounded as in Python."""
+        return expression if kind is float else self._as(float, expression)
+
+    def as_integer(self, expression: ast.expr, kind: Type) -> ast.expr:
+        """Convert a truth value to an integer."""
+        return self._as(int, expression) if kind is bool else expression
+
+    def _as(self, kind: type[int] | type[float], expression: ast.expr) -> ast.expr:
+        if isinstance(expression, ast.Constant):
+            return ast.Constant(kind(expression.value))  # type: ignore[arg-type]
+        return self.applied(kind, expression)
+
+    def converted(self, node: ast.AST, expression: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
+        """Convert a value to its declared type; never round or test for truth in silence."""
+        if kind == wanted or isinstance(wanted, Unknown) or isinstance(kind, Unknown):
+            return expression
+        if wanted is float and kind in NUMBERS:
+            return self.as_number(expression, kind)
+        if wanted is int and kind is bool:
+            return self.as_integer(expression, kind)
+        hints = {int: "write int(...), round(...) or math.floor(...)", bool: "write a comparison, such as value != 0"}
+        hint = hints.get(wanted, "") if kind in NUMBERS else ""  # type: ignore[arg-type]
+        if isinstance(wanted, Record) and isinstance(kind, TupleOf):
+            hint = f"return {wanted.kind.__name__}(...)"
+        raise refuse(node, f"{what} is {described(wanted)}, and is given {described(kind)}", hint)
+
+    def agreed(self, node: ast.AST, values: Sequence[Typed], what: str) -> tuple[list[ast.expr], Type]:
+        """Convert alternatives to one type; literal integers become numbers if others are numbers."""
+        kinds = [kind for _, kind in values]
+        if float in kinds:
+            values = [
+                (ast.Constant(float(expression.value)), float)  # type: ignore[arg-type]
+                if kind is int and isinstance(expression, ast.Constant)
+                else (expression, kind)
+                for expression, kind in values
+            ]
+        first = values[0][1]
+        for _, kind in values:
+            if isinstance(kind, Unknown):
+                raise refuse(node, "", known=kind)
+            if kind != first:
+                hint = "write float(...) round the integer" if {first, kind} == {int, float} else ""
+                raise refuse(node, f"{what} {described(first)} in one case and {described(kind)} in another", hint)
+        return [expression for expression, _ in values], first
+
+    # -- expressions -----------------------------------------------------------------------------------------------
 
     def _constant(self, node: ast.Constant) -> Typed:
         return self.literal(node, node.value)
@@ -211,6 +282,11 @@ class Expressions(Writer):
                 node, f"a loop over {described(kind)}", "loops go over range(...), tuples and buffers", known=kind
             )
         return sequence, self._entry(node, kind)
+
+
+def assign(name: str, value: ast.expr) -> ast.stmt:
+    """Write the assignment of a variable."""
+    return ast.Assign([ast.Name(name, ast.Store())], value)
 
 
 def _surely_succeeds(operator: type[ast.operator], second: Any) -> bool:

@@ -9,12 +9,12 @@ from typing import Any
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, define, tree_of
 from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.expressions import Typed
 from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
-from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
+from proofmass.blocks.language.statements import RestartError, Statements, annotated
 from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
-from proofmass.blocks.language.writing import Typed
 
 _OURS = "proofmass."
 
@@ -61,7 +61,7 @@ def _plain_form(
         hint = "write the block into a file, with `def`, and load it anew"
         return Form(None, result or Unknown(), [problem_at(function, None, f"{function.__name__}: {error}", hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
-    learned, problems, reads = Known(result), list[Problem](), list[Read]()
+    problems, reads, promoted = list[Problem](), list[Read](), set[str]()
 
     def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
         if target in (*within, function):
@@ -80,10 +80,8 @@ def _plain_form(
     while True:  # until all variables that are numbers are known to be
         problems.clear()
         reads.clear()
-        learned.result, learned.written = result, {}
-        scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
-        scope.promoted = set(learned.promoted)
-        reader = Statements(scope, learned, called)
+        scope = Scope(function, tree, dict(zip(names, arguments, strict=True)), promoted)
+        reader = Statements(scope, result, called)
         try:
             lines = _body(reader, tree)
             break
@@ -92,7 +90,7 @@ def _plain_form(
     problems += [problem_at(function, r.node, r.message, r.hint) for r in reader.refused if r.message]
     reads += reader.scope.reads
     made = None if reader.refused else _defined(function, tree, names, lines, reader.scope)
-    return Form(made, learned.result or Unknown(), problems, reads)
+    return Form(made, reader.result or Unknown(), problems, reads)
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
@@ -104,7 +102,7 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
         except RefusedError as refused:
             if reader.refused:
                 return lines  # the statement that returns was refused
-            message = f"it does not always return {described(reader.known.result or NOTHING)}"
+            message = f"it does not always return {described(reader.result or NOTHING)}"
             reader.refused.append(RefusedError(refused.node, message, "return a value on every path"))
     try:
         reader.end()

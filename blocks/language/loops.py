@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.expressions import Typed, assign
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import TupleOf
-from proofmass.blocks.language.writing import Typed, assign
 
 
 @dataclass

@@ -16,11 +16,13 @@ Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 class Scope:
     """Variables and outer values of one function; made-up names begin unlike all names of the function."""
 
-    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type]) -> None:
+    def __init__(
+        self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type], promoted: set[str]
+    ) -> None:
         self.function = function
         self.types: dict[str, Type] = dict(arguments)
         self.assigned = set(arguments)  # variables that surely have a value at this point
-        self.promoted: set[str] = set()  # variables that are numbers although integers are assigned to them
+        self.promoted = promoted  # variables that are numbers although integers are assigned to them
         self.namespace: dict[str, Any] = {}
         self.reads: list[Read] = []  # values from outside, to see later whether they have changed
         self._locals = set(function.__code__.co_varnames) | set(function.__code__.co_cellvars)

@@ -6,6 +6,7 @@ import typing
 from collections.abc import Callable
 from typing import Any
 
+from proofmass.blocks.language.expressions import Typed
 from proofmass.blocks.language.loops import Loops
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Scope
@@ -20,7 +21,6 @@ from proofmass.blocks.language.values import (
     described,
     type_of,
 )
-from proofmass.blocks.language.writing import Typed
 
 
 class RestartError(Exception):
@@ -30,9 +30,10 @@ class RestartError(Exception):
 class Statements(Loops):
     """Reads the statements of a function; `refused` has those that cannot be compiled."""
 
-    def __init__(self, scope: Scope, known: "Known", called: Callable[..., Typed]) -> None:
+    def __init__(self, scope: Scope, result: Type | None, called: Callable[..., Typed]) -> None:
         super().__init__(scope)
-        self.known, self._called = known, called
+        self.result, self._called = result, called
+        self._written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
         self.refused: list[RefusedError] = []
         self._unreached: list[tuple[ast.Raise, ast.Return]] = []
 
@@ -144,12 +145,12 @@ class Statements(Loops):
             expression, kind = self.as_number(expression, kind), float
         if before is None or isinstance(before, Unknown) or before == kind:
             self.scope.types[name] = kind
-            self.known.written.setdefault(name, True)
-            self.known.written[name] &= written
+            self._written.setdefault(name, True)
+            self._written[name] &= written
         elif before is float and written:
             expression = self.as_number(expression, kind)
-        elif before is int and kind is float and self.known.written.get(name):
-            self.known.promoted.add(name)
+        elif before is int and kind is float and self._written.get(name):
+            self.scope.promoted.add(name)
             raise RestartError
         else:
             words = {
@@ -204,9 +205,9 @@ class Statements(Loops):
 
     def returned(self, node: ast.AST, expression: ast.expr, kind: Type) -> ast.stmt:
         """Write a return of the declared type."""
-        wanted = self.known.result
+        wanted = self.result
         if wanted is None:
-            self.known.result = wanted = kind
+            self.result = wanted = kind
         if wanted == NOTHING != kind or kind == NOTHING != wanted:
             message = f"{described(kind)} is returned, and {described(wanted)} elsewhere or in the declaration"
             raise refuse(node, message, "return a value on every path, or on none", known=kind)
@@ -223,10 +224,10 @@ class Statements(Loops):
 
     def end(self) -> None:
         """Write what is returned after each `raise`; only here is the type known."""
-        if self.known.result is None:
-            self.known.result = int if self._unreached else NOTHING
+        if self.result is None:
+            self.result = int if self._unreached else NOTHING
         for node, unreached in self._unreached:
-            unreached.value = self.nothing(node, self.known.result)
+            unreached.value = self.nothing(node, self.result)
 
     def _assert(self, node: ast.Assert) -> None:
         test = ast.UnaryOp(ast.Not(), self.test(node.test))
@@ -251,15 +252,6 @@ class Statements(Loops):
 
 def _is_value(node: ast.expr | None) -> bool:
     return node is not None and not (isinstance(node, ast.Constant) and node.value is None)
-
-
-class Known:
-    """Facts of a function from earlier passes: its result, and which variables are numbers."""
-
-    def __init__(self, result: Type | None) -> None:
-        self.result = result
-        self.promoted: set[str] = set()
-        self.written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
 
 
 def annotated(function: types.FunctionType) -> Type | None:
