@@ -51,12 +51,8 @@ class Statements(Calls):
 
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
-            whole = self.expression(node.target.value)
-            if not isinstance(whole, Array):
-                raise refuse(node, "it cannot be changed", "declare a Buffer")
-            index = self.index(whole, self.number(node.target.slice))
-            entry = self.builder.load(whole, index)
-            value = self.operated(node, type(node.op), entry, self.number(node.value))
+            whole, index = self._place(node.target)
+            value = self.operated(node, type(node.op), self.builder.load(whole, index), self.number(node.value))
             self.builder.store(whole, index, numbers.as_kind(self.builder, value, whole.entry))
             return
         if not isinstance(node.target, ast.Name):
@@ -74,13 +70,17 @@ class Statements(Calls):
             for part, of in zip(target.elts, value, strict=True):
                 self.set(part, of)
         elif isinstance(target, ast.Subscript):
-            whole = self.expression(target.value)
-            if not isinstance(whole, Array):
-                raise refuse(target, "it cannot be changed", "declare a Buffer")
-            place = self.index(whole, self.number(target.slice))
-            self.builder.store(whole, place, numbers.as_kind(self.builder, self._scalar(target, value), whole.entry))
+            whole, index = self._place(target)
+            self.builder.store(whole, index, numbers.as_kind(self.builder, self._scalar(target, value), whole.entry))
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
+
+    def _place(self, target: ast.Subscript) -> tuple[Array, Operand]:
+        """The list and the index of an entry that is to be changed."""
+        whole = self.expression(target.value)
+        if not isinstance(whole, Array):
+            raise refuse(target, "it cannot be changed", "declare a Buffer")
+        return whole, self.index(whole, self.number(target.slice))
 
     def _name_set(self, target: ast.Name, value: Lowered) -> None:
         name = target.id
