@@ -1,6 +1,7 @@
 """Calls in a function: of functions of Python and `math`, of named tuples, and of a user's functions."""
 
 import ast
+import inspect
 import math
 import types
 from typing import Any
@@ -29,9 +30,10 @@ class Calls(Expressions):
         if isinstance(target, types.FunctionType):
             return self.call(node, target)
         if is_record(target):
-            return self._record(node, target)
+            return self._made(node, Record(target), dict(zip(target._fields, self.given(node, target), strict=True)))
         if target is math.isclose:
-            return self._close(node)
+            read = [self.converted(node, *part, float, "an argument of isclose") for part in self.given(node, target)]
+            return self.applied(operations.IS_CLOSE, *read), bool
         made = self._known_function(node, target) if not node.keywords else None
         if made is not None:
             return made
@@ -50,17 +52,24 @@ class Calls(Expressions):
         rest = {name: (ast.Attribute(record, name, ast.Load()), of) for name, of in kind.fields.items()}
         return self._made(node, kind, rest | replaced)  # type: ignore[operator]
 
-    def _record(self, node: ast.Call, kind: Any) -> Typed:
-        names, defaults = list(kind._fields), kind._field_defaults
+    def given(self, node: ast.Call, target: Any) -> list[Typed]:
+        """Rewrite the arguments of a call in the order of the parameters, with defaults filled in."""
         if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
-            raise refuse(node, "* in a call", f"write the fields: {', '.join(names)}")
-        arguments = dict(zip(names, node.args, strict=False)) | {str(k.arg): k.value for k in node.keywords}
-        missing = [name for name in names if name not in arguments and name not in defaults]
-        if missing or len(node.args) > len(names) or not set(arguments) <= set(names):
-            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {', '.join(names)}")
-        read = {name: self.expression(value) for name, value in arguments.items()}
-        read |= {name: self.literal(node, defaults[name]) for name in names if name not in arguments}
-        return self._made(node, Record(kind), read)
+            raise refuse(node, "* in a call", "write the arguments one by one")
+        signature = inspect.signature(target)
+        try:
+            bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
+        except TypeError as error:
+            raise refuse(
+                node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}"
+            ) from None
+        arguments = []
+        for name, parameter in signature.parameters.items():
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+                raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
+            value = bound.arguments.get(name)
+            arguments.append(self.expression(value) if value is not None else self.literal(node, parameter.default))
+        return arguments
 
     def _made(self, node: ast.AST, kind: Record, values: dict[str, Typed]) -> Typed:
         fields = kind.fields
@@ -78,7 +87,7 @@ class Calls(Expressions):
             return None
         if target in (*operations.EXTREMES, *operations.TOTALS) and count == 1:
             return self._reduced(node, target)
-        if target in (min, max):
+        if target in (min, max) and count:
             values, kind = self.agreed(node, list(map(self.number, node.args)), f"{target.__name__}() is of")
             return self.applied(target, *values), kind
         if (target, count) in ((pow, 2), (divmod, 2), (math.log, 2)):
@@ -110,26 +119,12 @@ class Calls(Expressions):
             return self.as_number(expression, kind), float
         if target is bool:
             return (expression if kind is bool else ast.Compare(expression, [ast.NotEq()], [ast.Constant(0)])), bool
+        if target is abs and kind is float:
+            return self.applied(abs, expression), float
         if kind is float:
-            return (
-                (self.applied(abs, expression), float)
-                if target is abs
-                else (self.applied(operations.TO_INTEGER[target], expression), int)
-            )
+            return self.applied(operations.TO_INTEGER[target], expression), int
         expression = self.as_integer(expression, kind)
         return (self.applied(operations.ABSOLUTE, expression) if target is abs else expression), int
-
-    def _close(self, node: ast.Call) -> Typed:
-        """Write `math.isclose`; the tolerances may be keyword arguments."""
-        named = {str(keyword.arg): keyword.value for keyword in node.keywords}
-        if len(node.args) != 2 or not set(named) <= set(operations.TOLERANCES):
-            raise refuse(node, "math.isclose is of two numbers", "write math.isclose(a, b, rel_tol=..., abs_tol=...)")
-        read = [self.number(part) for part in node.args]
-        read += [
-            self.number(named[name]) if name in named else (ast.Constant(default), float)
-            for name, default in operations.TOLERANCES.items()
-        ]
-        return self.applied(operations.IS_CLOSE, *(self.as_number(*part) for part in read)), bool
 
     def _reduced(self, node: ast.Call, target: Any) -> Typed:
         """Write min, max, sum or math.prod of the entries of the one argument."""

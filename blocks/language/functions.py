@@ -66,7 +66,7 @@ def _plain_form(
     def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
         if target in (*within, function):
             raise refuse(node, f"{target.__name__} calls itself", "write a loop")
-        given_types = _given(reader, node, target)
+        given_types = reader.given(node, target)
         if target.__module__.startswith(_OURS):
             return _ours(reader, node, target, given_types)
         kinds = tuple(kind for _, kind in given_types)
@@ -109,24 +109,6 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
     except RefusedError as refused:
         reader.refused.append(refused)
     return lines
-
-
-def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Typed]:
-    """Put the arguments of a call into the order of the parameters, and fill in defaults."""
-    if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
-        raise refuse(node, "* in a call", "write the arguments one by one")
-    signature = inspect.signature(target)
-    try:
-        bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
-    except TypeError as error:
-        raise refuse(node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}") from None
-    arguments = []
-    for name, parameter in signature.parameters.items():
-        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
-            raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
-        value = bound.arguments.get(name)
-        arguments.append(reader.expression(value) if value is not None else reader.literal(node, parameter.default))
-    return arguments
 
 
 def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: list[Typed]) -> Typed:

@@ -164,7 +164,6 @@ TOTALS: dict[Any, Checked] = {
     math.prod: _step_by_step(whole.product, whole.product_fails),
 }
 IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
-TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose
 
 # What to write instead of functions that cannot be compiled to the bits of Python.
 INSTEAD: dict[Any, str] = {

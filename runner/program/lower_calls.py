@@ -55,10 +55,8 @@ class Calls(Expressions):
         target = self.expression(node.func)
         arguments = list(map(self.expression, node.args))
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
-        if named and not is_record(target):
+        if named or is_record(target):
             arguments = self._in_order(node, target, arguments, named)
-        elif is_record(target):
-            return self._record(node, target, arguments, named)
         return self.call(node, target, arguments)
 
     def _in_order(
@@ -70,15 +68,7 @@ class Calls(Expressions):
         except (TypeError, ValueError) as error:
             raise refuse(node, f"{ast.unparse(node.func)}: {error}") from None
         bound.apply_defaults()
-        return [self.known(value) if isinstance(value, int | float) else value for value in bound.arguments.values()]
-
-    def _record(self, node: ast.AST, kind: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
-        values = dict(zip(kind._fields, arguments, strict=False)) | named
-        for name, value in kind._field_defaults.items():
-            values.setdefault(name, self.known(value))
-        if len(arguments) > len(kind._fields) or set(values) != set(kind._fields):
-            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {kind._fields}")
-        return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
+        return list(map(self.known, bound.arguments.values()))
 
     def _declared(self, declared: Any, value: Lowered) -> Lowered:
         """Convert a value to the declared type of its field or result."""
@@ -95,7 +85,8 @@ class Calls(Expressions):
         if function is breakpoint:
             return None
         if is_record(function):
-            return self._record(node, function, arguments, {})
+            pairs = zip(function._fields, arguments, strict=True)
+            return function._make(self._declared(function.__annotations__.get(name), value) for name, value in pairs)
         library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
         if library is not None:
             return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]

@@ -225,7 +225,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (listed, (1.0,), "a list"),
     (texts, (1.0,), "the str, where a number is needed"),
     (wrong_field, (1.0,), "a Pair has no third"),
-    (wrong_fields, (1.0,), "Pair is given other fields than it has"),
+    (wrong_fields, (1.0,), "Pair: too many positional arguments"),
     (wrong_entry, (1.0,), "there is no entry 3 among 3"),
     (mixed_entries, (1,), "a tuple of 2 has entries of several types"),
     (unassigned, (1.0,), "c may have no value here"),
