@@ -1,7 +1,6 @@
 """Functions of a user's own block in the form that engines run, and their problems."""
 
 import ast
-import builtins
 import inspect
 import types
 from collections.abc import Iterator
@@ -16,6 +15,7 @@ from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Form, plain_form
 from proofmass.blocks.language.refusals import problem_at
+from proofmass.blocks.language.scope import outer
 from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
@@ -182,9 +182,9 @@ def _first(node: ast.expr) -> ast.expr:
 
 
 def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
-    """Return the object of a name, or of a name in a module; None if it is not known."""
+    """Return the object of a name, or of a name in a module."""
     if isinstance(node, ast.Name):
-        return function.__globals__.get(node.id, getattr(builtins, node.id, None))
+        return outer(function, node.id)
     if isinstance(node, ast.Attribute):
         owner = _looked_up(function, node.value)
         return getattr(owner, node.attr, None) if isinstance(owner, types.ModuleType) else None

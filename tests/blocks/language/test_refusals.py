@@ -169,7 +169,7 @@ OUTPUTS |= {
     "return ~input": "~ of a number; ~ is of integers",
     "return input(1.0)": "a number cannot be called",
     "return input._replace(a=1.0)": "a number has no _replace",
-    "return 1.0 if math.isclose(input) else 0.0": "isclose: missing a required argument: 'b'; its arguments: a, b, rel_tol",
+    "return 1.0 if math.isclose(input) else 0.0": "isclose: missing a required argument: 'b'; its arguments: a, b",
     "return math.ldexp(input, 0.5)": "an argument of ldexp is an integer, and is given a number; write int(...)",
     "return Odd(1.0).word": "the field word has no type that can be compiled; declare it float, int or bool",
 }
