@@ -59,7 +59,7 @@ def _plain_form(
         tree = tree_of(function)
     except SourceError as error:
         hint = "write the block into a file, with `def`, and load it anew"
-        return Form(None, result or Unknown(), [problem_at(function, None, f"{function.__name__}: {error}", hint)])
+        return Form(None, result or Unknown(), [problem_at(function, None, str(error), hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
     problems, reads, promoted = list[Problem](), list[Read](), set[str]()
 

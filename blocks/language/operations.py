@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.language import arithmetic, whole
+from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.values import Type
 
 
@@ -27,7 +28,7 @@ def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callabl
 
     def reference(*operands: Any) -> int:
         result = python(*operands)
-        if not arithmetic.LOWEST <= result <= arithmetic.HIGHEST:
+        if not LOWEST <= result <= HIGHEST:
             raise OverflowError("an integer does not fit 64 bits")
         return result
 

@@ -115,7 +115,7 @@ def _read(
                 wider[error.name] = error.kind
     except SourceError as error:
         hint = "write it into a file"
-        raise ModelError([problem_at(function, None, f"{function.__name__}: {error}", hint)]) from None
+        raise ModelError([problem_at(function, None, str(error), hint)]) from None
     except RefusedError as refused:
         hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
         raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
