@@ -16,19 +16,9 @@ _EXACT = 2**53  # integers up to there are numbers
 _LEADING = 2**55  # a quotient from there on has two bits more than a number
 
 
-def add(a: int, b: int) -> int:
-    """Sum."""
-    return a + b
-
-
 def add_fails(a: int, b: int) -> bool:
     """Return whether the sum exceeds 64 bits."""
     return a + b not in _WORD
-
-
-def subtract(a: int, b: int) -> int:
-    """Difference."""
-    return a - b
 
 
 def subtract_fails(a: int, b: int) -> bool:
@@ -36,29 +26,14 @@ def subtract_fails(a: int, b: int) -> bool:
     return a - b not in _WORD
 
 
-def multiply(a: int, b: int) -> int:
-    """Product."""
-    return a * b
-
-
 def multiply_fails(a: int, b: int) -> bool:
     """Return whether the product exceeds 64 bits."""
     return a * b not in _WORD
 
 
-def negate(a: int) -> int:
-    """Negative of the number."""
-    return -a
-
-
 def negate_fails(a: int) -> bool:
     """Return whether the result exceeds 64 bits."""
     return a == LOWEST
-
-
-def absolute(a: int) -> int:
-    """Absolute value."""
-    return -a if a < 0 else a
 
 
 def floor_divide(a: int, b: int) -> int:
@@ -165,11 +140,6 @@ def true_divide(a: int, b: int) -> float:
 def zero_fails(a: float, b: float) -> bool:
     """Return whether a divisor is zero."""
     return b == 0
-
-
-def divide(a: float, b: float) -> float:
-    """Quotient of numbers."""
-    return a / b
 
 
 def number_modulo(a: float, b: float) -> float:

@@ -65,9 +65,9 @@ def _power(a: float, b: float) -> float:
 
 
 OF_INTEGERS: dict[type[ast.operator], Checked] = {
-    ast.Add: _fits(arithmetic.add, arithmetic.add_fails, operator.add),
-    ast.Sub: _fits(arithmetic.subtract, arithmetic.subtract_fails, operator.sub),
-    ast.Mult: _fits(arithmetic.multiply, arithmetic.multiply_fails, operator.mul),
+    ast.Add: _fits(operator.add, arithmetic.add_fails, operator.add),
+    ast.Sub: _fits(operator.sub, arithmetic.subtract_fails, operator.sub),
+    ast.Mult: _fits(operator.mul, arithmetic.multiply_fails, operator.mul),
     ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, operator.floordiv),
     ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, operator.mod),
     ast.LShift: _step_by_step(arithmetic.shift_left, arithmetic.shift_left_fails),
@@ -77,13 +77,13 @@ OF_INTEGERS: dict[type[ast.operator], Checked] = {
 }
 BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)
 OF_NUMBERS: dict[type[ast.operator], Checked] = {
-    ast.Div: _number(arithmetic.divide, arithmetic.zero_fails, operator.truediv),
+    ast.Div: _number(operator.truediv, arithmetic.zero_fails, operator.truediv),
     ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, operator.floordiv),
     ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, operator.mod),
 }
 PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: none fails
-NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, operator.neg)
-ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, abs)
+NEGATE = _fits(operator.neg, arithmetic.negate_fails, operator.neg)
+ABSOLUTE = _fits(abs, arithmetic.negate_fails, abs)
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
 NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)

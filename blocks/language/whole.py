@@ -5,12 +5,10 @@ from collections.abc import Sequence
 
 from proofmass.blocks.language.arithmetic import (
     LOWEST,
-    add,
     add_fails,
     floor_divide,
     floor_divide_fails,
     modulo,
-    multiply,
     multiply_fails,
 )
 
@@ -106,7 +104,7 @@ def total(entries: Sequence[int]) -> int:
     """Sum of integers."""
     result = 0
     for entry in entries:
-        result = add(result, entry)
+        result += entry
     return result
 
 
@@ -115,7 +113,7 @@ def total_fails(entries: Sequence[int]) -> bool:
     result, fails = 0, False
     for entry in entries:
         fails = fails or add_fails(result, entry)
-        result = add(result, entry)
+        result += entry
     return fails
 
 
@@ -123,7 +121,7 @@ def product(entries: Sequence[int]) -> int:
     """Product of integers."""
     result = 1
     for entry in entries:
-        result = multiply(result, entry)
+        result *= entry
     return result
 
 
@@ -132,7 +130,7 @@ def product_fails(entries: Sequence[int]) -> bool:
     result, fails = 1, False
     for entry in entries:
         fails = fails or multiply_fails(result, entry)
-        result = multiply(result, entry)
+        result *= entry
     return fails
 
 

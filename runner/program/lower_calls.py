@@ -3,6 +3,7 @@
 import ast
 import inspect
 import math
+import operator
 import types
 from collections.abc import Callable, Sequence
 from typing import Any
@@ -38,6 +39,7 @@ LIBRARY |= {
     getattr(arithmetic, ours): External(name, (FLOAT,) * (1 if name == "cbrt" else 2), FLOAT)
     for ours, name in arithmetic.OF_C.items()
 }
+_OPERATORS = {operator.add: ast.Add, operator.sub: ast.Sub, operator.mul: ast.Mult, operator.truediv: ast.Div}
 _SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 
@@ -87,9 +89,11 @@ class Calls(Expressions):
         if is_record(function):
             pairs = zip(function._fields, arguments, strict=True)
             return function._make(self._declared(function.__annotations__.get(name), value) for name, value in pairs)
-        library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
-        if library is not None:
-            return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
+        hashable = callable(function) and function.__hash__
+        if hashable and function in LIBRARY:
+            return self.builder.call(LIBRARY[function], *(self._float(node, value) for value in arguments))[0]
+        if hashable and function in _OPERATORS:
+            return self.operated(node, _OPERATORS[function], *(self._scalar(node, value) for value in arguments))
         if function is likely:
             return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
         if isinstance(function, types.FunctionType) and function not in _OPERATIONS:
@@ -131,6 +135,8 @@ class Calls(Expressions):
             return numbers.as_kind(self.builder, value, numbers.KINDS[function])
         if function is abs:
             return numbers.absolute(self.builder, value)
+        if function is operator.neg:
+            return numbers.negated(self.builder, value)
         if function in _WHOLE:
             if value.kind is not FLOAT:
                 return numbers.as_kind(self.builder, value, INTEGER)
