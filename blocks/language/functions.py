@@ -13,8 +13,8 @@ from proofmass.blocks.language.expressions import Typed
 from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
-from proofmass.blocks.language.statements import RestartError, Statements, annotated
-from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
+from proofmass.blocks.language.statements import RestartError, Statements
+from proofmass.blocks.language.values import NOTHING, Type, Unknown, annotated, described, type_of
 
 _OURS = "proofmass."
 

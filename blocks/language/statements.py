@@ -2,7 +2,6 @@
 
 import ast
 import types
-import typing
 from collections.abc import Callable
 from typing import Any
 
@@ -19,7 +18,6 @@ from proofmass.blocks.language.values import (
     Unknown,
     Vector,
     described,
-    type_of,
 )
 
 
@@ -252,14 +250,3 @@ class Statements(Loops):
 
 def _is_value(node: ast.expr | None) -> bool:
     return node is not None and not (isinstance(node, ast.Constant) and node.value is None)
-
-
-def annotated(function: types.FunctionType) -> Type | None:
-    """Return the declared type of a function's result; None if it declares none."""
-    if "return" not in function.__annotations__:
-        return None
-    try:
-        kind = type_of(typing.get_type_hints(function)["return"])
-    except (NameError, TypeError, AttributeError):
-        return None
-    return None if isinstance(kind, Unknown) else kind

@@ -8,7 +8,6 @@ import ast
 import hashlib
 import inspect
 import types
-import typing
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
@@ -16,6 +15,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import unchanged
+from proofmass.blocks.language.values import annotated
 from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Program
 from proofmass.runner.program.lower_expressions import FAULT, WiderError
@@ -139,7 +139,7 @@ class _Reader(Statements):
         self.tree, self.wider, self.within = tree, wider, (*within, function)
         self.checked = vars(function).get("checked", {})
         self.fault = self.builder.variable(TRUTH, "fault") if FAULT in wider else None
-        self.changing, self.declared = changing(tree), _declared_result(function)
+        self.changing, self.declared = changing(tree), annotated(function)
         self.builder.lowered = own
         self.functions: list[str] = []  # names of those that it calls
 
@@ -192,13 +192,3 @@ def _collect(function: Function, functions: dict[str, Function]) -> None:
         _collect(called, functions)
     assert function.name not in functions, f"two functions are called {function.name}"
     functions[function.name] = function
-
-
-def _declared_result(function: types.FunctionType) -> Any:
-    declared = function.__annotations__.get("return")
-    if isinstance(declared, str):
-        try:
-            declared = typing.get_type_hints(function).get("return")
-        except (NameError, TypeError, AttributeError):
-            return None
-    return declared
