@@ -64,6 +64,10 @@ def _power(a: float, b: float) -> float:
     return value
 
 
+def _round(a: float) -> int:
+    return round(float(a))  # a number with a derivative has no nearest integer
+
+
 OF_INTEGERS: dict[type[ast.operator], Checked] = {
     ast.Add: _fits(operator.add, arithmetic.add_fails, operator.add),
     ast.Sub: _fits(operator.sub, arithmetic.subtract_fails, operator.sub),
@@ -85,7 +89,7 @@ PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: none fails
 NEGATE = _fits(operator.neg, arithmetic.negate_fails, operator.neg)
 ABSOLUTE = _fits(abs, arithmetic.negate_fails, abs)
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
-NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, round)
+NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)
 POWER = _defined(arithmetic.c_power, arithmetic.undefined_of_two, _power)
 
