@@ -10,62 +10,30 @@ import math
 from proofmass.blocks.arithmetic.scaling import mantissa_and_exponent, scaled
 
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
+_WORD = range(LOWEST, HIGHEST + 1)
 MOST_TURNS = 1 << 24  # turns of one loop in one call
-_SURELY_FITS, _SURELY_NOT = 9.2e18, 9.3e18  # on both sides of 2^63
 _EXACT = 2**53  # integers up to there are numbers
 _LEADING = 2**55  # a quotient from there on has two bits more than a number
 
 
-def add(a: int, b: int) -> int:
-    """Sum."""
-    return a + b
-
-
 def add_fails(a: int, b: int) -> bool:
     """Return whether the sum exceeds 64 bits."""
-    return a > HIGHEST - b if b > 0 else a < LOWEST - b
-
-
-def subtract(a: int, b: int) -> int:
-    """Difference."""
-    return a - b
+    return a + b not in _WORD
 
 
 def subtract_fails(a: int, b: int) -> bool:
     """Return whether the difference exceeds 64 bits."""
-    return a < LOWEST + b if b > 0 else a > HIGHEST + b
-
-
-def multiply(a: int, b: int) -> int:
-    """Product."""
-    return a * b
+    return a - b not in _WORD
 
 
 def multiply_fails(a: int, b: int) -> bool:
-    """Return whether the product exceeds 64 bits; only near the limit it takes a division to know."""
-    size = abs(float(a) * float(b))
-    if size < _SURELY_FITS:
-        return False
-    if size > _SURELY_NOT or a == LOWEST or b == LOWEST:
-        return not (size < _SURELY_NOT and (a == 1 or b == 1))
-    if (a > 0) == (b > 0):
-        return abs(a) > HIGHEST // abs(b)
-    return abs(a) - 1 > (HIGHEST - abs(b) + 1) // abs(b)
-
-
-def negate(a: int) -> int:
-    """Negative of the number."""
-    return -a
+    """Return whether the product exceeds 64 bits."""
+    return a * b not in _WORD
 
 
 def negate_fails(a: int) -> bool:
     """Return whether the result exceeds 64 bits."""
     return a == LOWEST
-
-
-def absolute(a: int) -> int:
-    """Absolute value."""
-    return -a if a < 0 else a
 
 
 def floor_divide(a: int, b: int) -> int:
@@ -174,11 +142,6 @@ def zero_fails(a: float, b: float) -> bool:
     return b == 0
 
 
-def divide(a: float, b: float) -> float:
-    """Quotient of numbers."""
-    return a / b
-
-
 def number_modulo(a: float, b: float) -> float:
     """Remainder of a division of numbers that rounds down; it has the sign of the divisor."""
     if b == 0.0:
@@ -226,6 +189,11 @@ def c_cube_root(a: float) -> float:
 
 
 OF_C = {"c_power": "pow", "c_remainder": "fmod", "c_cube_root": "cbrt"}  # name of the function that compiled code calls
+OF_MACHINES = {  # operations of programs in place of functions that need more than 64 bits
+    "add_fails": "add_overflows",
+    "subtract_fails": "subtract_overflows",
+    "multiply_fails": "multiply_overflows",
+}
 
 
 def undefined(value: float, a: float) -> bool:

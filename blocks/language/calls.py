@@ -1,21 +1,19 @@
 """Calls in a function: of functions of Python and `math`, of named tuples, and of a user's functions."""
 
 import ast
+import inspect
 import math
 import types
-from collections.abc import Iterable, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.blocks.language import operations
-from proofmass.blocks.language.operations import Checked
-from proofmass.blocks.language.reductions import REDUCED, Reductions
+from proofmass.blocks.language import operations, whole
+from proofmass.blocks.language.expressions import Expressions, Typed
 from proofmass.blocks.language.refusals import refuse
-from proofmass.blocks.language.values import Meta, Record, TupleOf, Type, described, is_record
-from proofmass.blocks.language.writing import Typed
+from proofmass.blocks.language.values import NUMBERS, Meta, Record, TupleOf, Type, described, is_record
 
 
-class Calls(Reductions):
+class Calls(Expressions):
     """Reads calls."""
 
     def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
@@ -32,9 +30,10 @@ class Calls(Reductions):
         if isinstance(target, types.FunctionType):
             return self.call(node, target)
         if is_record(target):
-            return self._record(node, target)
+            return self._made(node, Record(target), dict(zip(target._fields, self.given(node, target), strict=True)))
         if target is math.isclose:
-            return self._close(node)
+            read = [self.converted(node, *part, float, "an argument of isclose") for part in self.given(node, target)]
+            return self.applied(operations.IS_CLOSE, *read), bool
         made = self._known_function(node, target) if not node.keywords else None
         if made is not None:
             return made
@@ -53,17 +52,24 @@ class Calls(Reductions):
         rest = {name: (ast.Attribute(record, name, ast.Load()), of) for name, of in kind.fields.items()}
         return self._made(node, kind, rest | replaced)  # type: ignore[operator]
 
-    def _record(self, node: ast.Call, kind: Any) -> Typed:
-        names, defaults = list(kind._fields), kind._field_defaults
+    def given(self, node: ast.Call, target: Any) -> list[Typed]:
+        """Rewrite the arguments of a call in the order of the parameters, with defaults filled in."""
         if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
-            raise refuse(node, "* in a call", f"write the fields: {', '.join(names)}")
-        arguments = dict(zip(names, node.args, strict=False)) | {str(k.arg): k.value for k in node.keywords}
-        missing = [name for name in names if name not in arguments and name not in defaults]
-        if missing or len(node.args) > len(names) or not set(arguments) <= set(names):
-            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {', '.join(names)}")
-        read = {name: self.expression(value) for name, value in arguments.items()}
-        read |= {name: self.literal(node, defaults[name]) for name in names if name not in arguments}
-        return self._made(node, Record(kind), read)
+            raise refuse(node, "* in a call", "write the arguments one by one")
+        signature = inspect.signature(target)
+        try:
+            bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
+        except TypeError as error:
+            raise refuse(
+                node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}"
+            ) from None
+        arguments = []
+        for name, parameter in signature.parameters.items():
+            if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
+                raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
+            value = bound.arguments.get(name)
+            arguments.append(self.expression(value) if value is not None else self.literal(node, parameter.default))
+        return arguments
 
     def _made(self, node: ast.AST, kind: Record, values: dict[str, Typed]) -> Typed:
         fields = kind.fields
@@ -71,101 +77,67 @@ class Calls(Reductions):
         return ast.Call(self.bound(kind.kind), made, []), kind
 
     def _known_function(self, node: ast.Call, target: Any) -> Typed | None:
-        if target is len and len(node.args) == 1:
-            expression, _ = self.sequence(node.args[0])
-            return self.applied(len, expression), int
+        """Write a call of a function of Python or `math`; None for one that is not compiled."""
+        count = len(node.args)
+        if target is len and count == 1:
+            return self.applied(len, self.sequence(node.args[0])[0]), int
         if target is float and _names_no_number(node):
             return ast.Constant(float(ast.literal_eval(node.args[0]))), float
-        if target not in _OF_NUMBERS or any(isinstance(part, ast.Starred) for part in node.args):
+        if any(isinstance(part, ast.Starred) for part in node.args):
             return None
-        if target in REDUCED and len(node.args) == 1:
-            return self.reduced(node, target)
-        arguments = [self.number(part) for part in node.args]
-        if target in (min, max):
-            return self._extreme(node, target, arguments)
-        if target in (pow, math.pow) and len(arguments) == 2:
-            if target is math.pow:
-                return self.defined(operations.TWO[math.pow], *self._numbers(arguments)), float
-            return self.operated(node, ast.Pow, *arguments)
-        if target is divmod and len(arguments) == 2:
-            kept = [(self.kept(expression), kind) for expression, kind in arguments]
-            parts = [self.operated(node, sign, *kept) for sign in (ast.FloorDiv, ast.Mod)]
-            return ast.Tuple([expression for expression, _ in parts], ast.Load()), TupleOf(
-                tuple(kind for _, kind in parts)
-            )
-        if target is math.log and len(arguments) == 2:
-            parts = [(self.defined(operations.ONE[math.log], self.as_number(*part)), float) for part in arguments]
-            return self.operated(node, ast.Div, *parts)
-        if target is math.ldexp and len(arguments) == 2:
-            if arguments[1][1] is float:
-                raise refuse(node, "math.ldexp with a number as exponent", "write int(...)")
-            parts_of = self.as_number(*arguments[0]), self.as_integer(*arguments[1])
-            return self.defined(operations.LOAD_EXPONENT, *parts_of), float
-        if target in operations.TWO and len(arguments) == 2:
-            return self._of_numbers(target, operations.TWO[target], arguments), float
-        if target in operations.OF_WHOLE and len(arguments) == operations.OF_WHOLE[target][0]:
-            if any(kind is float for _, kind in arguments):
-                raise refuse(node, f"{target.__name__} of a number", "it is of integers")
-            return self.checked(operations.OF_WHOLE[target][1], *(self.as_integer(*part) for part in arguments)), int
-        return self._of_one(node, target, *arguments[0]) if len(arguments) == 1 else None
+        if target in (*operations.EXTREMES, *operations.TOTALS) and count == 1:
+            return self._reduced(node, target)
+        if target in (min, max) and count:
+            values, kind = self.agreed(node, list(map(self.number, node.args)), f"{target.__name__}() is of")
+            return self.applied(target, *values), kind
+        if (target, count) in ((pow, 2), (divmod, 2), (math.log, 2)):
+            return self._of_two(node, target, *map(self.number, node.args))
+        called, kinds, result = operations.FUNCTIONS.get(target, operations.NO_FUNCTION)
+        if called is not None and count == len(kinds):
+            what = f"an argument of {target.__name__}"
+            read = [
+                self.converted(node, *self.number(part), of, what) for part, of in zip(node.args, kinds, strict=True)
+            ]
+            return self.applied(called, *read), result
+        if count == 1 and (target in operations.TO_INTEGER or target in (float, bool, abs)):
+            return self._of_one(target, *self.number(node.args[0]))
+        return None
 
-    def _of_one(self, node: ast.Call, target: Any, expression: ast.expr, kind: Type) -> Typed | None:
-        if target in operations.ONE:
-            return self._of_numbers(target, operations.ONE[target], [(expression, kind)]), float
-        if target in operations.LOOKS:
-            return self.applied(target, self.as_number(expression, kind)), bool
-        if target in operations.SCALED:
-            return ast.BinOp(
-                self.as_number(expression, kind), ast.Mult(), ast.Constant(operations.SCALED[target])
-            ), float
-        if target is math.fabs:
-            return self.applied(abs, self.as_number(expression, kind)), float
+    def _of_two(self, node: ast.Call, target: Any, a: Typed, b: Typed) -> Typed:
+        """Write what is an operation of two numbers: a power, a quotient with its remainder, a logarithm to a base."""
+        if target is pow:
+            return self.operated(node, ast.Pow, a, b)
+        if target is divmod:
+            (quotient, first), (left, second) = (self.operated(node, sign, a, b) for sign in (ast.FloorDiv, ast.Mod))
+            return ast.Tuple([quotient, left], ast.Load()), TupleOf((first, second))
+        x, base = (self.applied(operations.FUNCTIONS[math.log][0], self.as_number(*part)) for part in (a, b))
+        return self.operated(node, ast.Div, (x, float), (base, float))
+
+    def _of_one(self, target: Any, expression: ast.expr, kind: Type) -> Typed:
+        """Write a conversion or an absolute value, which follow the type of the number."""
         if target is float:
             return self.as_number(expression, kind), float
         if target is bool:
             return (expression if kind is bool else ast.Compare(expression, [ast.NotEq()], [ast.Constant(0)])), bool
-        whole: dict[Any, Checked] = {int: operations.TRUNCATE, round: operations.NEAREST, **operations.ROUND}
-        if target in whole:
-            return (
-                self.checked(whole[target], expression) if kind is float else self.as_integer(expression, kind)
-            ), int
-        if target is abs:
-            if kind is float:
-                return self.applied(abs, expression), float
-            return self.checked(operations.ABSOLUTE, self.as_integer(expression, kind)), int
-        return None
+        if target is abs and kind is float:
+            return self.applied(abs, expression), float
+        if kind is float:
+            return self.applied(operations.TO_INTEGER[target], expression), int
+        expression = self.as_integer(expression, kind)
+        return (self.applied(operations.ABSOLUTE, expression) if target is abs else expression), int
 
-    def _close(self, node: ast.Call) -> Typed:
-        """Write `math.isclose`; the tolerances may be keyword arguments."""
-        named = {str(keyword.arg): keyword.value for keyword in node.keywords}
-        if len(node.args) != 2 or not set(named) <= set(operations.TOLERANCES):
-            raise refuse(node, "math.isclose is of two numbers", "write math.isclose(a, b, rel_tol=..., abs_tol=...)")
-        read = [self.number(part) for part in node.args]
-        read += [
-            self.number(named[name]) if name in named else (ast.Constant(default), float)
-            for name, default in operations.TOLERANCES.items()
-        ]
-        return self.checked(operations.IS_CLOSE, *self._numbers(read)), bool
-
-    def _numbers(self, given: Iterable[Typed]) -> list[ast.expr]:
-        return [self.as_number(made, kind) for made, kind in given]
-
-    def _of_numbers(self, target: Any, operation: Checked, given: Sequence[Typed]) -> ast.expr:
-        if target in operations.NEVER_FAIL:
-            return self.applied(target, *self._numbers(given))
-        return self.defined(operation, *self._numbers(given))
-
-    def _extreme(self, node: ast.Call, target: Any, given: Sequence[Typed]) -> Typed:
-        """Write `min` or `max`: the first of the least or greatest, compared as Python compares them."""
-        values, kind = self.agreed(node, given, f"{target.__name__}() is of")
-        if not self.compiled:
-            return ast.Call(self.bound(target), values, []), kind
-        sign = ast.Lt() if target is min else ast.Gt()
-        best = self.kept(values[0])
-        for value in values[1:]:
-            other = self.kept(value)
-            best = self.kept(ast.IfExp(ast.Compare(other, [sign], [best]), other, best))
-        return best, kind
+    def _reduced(self, node: ast.Call, target: Any) -> Typed:
+        """Write min, max, sum or math.prod of the entries of the one argument."""
+        entries, kind = self.sequence(node.args[0])
+        if kind not in NUMBERS:
+            raise refuse(node, f"{target.__name__}() of what is {described(kind)}", "its entries must be numbers")
+        if target in operations.EXTREMES:
+            return self.applied(operations.EXTREMES[target], entries), kind
+        if target is sum and kind is float:
+            raise refuse(node, "sum() of numbers is not compiled", operations.INSTEAD[sum])
+        if kind is float:
+            return self.applied(whole.product_of_numbers, entries), kind
+        return self.applied(operations.TOTALS[target], entries), int
 
 
 def _names_no_number(node: ast.Call) -> bool:
@@ -192,14 +164,3 @@ def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
     if target is round:
         instead = "round(x) is the nearest integer: scale before and after it"
     return f"{shown}() is not compiled", instead or f"write {name} as a function of your own, of numbers"
-
-
-_OF_NUMBERS: set[Any] = {
-    *operations.ONE,
-    *operations.TWO,
-    *operations.OF_WHOLE,
-    *operations.LOOKS,
-    *operations.SCALED,
-    *operations.ROUND,
-    *(abs, bool, divmod, float, int, max, min, pow, round, sum, math.fabs, math.ldexp, math.prod),
-}

@@ -1,13 +1,15 @@
-"""Expressions of a function apart from calls: each is typed and rewritten."""
+"""Expressions apart from calls, typed and rewritten so that they mean in every engine what they mean in Python."""
 
 import ast
 import types
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.blocks.language import arithmetic, operations
+from proofmass.blocks.language import arithmetic, operations, whole
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import (
     NUMBERS,
     ListOf,
@@ -21,13 +23,23 @@ from proofmass.blocks.language.values import (
     entry_of,
     is_record,
 )
-from proofmass.blocks.language.writing import Typed, Writer, assign
 
-_SURELY_EXACT = 2**53
+Typed = tuple[ast.expr, Type]
 
 
-class Expressions(Writer):
-    """Reads expressions."""
+class Expressions:
+    """Reads expressions; an operation that may fail becomes a call of its `Checked`, which raises in plain Python."""
+
+    def __init__(self, scope: Scope) -> None:
+        self.scope = scope
+
+    def bound(self, value: Any) -> ast.expr:
+        """Make a value known to the function and return its name."""
+        return ast.Name(self.scope.bind(value), ast.Load())
+
+    def applied(self, function: Callable[..., Any] | Checked, *arguments: ast.expr) -> ast.expr:
+        """Write a call of a function of this package or of Python, or of an operation that may fail."""
+        return ast.Call(self.bound(function), list(arguments), [])
 
     def expression(self, node: ast.expr) -> Typed:
         """Rewrite an expression and return it with its type; raises `RefusedError`."""
@@ -43,6 +55,63 @@ class Expressions(Writer):
             return ast.copy_location(self._joined(node, lambda part: (self.test(part), bool))[0], node)
         made, kind = self.number(node)
         return made if kind is bool else ast.copy_location(ast.Compare(made, [ast.NotEq()], [ast.Constant(0)]), node)
+
+    # -- types -----------------------------------------------------------------------------------------------------
+
+    def number(self, node: ast.expr) -> Typed:
+        """Rewrite an expression that must be a number, an integer or a truth value."""
+        made, kind = self.expression(node)
+        if kind not in NUMBERS:
+            raise refuse(node, f"{described(kind)}, where a number is needed", known=kind)
+        return made, kind
+
+    def as_number(self, expression: ast.expr, kind: Type) -> ast.expr:
+        """Convert an integer to a number, rounded as in Python."""
+        return expression if kind is float else self._as(float, expression)
+
+    def as_integer(self, expression: ast.expr, kind: Type) -> ast.expr:
+        """Convert a truth value to an integer."""
+        return self._as(int, expression) if kind is bool else expression
+
+    def _as(self, kind: type[int] | type[float], expression: ast.expr) -> ast.expr:
+        if isinstance(expression, ast.Constant):
+            return ast.Constant(kind(expression.value))  # type: ignore[arg-type]
+        return self.applied(kind, expression)
+
+    def converted(self, node: ast.AST, expression: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
+        """Convert a value to its declared type; never round or test for truth in silence."""
+        if kind == wanted or isinstance(wanted, Unknown) or isinstance(kind, Unknown):
+            return expression
+        if wanted is float and kind in NUMBERS:
+            return self.as_number(expression, kind)
+        if wanted is int and kind is bool:
+            return self.as_integer(expression, kind)
+        hints = {int: "write int(...), round(...) or math.floor(...)", bool: "write a comparison, such as value != 0"}
+        hint = hints.get(wanted, "") if kind in NUMBERS else ""  # type: ignore[arg-type]
+        if isinstance(wanted, Record) and isinstance(kind, TupleOf):
+            hint = f"return {wanted.kind.__name__}(...)"
+        raise refuse(node, f"{what} is {described(wanted)}, and is given {described(kind)}", hint)
+
+    def agreed(self, node: ast.AST, values: Sequence[Typed], what: str) -> tuple[list[ast.expr], Type]:
+        """Convert alternatives to one type; literal integers become numbers if others are numbers."""
+        kinds = [kind for _, kind in values]
+        if float in kinds:
+            values = [
+                (ast.Constant(float(expression.value)), float)  # type: ignore[arg-type]
+                if kind is int and isinstance(expression, ast.Constant)
+                else (expression, kind)
+                for expression, kind in values
+            ]
+        first = values[0][1]
+        for _, kind in values:
+            if isinstance(kind, Unknown):
+                raise refuse(node, "", known=kind)
+            if kind != first:
+                hint = "write float(...) round the integer" if {first, kind} == {int, float} else ""
+                raise refuse(node, f"{what} {described(first)} in one case and {described(kind)} in another", hint)
+        return [expression for expression, _ in values], first
+
+    # -- expressions -----------------------------------------------------------------------------------------------
 
     def _constant(self, node: ast.Constant) -> Typed:
         return self.literal(node, node.value)
@@ -111,14 +180,14 @@ class Expressions(Writer):
             if isinstance(value, int | float):
                 return self.literal(node, -value)
         operand, kind = self.number(node.operand)
-        if kind is float:
-            if isinstance(node.op, ast.Invert):
-                raise refuse(node, "~ of a number", "~ is of integers")
-            return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), float
-        operand = self.as_integer(operand, kind)
-        if isinstance(node.op, ast.USub):
-            return self.checked(operations.NEGATE, operand), int
-        return (operand if isinstance(node.op, ast.UAdd) else ast.UnaryOp(node.op, operand)), int
+        if kind is float and isinstance(node.op, ast.Invert):
+            raise refuse(node, "~ of a number", "~ is of integers")
+        if kind is bool:
+            operand, kind = self.as_integer(operand, kind), int
+        if isinstance(node.op, ast.UAdd):
+            return operand, kind
+        negative = kind is int and isinstance(node.op, ast.USub)
+        return self.applied(operations.NEGATE, operand) if negative else ast.UnaryOp(node.op, operand), kind
 
     def _binop(self, node: ast.BinOp) -> Typed:
         left = self.number(node.left)
@@ -127,64 +196,34 @@ class Expressions(Writer):
     def operated(self, node: ast.AST, operator: type[ast.operator], left: Typed, right: Typed) -> Typed:
         """Apply an operator to two numbers."""
         (a, first), (b, second) = left, right
-        if float not in (first, second):
-            if operator in operations.BITWISE:
-                both = bool if first is second is bool else int
-                sides = (a, b) if both is bool else (self.as_integer(a, first), self.as_integer(b, second))
-                return ast.BinOp(sides[0], operator(), sides[1]), both
-            a, b = self.as_integer(a, first), self.as_integer(b, second)
-            if operator is ast.Pow and isinstance(b, ast.Constant) and b.value < 0:  # type: ignore[operator]
-                return self._power(a, first, b, second), float
-            if _surely_succeeds(operator, b):
-                return ast.BinOp(a, operator(), b), int
-            if operator in operations.OF_INTEGERS:
-                operation = operations.OF_INTEGERS[operator]
-                return self.checked(operation, a, b), operation.result
-        elif operator is ast.Pow:
-            return self._power(a, first, b, second), float
-        elif operator in operations.PLAIN:
-            return ast.BinOp(self.as_number(a, first), operator(), self.as_number(b, second)), float
-        elif operator in operations.OF_NUMBERS:
-            a, b = self.as_number(a, first), self.as_number(b, second)
-            if operator is ast.Div and isinstance(b, ast.Constant) and b.value != 0:
-                return ast.BinOp(a, operator(), b), float
-            return self.checked(operations.OF_NUMBERS[operator], a, b), float
+        known = b.value if isinstance(b, ast.Constant) else None
+        number = float in (first, second)
+        if operator is ast.Pow and (number or (isinstance(known, int) and known < 0)):
+            return self.applied(operations.POWER, self.as_number(*left), self.as_number(*right)), float
+        if number and (operator in operations.PLAIN or (operator is ast.Div and known)):
+            return ast.BinOp(a, operator(), b), float
+        if not number and (operator in operations.BITWISE or _surely_succeeds(operator, known)):
+            both = bool if operator in operations.BITWISE and first is second is bool else int
+            return ast.BinOp(a, operator(), b), both
+        operation = (operations.OF_NUMBERS if number else operations.OF_INTEGERS).get(operator)
+        if operation:
+            convert = self.as_number if number else self.as_integer
+            return self.applied(operation, convert(*left), convert(*right)), operation.result
         if operator is ast.MatMult:
             raise refuse(node, "@ is of matrices", "write loops over the entries")
         raise refuse(node, "bits of a number", "the operators of bits are of integers: write int(...)")
-
-    def _power(self, a: ast.expr, first: Type, b: ast.expr, second: Type) -> ast.expr:
-        return self.defined(operations.POWER, self.as_number(a, first), self.as_number(b, second))
 
     def _boolop(self, node: ast.BoolOp) -> Typed:
         return self._joined(node, self.number)
 
     def _joined(self, node: ast.BoolOp, read: Callable[[ast.expr], Typed]) -> Typed:
-        """Rewrite `and` or `or`: the rest is evaluated only if it decides."""
-        parts = [self.apart(lambda part=part: read(part)) for part in node.values]  # type: ignore[misc]
-        values, kind = self.agreed(node, [typed for _, typed in parts], "the value is")
-        if not any(lines for lines, _ in parts[1:]):
-            self.lines += parts[0][0]
-            return ast.BoolOp(node.op, values), kind
-        name = self.scope.fresh()
-        so_far = ast.Name(name, ast.Load())
-        inner: list[ast.stmt] = []
-        for (lines, _), value in reversed(list(zip(parts[1:], values[1:], strict=True))):
-            goes_on = so_far if isinstance(node.op, ast.And) else ast.UnaryOp(ast.Not(), so_far)
-            inner = [ast.If(goes_on, [*lines, assign(name, value), *inner], [])]
-        self.lines += [*parts[0][0], assign(name, values[0]), *inner]
-        return so_far, kind
+        values, kind = self.agreed(node, [read(part) for part in node.values], "the value is")
+        return ast.BoolOp(node.op, values), kind
 
     def _ifexp(self, node: ast.IfExp) -> Typed:
-        test = self.test(node.test)
-        then, first = self.apart(lambda: self.expression(node.body))
-        other, second = self.apart(lambda: self.expression(node.orelse))
-        (a, b), kind = self.agreed(node, [first, second], "the value is")
-        if not then and not other:
-            return ast.IfExp(test, a, b), kind
-        name = self.scope.fresh()
-        self.lines.append(ast.If(test, [*then, assign(name, a)], [*other, assign(name, b)]))
-        return ast.Name(name, ast.Load()), kind
+        test, parts = self.test(node.test), [self.expression(node.body), self.expression(node.orelse)]
+        (a, b), kind = self.agreed(node, parts, "the value is")
+        return ast.IfExp(test, a, b), kind
 
     def _compare(self, node: ast.Compare) -> Typed:
         for operator in node.ops:
@@ -192,72 +231,19 @@ class Expressions(Writer):
                 raise refuse(node, "is is not compiled", "compare with ==")
             if isinstance(operator, ast.In | ast.NotIn):
                 return self._among(node), bool
-        left = self.number(node.left)
-        first = self.number(node.comparators[0])
-        read = [self.apart(lambda part=part: self.number(part)) for part in node.comparators[1:]]  # type: ignore[misc]
-        rest = [first, *(typed for _, typed in read)]
-        if any(lines for lines, _ in read):
-            return self._chain(node, left, rest, [lines for lines, _ in read]), bool
-        if all(not _apart(a, b) for a, b in zip([left, *rest], rest, strict=False)):
-            return ast.Compare(left[0], node.ops, [made for made, _ in rest]), bool
-        names = [(self.kept(made), kind) for made, kind in (left, *rest)]
-        pairs = zip(names, node.ops, names[1:], strict=False)
-        tests = [self._compared(a, operator, b) for a, operator, b in pairs]
-        return (tests[0] if len(tests) == 1 else ast.BoolOp(ast.And(), tests)), bool
+        left, *others = [self.number(part)[0] for part in (node.left, *node.comparators)]
+        return ast.Compare(left, node.ops, others), bool
 
     def _among(self, node: ast.Compare) -> ast.expr:
         """Rewrite `in`: whether a number is an entry of a tuple."""
         if len(node.ops) > 1:
             raise refuse(node, "in within a chain of comparisons", "join them by `and`")
-        left, kind = self.number(node.left)
-        entries, whole = self.expression(node.comparators[0])
-        if not isinstance(whole, TupleOf) or not all(entry in NUMBERS for entry in whole.entries):
-            raise refuse(node, f"in, of what is {described(whole)}", "write a loop over its entries", known=whole)
-        left, entries = self.kept(left), self.kept(entries)
-        places = [ast.Subscript(entries, ast.Constant(n), ast.Load()) for n in range(len(whole.entries))]
-        equal = [
-            self._compared((left, kind), ast.Eq(), (place, entry))
-            for place, entry in zip(places, whole.entries, strict=True)
-        ]
-        among = ast.BoolOp(ast.Or(), equal) if len(equal) > 1 else equal[0]
+        left, _ = self.number(node.left)
+        entries, kind = self.expression(node.comparators[0])
+        if not isinstance(kind, TupleOf) or not all(entry in NUMBERS for entry in kind.entries):
+            raise refuse(node, f"in, of what is {described(kind)}", "write a loop over its entries", known=kind)
+        among = self.applied(whole.is_among, left, entries)
         return among if isinstance(node.ops[0], ast.In) else ast.UnaryOp(ast.Not(), among)
-
-    def _chain(self, node: ast.Compare, left: Typed, rest: list[Typed], lines: list[list[ast.stmt]]) -> ast.expr:
-        """Rewrite a chain of comparisons: later ones are evaluated only if the earlier hold."""
-        all_hold = self.scope.fresh()
-        before, later = [self.kept(left[0]), self.kept(rest[0][0])], list[list[ast.stmt]]()
-        a: Typed = before[1], rest[0][1]
-        self.lines.append(assign(all_hold, self._compared((before[0], left[1]), node.ops[0], a)))
-        for (value, kind), operator, before_operand in zip(rest[1:], node.ops[1:], lines, strict=True):
-
-            def step(a: Typed = a, value: ast.expr = value, kind: Type = kind, operator: ast.cmpop = operator) -> Typed:
-                b: Typed = self.kept(value), kind
-                self.lines.append(assign(all_hold, self._compared(a, operator, b)))
-                return b
-
-            inner, a = self.apart(step)
-            later.append([*before_operand, *inner])
-        nested: list[ast.stmt] = []
-        for statements in reversed(later):
-            nested = [ast.If(ast.Name(all_hold, ast.Load()), [*statements, *nested], [])]
-        self.lines += nested
-        return ast.Name(all_hold, ast.Load())
-
-    def _compared(self, left: Typed, operator: ast.cmpop, right: Typed) -> ast.expr:
-        """Write a comparison, exact also between integers and numbers."""
-        if not _apart(left, right) or not self.compiled:
-            return ast.Compare(left[0], [operator], [right[0]])
-        turned = left[1] is float
-        (a, kind), (b, _) = (right, left) if turned else (left, right)
-        order = self.applied(arithmetic.compare, self.as_integer(a, kind), b)
-        if isinstance(operator, ast.Eq | ast.NotEq):
-            return ast.Compare(order, [operator], [ast.Constant(0)])
-        less = isinstance(operator, ast.Lt | ast.LtE) != turned
-        ends = [ast.Constant(-1 if less else 1)]
-        ends += [ast.Constant(0)] if isinstance(operator, ast.LtE | ast.GtE) else []
-        kept = self.kept(order)
-        tests: list[ast.expr] = [ast.Compare(kept, [ast.Eq()], [end]) for end in ends]
-        return tests[0] if len(tests) == 1 else ast.BoolOp(ast.Or(), tests)
 
     def _subscript(self, node: ast.Subscript) -> Typed:
         sequence, kind = self.expression(node.value)
@@ -270,7 +256,7 @@ class Expressions(Writer):
                     raise refuse(node, f"there is no entry {index} in {described(kind)}")
                 entry = kind.entries[index]
                 return ast.Subscript(sequence, ast.Constant(index % len(kind.entries)), ast.Load()), entry
-        return self.kept(ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load())), self._entry(node, kind)
+        return ast.Subscript(sequence, self.index(node, sequence, kind), ast.Load()), self._entry(node, kind)
 
     def index(self, node: ast.Subscript, sequence: ast.expr, kind: Type) -> ast.expr:
         """Write the place of an entry, checked to exist."""
@@ -278,7 +264,7 @@ class Expressions(Writer):
         place, of = self.number(node.slice)
         if of is float:
             raise refuse(node.slice, "an index is an integer, and is given a number", "write int(...)")
-        return self.checked(operations.PLACE, self.as_integer(place, of), self.applied(len, sequence))
+        return self.applied(operations.PLACE, self.as_integer(place, of), self.applied(len, sequence))
 
     def _entry(self, node: ast.AST, kind: Type) -> Type:
         entry = entry_of(kind)
@@ -298,22 +284,18 @@ class Expressions(Writer):
         return sequence, self._entry(node, kind)
 
 
-def _surely_succeeds(operator: type[ast.operator], b: ast.expr) -> bool:
+def assign(name: str, value: ast.expr) -> ast.stmt:
+    """Write the assignment of a variable."""
+    return ast.Assign([ast.Name(name, ast.Store())], value)
+
+
+def _surely_succeeds(operator: type[ast.operator], second: Any) -> bool:
     """Return whether an operation of integers never fails because its second operand is a literal."""
-    if not isinstance(b, ast.Constant) or not isinstance(b.value, int):
+    if not isinstance(second, int):
         return False
-    shifts = operator is ast.RShift and 0 <= b.value <= 63
-    return shifts or (operator in (ast.FloorDiv, ast.Mod) and b.value not in (0, -1))
-
-
-def _apart(left: Typed, right: Typed) -> bool:
-    """Return whether one is a number and the other an integer, which may be inexact as a number."""
-    if float not in (left[1], right[1]) or left[1] is right[1]:
-        return False
-    whole = left[0] if right[1] is float else right[0]
-    kind = left[1] if right[1] is float else right[1]
-    known = isinstance(whole, ast.Constant) and abs(whole.value) <= _SURELY_EXACT  # type: ignore[arg-type]
-    return kind is int and not known
+    return (operator is ast.RShift and 0 <= second <= 63) or (
+        operator in (ast.FloorDiv, ast.Mod) and second not in (0, -1)
+    )
 
 
 def _known(node: ast.expr) -> Any:

@@ -1,7 +1,6 @@
-"""Functions of a user's own block in the forms that engines run, and their problems."""
+"""Functions of a user's own block in the form that engines run, and their problems."""
 
 import ast
-import builtins
 import inspect
 import types
 from collections.abc import Iterator
@@ -14,7 +13,9 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language import operations
-from proofmass.blocks.language.functions import Lowered, lowered
+from proofmass.blocks.language.functions import Form, plain_form
+from proofmass.blocks.language.refusals import problem_at
+from proofmass.blocks.language.scope import outer
 from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
@@ -25,21 +26,21 @@ def is_own(kind: type[Block]) -> bool:
     return not kind.__module__.startswith("proofmass.blocks.")
 
 
-def form_of(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered | None:
+def form_of(kind: type[Block], behaviour: Behaviour) -> Form | None:
     """Return a function of a block as an engine runs it; None if that is the function itself."""
     if not is_own(kind) or kind.has_formats():
         return None
-    return _form(kind, behaviour, compiled)
+    return _form(kind, behaviour)
 
 
-def constants_form(kind: type[Block], compiled: bool) -> Lowered | None:
+def constants_form(kind: type[Block]) -> Form | None:
     """Return the function `constants` for parameters that change; None if that is the function itself."""
     behaviour = kind.functions.get("constants")
     if behaviour is None or not is_own(kind) or kind.has_formats():
         return None
     arguments: list[Type] = [float for _ in behaviour.arguments]
     result = type_of(behaviour.returns)
-    return lowered(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result, compiled)
+    return plain_form(_plain(behaviour), (Record(kind.parameters_class()), *arguments), result)
 
 
 def problems_of(kind: type[Block]) -> list[Problem]:
@@ -50,7 +51,7 @@ def problems_of(kind: type[Block]) -> list[Problem]:
     looped = [*kind.output_functions.values(), *(b for name, b in kind.functions.items() if name in _LOOPED)]
     looped += [*kind.corners.values(), *(behaviour for pair in kind.events.values() for behaviour in pair)]
     for behaviour in looped:
-        form = form_of(kind, behaviour, compiled=True)
+        form = form_of(kind, behaviour)
         problems += form.problems if form else _unrepeatable(_plain(behaviour), _NEVER)
     once = [b.function for name, b in kind.functions.items() if name not in _LOOPED]
     for function in (*once, *([kind.requirements] if kind.requirements else [])):
@@ -61,14 +62,14 @@ def problems_of(kind: type[Block]) -> list[Problem]:
 
 def driven_problems(kind: type[Block]) -> list[Problem]:
     """Return why the constants of a block cannot be computed again in every tick."""
-    form = constants_form(kind, compiled=True)
+    form = constants_form(kind)
     return [_of(kind, problem) for problem in form.problems] if form else []
 
 
 _LOOPED = ("update", "derivative")
 
 
-def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
+def _form(kind: type[Block], behaviour: Behaviour) -> Form:
     ports = {name: port for name, port in kind.outputs.items() if kind.output_functions.get(name) is behaviour}
     port = next(iter(ports.values()), None)
     updates = behaviour is kind.functions.get("update")
@@ -83,7 +84,7 @@ def _form(kind: type[Block], behaviour: Behaviour, compiled: bool) -> Lowered:
         result = float
     elif state is not None:
         result = type_of(state)
-    return lowered(_plain(behaviour), (Record(kind.constants_class()), *arguments), result, compiled)
+    return plain_form(_plain(behaviour), (Record(kind.constants_class()), *arguments), result)
 
 
 def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates: bool) -> Type:
@@ -152,7 +153,7 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             continue
         for node in ast.walk(tree):
             if isinstance(node, ast.Global | ast.Nonlocal):
-                problems.append(_told(here, node, "a function of a block changes nothing outside of it", ""))
+                problems.append(problem_at(here, node, "a function of a block changes nothing outside of it", ""))
             if not isinstance(node, ast.Call):
                 continue
             target = _looked_up(here, node.func)
@@ -165,10 +166,12 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             for name in (module, place):
                 if name in operations.UNREPEATABLE:
                     message = f"{shown}() would make a run another each time"
-                    problems.append(_told(here, node, message, operations.UNREPEATABLE[name]))
+                    problems.append(problem_at(here, node, message, operations.UNREPEATABLE[name]))
                     break
             if any(target is each for each in never):
-                problems.append(_told(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, "")))
+                problems.append(
+                    problem_at(here, node, f"{shown}() is not compiled", operations.INSTEAD.get(target, ""))
+                )
     return problems
 
 
@@ -179,25 +182,13 @@ def _first(node: ast.expr) -> ast.expr:
 
 
 def _looked_up(function: types.FunctionType, node: ast.expr) -> Any:
-    """Return the object of a name, or of a name in a module; None if it is not known."""
+    """Return the object of a name, or of a name in a module."""
     if isinstance(node, ast.Name):
-        return function.__globals__.get(node.id, getattr(builtins, node.id, None))
+        return outer(function, node.id)
     if isinstance(node, ast.Attribute):
         owner = _looked_up(function, node.value)
         return getattr(owner, node.attr, None) if isinstance(owner, types.ModuleType) else None
     return None
-
-
-def _told(function: types.FunctionType, node: ast.AST, message: str, hint: str) -> Problem:
-    line = getattr(node, "lineno", 0)
-    return Problem(
-        message=message,
-        file=function.__code__.co_filename,
-        line=line,
-        key=function.__name__,
-        got=ast.unparse(node)[:80],
-        hint=hint,
-    )
 
 
 def _of(kind: type[Block], problem: Problem) -> Problem:

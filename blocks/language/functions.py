@@ -1,4 +1,4 @@
-"""Lowering: a function with arguments of known types is rewritten for plain Python or for a compiler."""
+"""Plain forms: a function with arguments of known types, checked and rewritten so that all engines can run it."""
 
 import ast
 import inspect
@@ -9,119 +9,88 @@ from typing import Any
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, define, tree_of
 from proofmass.blocks.language.calls import Calls
-from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.expressions import Typed
+from proofmass.blocks.language.operations import Checked
+from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
-from proofmass.blocks.language.statements import Known, RestartError, Statements, annotated
-from proofmass.blocks.language.values import NOTHING, Type, Unknown, described, type_of
-from proofmass.blocks.language.writing import Typed
+from proofmass.blocks.language.statements import RestartError, Statements
+from proofmass.blocks.language.values import NOTHING, Type, Unknown, annotated, described, type_of
 
-_PASSES = 50
 _OURS = "proofmass."
 
 
 @dataclass
-class Lowered:
-    """A rewritten function.
+class Form:
+    """A rewritten function, from which programs are lowered; its attribute `checked` has operations that may fail."""
 
-    In compiled code a function that `fails` returns its value and whether anything in it failed; others, the value.
-    """
-
-    function: Any
-    fails: bool
+    function: Any  # None where there are problems
     result: Type
     problems: list[Problem]
     reads: list[Read] = field(default_factory=list)
 
 
-_kept: dict[Any, Lowered] = {}
+_kept: dict[Any, Form] = {}
 
 
-def lowered(
+def plain_form(
     function: types.FunctionType,
     arguments: tuple[Type, ...],
     result: Type | None,
-    compiled: bool,
     within: tuple[types.FunctionType, ...] = (),
-) -> Lowered:
+) -> Form:
     """Return the function for arguments of these types; its result is converted to the type `result` if given."""
-    key = (function, arguments, result, compiled)
+    key = (function, arguments, result)
     before = _kept.get(key)
     if before is None or not unchanged(before.reads):  # numbers and functions of the file may have been changed
-        before = _kept[key] = _lowered(function, arguments, result, compiled, within)
+        before = _kept[key] = _plain_form(function, arguments, result, within)
     return before
 
 
-def _lowered(
+def _plain_form(
     function: types.FunctionType,
     arguments: tuple[Type, ...],
     result: Type | None,
-    compiled: bool,
     within: tuple[types.FunctionType, ...],
-) -> Lowered:
+) -> Form:
     if not isinstance(function, types.FunctionType):
         problem = Problem(message=f"a {type(function).__name__} is no function", hint="write it with `def`")
-        return Lowered(None, False, result or Unknown(), [problem])
+        return Form(None, result or Unknown(), [problem])
     try:
         tree = tree_of(function)
     except SourceError as error:
-        problem = Problem(
-            message=f"{function.__name__}: {error}",
-            file=function.__code__.co_filename,
-            line=function.__code__.co_firstlineno,
-            hint="write the block into a file, with `def`, and load it anew",
-        )
-        return Lowered(None, False, result or Unknown(), [problem])
+        hint = "write the block into a file, with `def`, and load it anew"
+        return Form(None, result or Unknown(), [problem_at(function, None, str(error), hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
-    learned, problems, reads = Known(result), list[Problem](), list[Read]()
+    problems, reads, promoted = list[Problem](), list[Read](), set[str]()
 
     def called(reader: Calls, node: ast.Call, target: types.FunctionType) -> Typed:
         if target in (*within, function):
             raise refuse(node, f"{target.__name__} calls itself", "write a loop")
-        given_types = _given(reader, node, target)
+        given_types = reader.given(node, target)
         if target.__module__.startswith(_OURS):
             return _ours(reader, node, target, given_types)
-        callee = lowered(
-            target, tuple(kind for _, kind in given_types), annotated(target), compiled, (*within, function)
-        )
+        kinds = tuple(kind for _, kind in given_types)
+        callee = plain_form(target, kinds, annotated(target), (*within, function))
         problems.extend(problem for problem in callee.problems if problem not in problems)
         reads.extend(callee.reads)
         if callee.problems:
             raise refuse(node, "", known=Unknown())
-        value: ast.expr = ast.Call(reader.bound(callee.function), [argument for argument, _ in given_types], [])
-        value = reader.kept(value)
-        if compiled and callee.fails:
-            reader.note(ast.Subscript(value, ast.Constant(1), ast.Load()))
-            value = ast.Subscript(value, ast.Constant(0), ast.Load())
-        return value, callee.result
+        return reader.applied(callee.function, *(argument for argument, _ in given_types)), callee.result
 
-    def read() -> tuple[Statements, list[ast.stmt]]:
-        """Read the function until nothing new is learned of it."""
-        for _ in range(_PASSES):
-            problems.clear()
-            reads.clear()
-            scope = Scope(function, tree, dict(zip(names, arguments, strict=True)))
-            scope.promoted, learned.written = set(learned.promoted), {}
-            reader = Statements(scope, compiled, learned, called)
-            try:
-                lines = _body(reader, tree)
-            except RestartError:
-                continue
-            if reader.fails == learned.fails and not learned.unsaid:
-                return reader, lines
-            if learned.unsaid and learned.result is None:
-                learned.result = int  # it only raises
-            learned.fails, learned.unsaid = reader.fails, False
-        raise RecursionError(f"{function.__name__} is read for ever")
-
-    reader, lines = read()
-    problems += [_problem(function, refused) for refused in reader.refused if refused.message]
+    while True:  # until all variables that are numbers are known to be
+        problems.clear()
+        reads.clear()
+        scope = Scope(function, tree, dict(zip(names, arguments, strict=True)), promoted)
+        reader = Statements(scope, result, called)
+        try:
+            lines = _body(reader, tree)
+            break
+        except RestartError:
+            continue
+    problems += [problem_at(function, r.node, r.message, r.hint) for r in reader.refused if r.message]
     reads += reader.scope.reads
-    if reader.refused:
-        return Lowered(None, False, learned.result or Unknown(), problems, reads)
-    if compiled and learned.fails:
-        lines.insert(0, ast.Assign([ast.Name(reader.scope.fault, ast.Store())], ast.Constant(False)))
-    made = _defined(function, tree, names, lines, reader.scope)
-    return Lowered(made, compiled and learned.fails, learned.result or NOTHING, problems, reads)
+    made = None if reader.refused else _defined(function, tree, names, lines, reader.scope)
+    return Form(made, reader.result or Unknown(), problems, reads)
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
@@ -133,27 +102,13 @@ def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:
         except RefusedError as refused:
             if reader.refused:
                 return lines  # the statement that returns was refused
-            message = f"it does not always return {described(reader.known.result or NOTHING)}"
+            message = f"it does not always return {described(reader.result or NOTHING)}"
             reader.refused.append(RefusedError(refused.node, message, "return a value on every path"))
-    return lines
-
-
-def _given(reader: Calls, node: ast.Call, target: types.FunctionType) -> list[Typed]:
-    """Put the arguments of a call into the order of the parameters, and fill in defaults."""
-    if any(isinstance(part, ast.Starred) for part in node.args) or any(k.arg is None for k in node.keywords):
-        raise refuse(node, "* in a call", "write the arguments one by one")
-    signature = inspect.signature(target)
     try:
-        bound = signature.bind(*node.args, **{str(keyword.arg): keyword.value for keyword in node.keywords})
-    except TypeError as error:
-        raise refuse(node, f"{target.__name__}: {error}", f"its arguments: {', '.join(signature.parameters)}") from None
-    arguments = []
-    for name, parameter in signature.parameters.items():
-        if parameter.kind in (parameter.VAR_POSITIONAL, parameter.VAR_KEYWORD):
-            raise refuse(node, f"{target.__name__} has * among its arguments", "name them one by one")
-        value = bound.arguments.get(name)
-        arguments.append(reader.expression(value) if value is not None else reader.literal(node, parameter.default))
-    return arguments
+        reader.end()
+    except RefusedError as refused:
+        reader.refused.append(refused)
+    return lines
 
 
 def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: list[Typed]) -> Typed:
@@ -166,7 +121,7 @@ def _ours(reader: Calls, node: ast.Call, target: types.FunctionType, arguments: 
         wanted = type_of(hints.get(name))
         number = wanted in (float, int, bool)
         converted.append(reader.converted(node, argument, kind, wanted, f"the argument {name}") if number else argument)
-    return reader.kept(ast.Call(reader.bound(target), converted, [])), result
+    return reader.applied(target, *converted), result
 
 
 def _defined(
@@ -177,17 +132,9 @@ def _defined(
     made = ast.copy_location(ast.FunctionDef(tree.name, arguments, lines, [], None), tree)
     if "type_params" in ast.FunctionDef._fields:
         made.type_params = []  # type: ignore[attr-defined, unused-ignore]
-    return define(made, function.__code__.co_filename, {"__name__": function.__module__, **scope.namespace})
-
-
-def _problem(function: types.FunctionType, refused: RefusedError) -> Problem:
-    node: Any = refused.node
-    shown = ast.unparse(node).splitlines()[0] if not isinstance(node, ast.FunctionDef) else f"def {node.name}"
-    return Problem(
-        message=refused.message,
-        file=function.__code__.co_filename,
-        line=getattr(node, "lineno", function.__code__.co_firstlineno),
-        key=function.__name__,
-        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
-        hint=refused.hint,
-    )
+    checked = {name: value for name, value in scope.namespace.items() if isinstance(value, Checked)}
+    references = {name: operation.reference for name, operation in checked.items()}
+    namespace = {"__name__": function.__module__, **scope.namespace, **references}
+    defined = define(made, function.__code__.co_filename, namespace)
+    vars(defined)["checked"] = checked
+    return defined

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from proofmass.blocks.language import operations
 from proofmass.blocks.language.calls import Calls
+from proofmass.blocks.language.expressions import Typed, assign
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.scope import Scope
 from proofmass.blocks.language.values import TupleOf
-from proofmass.blocks.language.writing import Typed, assign
 
 
 @dataclass
@@ -22,8 +22,9 @@ class _Loop:
 class Loops(Calls):
     """Reads loops."""
 
-    def __init__(self, scope: Scope, compiled: bool) -> None:
-        super().__init__(scope, compiled)
+    def __init__(self, scope: Scope) -> None:
+        super().__init__(scope)
+        self.lines: list[ast.stmt] = []  # of the block that is being read
         self._loops: list[_Loop] = []  # loops that are being read, the innermost last
 
     def block(self, body: list[ast.stmt]) -> tuple[list[ast.stmt], bool]:
@@ -34,6 +35,13 @@ class Loops(Calls):
         """Write an assignment to a variable, an entry, or several of them."""
         raise NotImplementedError
 
+    def named(self, value: ast.expr) -> ast.expr:
+        """Store a value in a variable, unless it is a literal, and return the variable."""
+        if isinstance(value, ast.Constant):
+            return value
+        self.lines.append(assign(name := self.scope.fresh(), value))
+        return ast.Name(name, ast.Load())
+
     def _for(self, node: ast.For) -> bool:
         sequence, kind = self._gone_through(node.iter)
         offset = self._offset(node.iter)
@@ -43,9 +51,10 @@ class Loops(Calls):
         loop = ast.For(ast.Name(name, ast.Store()), sequence, [], [])
         self.lines.append(loop)
         turn: Typed = ast.Name(name, ast.Load()), kind
-        head, _ = self.apart(lambda: self.set(node.target, self._numbered(node, turn, offset) if offset else turn))
-        body, _ = self.block(node.body)
-        loop.body = [*head, *body]
+        before_loop, self.lines = self.lines, loop.body
+        self.set(node.target, self._numbered(node, turn, offset) if offset else turn)
+        self.lines = before_loop
+        loop.body += self.block(node.body)[0]
         self.scope.assigned = before
         return self._end_loop(node)
 
@@ -74,7 +83,7 @@ class Loops(Calls):
         made, kind = self.number(node.args[1])
         if kind is float:
             raise refuse(node, "enumerate from a number", "it counts in integers: write int(...)")
-        return self.kept(self.as_integer(made, kind))
+        return self.named(self.as_integer(made, kind))
 
     def _numbered(self, node: ast.For, turn: Typed, offset: ast.expr) -> Typed:
         """Write the pair of an `enumerate` that does not begin at zero."""
@@ -97,10 +106,10 @@ class Loops(Calls):
                 bounds = [ast.Constant(0), *bounds] if len(bounds) == 1 else bounds
                 bounds = [*bounds, ast.Constant(1)][:3]
                 if not (isinstance(bounds[2], ast.Constant) and bounds[2].value):
-                    bounds[2] = self.kept(self.checked(operations.STRIDE, bounds[2]))
+                    bounds[2] = self.named(self.applied(operations.STRIDE, bounds[2]))
                 if not all(isinstance(part, ast.Constant) and abs(int(str(part.value))) < 1000 for part in bounds):
-                    bounds = [self.kept(part) for part in bounds]
-                    bounds[1] = self.checked(operations.RANGE_END, *bounds)
+                    bounds = [self.named(part) for part in bounds]
+                    bounds[1] = self.applied(operations.RANGE_END, *bounds)
                 return self.applied(range, *bounds), int
             if value is enumerate and len(node.args) in (1, 2):
                 sequence, entry = self.sequence(node.args[0])
@@ -115,19 +124,10 @@ class Loops(Calls):
     def _while(self, node: ast.While) -> bool:
         before, turns = set(self.scope.assigned), self.scope.fresh()
         self._begin_loop(node)
-        lines, test = self.apart(lambda: self.test(node.test))
-        turn, more = self.apart(lambda: self.checked(operations.TURN, ast.Name(turns, ast.Load())))
+        test = self.test(node.test)
         body, _ = self.block(node.body)
-        turn.append(ast.Assign([ast.Name(turns, ast.Store())], more))
-        self.lines.append(ast.Assign([ast.Name(turns, ast.Store())], ast.Constant(0)))
-        if self.compiled or lines:
-            leave: ast.expr = ast.UnaryOp(ast.Not(), test)
-            if self.compiled:  # the first fault ends it: after a fault it might never end
-                leave = ast.BoolOp(ast.Or(), [leave, ast.Name(self.scope.fault, ast.Load())])
-            body, test = [*turn, *lines, ast.If(leave, [ast.Break()], []), *body], ast.Constant(True)
-        else:
-            body = [*turn, *body]
-        self.lines.append(ast.While(test, body, []))
+        more = self.applied(operations.TURN, ast.Name(turns, ast.Load()))
+        self.lines += [assign(turns, ast.Constant(0)), ast.While(test, [assign(turns, more), *body], [])]
         self.scope.assigned = before
         return self._end_loop(node)
 

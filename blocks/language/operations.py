@@ -2,34 +2,46 @@
 
 import ast
 import math
+import operator
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.language import arithmetic, whole
+from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.values import Type
 
 
 @dataclass(frozen=True)
 class Checked:
-    """An operation that can fail: its value, its test for failure, and the error that Python raises."""
+    """An operation that can fail: in plain Python `reference` raises; a program takes the value and notes a fault."""
 
     value: Callable[..., Any]
-    fails: Callable[..., bool]
+    fails: Callable[..., bool]  # of the operands
     result: Type
     reference: Callable[..., Any]
+    by_value: bool = False  # whether `fails` takes the value before the operands
 
 
 def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
     """An operation of integers: a result of more than 64 bits ends the run."""
 
-    def reference(*operands: int) -> int:
+    def reference(*operands: Any) -> int:
+        result = python(*operands)
+        if not LOWEST <= result <= HIGHEST:
+            raise OverflowError("an integer does not fit 64 bits")
+        return result
+
+    return Checked(value, fails, int, reference)
+
+
+def _step_by_step(value: Callable[..., int], fails: Callable[..., bool]) -> Checked:
+    """An operation of integers that may exceed 64 bits on its way, where Python would go on, even for hours."""
+
+    def reference(*operands: Any) -> int:
+        if len(operands) == 2 and operands[1] < 0:
+            raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
         if fails(*operands):
-            if value in (arithmetic.power, arithmetic.shift_left):  # Python would compute it, for hours
-                if operands[1] < 0:
-                    raise ValueError(f"a negative shift or power of an integer: {operands[1]}")
-            else:
-                python(*operands)
             raise OverflowError("an integer does not fit 64 bits")
         return value(*operands)
 
@@ -40,6 +52,11 @@ def _number(value: Callable[..., Any], fails: Callable[..., bool], python: Calla
     return Checked(value, fails, float, python)
 
 
+def _defined(value: Callable[..., Any], fails: Callable[..., bool], python: Callable[..., Any]) -> Checked:
+    """A function of numbers that has no value where its result says so."""
+    return Checked(value, fails, float, python, by_value=True)
+
+
 def _power(a: float, b: float) -> float:
     value: float | complex = float(a) ** float(b)
     if isinstance(value, complex):
@@ -48,33 +65,33 @@ def _power(a: float, b: float) -> float:
 
 
 def _round(a: float) -> int:
-    return round(a)
+    return round(float(a))  # a number with a derivative has no nearest integer
 
 
 OF_INTEGERS: dict[type[ast.operator], Checked] = {
-    ast.Add: _fits(arithmetic.add, arithmetic.add_fails, lambda a, b: a + b),
-    ast.Sub: _fits(arithmetic.subtract, arithmetic.subtract_fails, lambda a, b: a - b),
-    ast.Mult: _fits(arithmetic.multiply, arithmetic.multiply_fails, lambda a, b: a * b),
-    ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, lambda a, b: a // b),
-    ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, lambda a, b: a % b),
-    ast.LShift: _fits(arithmetic.shift_left, arithmetic.shift_left_fails, lambda a, b: a << b),
-    ast.RShift: _fits(arithmetic.shift_right, arithmetic.shift_right_fails, lambda a, b: a >> b),
-    ast.Pow: _fits(arithmetic.power, arithmetic.power_fails, lambda a, b: a**b),
-    ast.Div: _number(arithmetic.true_divide, arithmetic.zero_fails, lambda a, b: a / b),
+    ast.Add: _fits(operator.add, arithmetic.add_fails, operator.add),
+    ast.Sub: _fits(operator.sub, arithmetic.subtract_fails, operator.sub),
+    ast.Mult: _fits(operator.mul, arithmetic.multiply_fails, operator.mul),
+    ast.FloorDiv: _fits(arithmetic.floor_divide, arithmetic.floor_divide_fails, operator.floordiv),
+    ast.Mod: _fits(arithmetic.modulo, arithmetic.modulo_fails, operator.mod),
+    ast.LShift: _step_by_step(arithmetic.shift_left, arithmetic.shift_left_fails),
+    ast.RShift: _fits(arithmetic.shift_right, arithmetic.shift_right_fails, operator.rshift),
+    ast.Pow: _step_by_step(arithmetic.power, arithmetic.power_fails),
+    ast.Div: _number(arithmetic.true_divide, arithmetic.zero_fails, operator.truediv),
 }
 BITWISE = (ast.BitAnd, ast.BitOr, ast.BitXor)
 OF_NUMBERS: dict[type[ast.operator], Checked] = {
-    ast.Div: _number(arithmetic.divide, arithmetic.zero_fails, lambda a, b: a / b),
-    ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, lambda a, b: a // b),
-    ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, lambda a, b: a % b),
+    ast.Div: _number(operator.truediv, arithmetic.zero_fails, operator.truediv),
+    ast.FloorDiv: _number(arithmetic.number_floor_divide, arithmetic.zero_fails, operator.floordiv),
+    ast.Mod: _number(arithmetic.number_modulo, arithmetic.zero_fails, operator.mod),
 }
 PLAIN = (ast.Add, ast.Sub, ast.Mult)  # of numbers: none fails
-NEGATE = _fits(arithmetic.negate, arithmetic.negate_fails, lambda a: -a)
-ABSOLUTE = _fits(arithmetic.absolute, arithmetic.negate_fails, lambda a: abs(a))
+NEGATE = _fits(operator.neg, arithmetic.negate_fails, operator.neg)
+ABSOLUTE = _fits(abs, arithmetic.negate_fails, abs)
 TRUNCATE = _fits(arithmetic.truncate, arithmetic.truncate_fails, int)
 NEAREST = _fits(arithmetic.nearest, arithmetic.truncate_fails, _round)
 STRIDE = Checked(arithmetic.stride, arithmetic.stride_fails, int, lambda step: step)
-POWER = Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, _power)
+POWER = _defined(arithmetic.c_power, arithmetic.undefined_of_two, _power)
 
 
 def _factorial(n: int) -> int:
@@ -111,41 +128,47 @@ def _index(index: int, length: int) -> int:
 
 PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
 
-# The functions of `math` that Python takes from the C library, which compiled code calls too: values of one number,
-# and of two.
-ONE = {
-    getattr(math, name): Checked(getattr(math, name), arithmetic.undefined, float, getattr(math, name))
-    for name in (
-        *("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "erf", "erfc"),
-        *("sin", "cos", "tan", "asin", "acos", "atan", "sinh", "cosh", "tanh", "asinh", "acosh", "atanh"),
-    )
+# Functions of Python: what is called in their place, the types of the arguments, and that of the result.
+Function = tuple[Any, tuple[Type, ...], Type]
+_MAY_FAIL = ("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "sin", "cos", "tan", "asin", "acos",
+             "sinh", "cosh", "acosh", "atanh")  # fmt: skip
+_NEVER_FAIL = ("erf", "erfc", "atan", "tanh", "asinh", "fabs", "degrees", "radians")
+FUNCTIONS: dict[Any, Function] = {
+    **{f: (_defined(f, arithmetic.undefined, f), (float,), float) for f in (getattr(math, name) for name in _MAY_FAIL)},
+    **{getattr(math, name): (getattr(math, name), (float,), float) for name in _NEVER_FAIL},
+    math.cbrt: (_defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt), (float,), float),
+    **{f: (f, (float,), bool) for f in (math.isnan, math.isinf, math.isfinite)},
+    math.atan2: (math.atan2, (float, float), float),
+    math.copysign: (math.copysign, (float, float), float),
+    math.fmod: (_defined(arithmetic.c_remainder, arithmetic.undefined_of_two, math.fmod), (float, float), float),
+    math.pow: (_defined(arithmetic.c_power, arithmetic.undefined_of_two, math.pow), (float, float), float),
+    math.ldexp: (
+        _defined(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, math.ldexp),
+        (float, int),
+        float,
+    ),
+    math.isqrt: (Checked(whole.integer_root, whole.integer_root_fails, int, math.isqrt), (int,), int),
+    math.gcd: (_fits(whole.greatest_divisor, whole.greatest_divisor_fails, math.gcd), (int, int), int),
+    math.lcm: (_fits(whole.least_multiple, whole.least_multiple_fails, math.lcm), (int, int), int),
+    math.factorial: (Checked(whole.factorial, whole.factorial_fails, int, _factorial), (int,), int),
 }
-TWO: dict[Any, Checked] = {
-    math.atan2: Checked(math.atan2, arithmetic.undefined_of_two, float, math.atan2),
-    math.copysign: Checked(math.copysign, arithmetic.undefined_of_two, float, math.copysign),
-    math.fmod: Checked(arithmetic.c_remainder, arithmetic.undefined_of_two, float, math.fmod),
-    math.pow: Checked(arithmetic.c_power, arithmetic.undefined_of_two, float, math.pow),
-}
-ONE[math.cbrt] = Checked(arithmetic.c_cube_root, arithmetic.undefined, float, math.cbrt)
-NEVER_FAIL = (math.atan2, math.copysign, math.atan, math.tanh, math.asinh, math.erf, math.erfc)
-LOOKS = (math.isnan, math.isinf, math.isfinite)
-ROUND = {
+NO_FUNCTION: Function = (None, (), float)
+TO_INTEGER: dict[Any, Checked] = {
+    int: TRUNCATE,
+    math.trunc: TRUNCATE,
+    round: NEAREST,
     math.floor: _fits(arithmetic.floor, arithmetic.truncate_fails, math.floor),
     math.ceil: _fits(arithmetic.ceil, arithmetic.truncate_fails, math.ceil),
-    math.trunc: TRUNCATE,
 }
-OF_WHOLE = {
-    math.isqrt: (1, Checked(whole.integer_root, whole.integer_root_fails, int, math.isqrt)),
-    math.gcd: (2, _fits(whole.greatest_divisor, whole.greatest_divisor_fails, math.gcd)),
+EXTREMES: dict[Any, Checked] = {
+    min: Checked(whole.least, whole.is_empty, float, min),
+    max: Checked(whole.largest, whole.is_empty, float, max),
 }
-OF_WHOLE |= {
-    math.lcm: (2, _fits(whole.least_multiple, whole.least_multiple_fails, math.lcm)),
-    math.factorial: (1, Checked(whole.factorial, whole.factorial_fails, int, _factorial)),
+TOTALS: dict[Any, Checked] = {
+    sum: _step_by_step(whole.total, whole.total_fails),
+    math.prod: _step_by_step(whole.product, whole.product_fails),
 }
-LOAD_EXPONENT = Checked(arithmetic.times_power_of_two, arithmetic.times_power_of_two_fails, float, math.ldexp)
 IS_CLOSE = Checked(arithmetic.is_close, arithmetic.is_close_fails, bool, _is_close)
-TOLERANCES = {"rel_tol": 1e-9, "abs_tol": 0.0}  # of math.isclose
-SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 # What to write instead of functions that cannot be compiled to the bits of Python.
 INSTEAD: dict[Any, str] = {

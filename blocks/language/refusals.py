@@ -1,8 +1,10 @@
 """Refusals of parts of a function: where, why, and what to write instead."""
 
 import ast
+import types
 from typing import ClassVar
 
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.language.values import Type, Unknown
 
 
@@ -45,3 +47,17 @@ class RefusedError(Exception):
 def refuse(node: ast.AST, message: str, hint: str = "", known: Type | None = None) -> RefusedError:
     """Return the refusal of something; a silent one if its cause was refused already."""
     return RefusedError(node, "" if isinstance(known, Unknown) else message, hint)
+
+
+def problem_at(function: types.FunctionType, node: ast.AST | None, message: str, hint: str) -> Problem:
+    """Return the problem at a node of a function, of whose text the first line is shown."""
+    shown = "" if node is None else f"def {node.name}" if isinstance(node, ast.FunctionDef) else ast.unparse(node)
+    shown = shown.partition("\n")[0]
+    return Problem(
+        message=message,
+        file=function.__code__.co_filename,
+        line=getattr(node, "lineno", function.__code__.co_firstlineno),
+        key=function.__name__,
+        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
+        hint=hint,
+    )

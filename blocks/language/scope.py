@@ -9,18 +9,20 @@ from proofmass.blocks.declaration.problem import did_you_mean, nearest
 from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import Type, Unknown
 
-_MISSING = object()
+MISSING = object()
 Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
 
 
 class Scope:
     """Variables and outer values of one function; made-up names begin unlike all names of the function."""
 
-    def __init__(self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type]) -> None:
+    def __init__(
+        self, function: types.FunctionType, tree: ast.FunctionDef, arguments: dict[str, Type], promoted: set[str]
+    ) -> None:
         self.function = function
         self.types: dict[str, Type] = dict(arguments)
         self.assigned = set(arguments)  # variables that surely have a value at this point
-        self.promoted: set[str] = set()  # variables that are numbers although integers are assigned to them
+        self.promoted = promoted  # variables that are numbers although integers are assigned to them
         self.namespace: dict[str, Any] = {}
         self.reads: list[Read] = []  # values from outside, to see later whether they have changed
         self._locals = set(function.__code__.co_varnames) | set(function.__code__.co_cellvars)
@@ -29,11 +31,6 @@ class Scope:
         while any(name.startswith(self.prefix) for name in used):
             self.prefix += "_"
         self._count = 0
-
-    @property
-    def fault(self) -> str:
-        """The variable that says whether anything failed."""
-        return f"{self.prefix}fault"
 
     def fresh(self) -> str:
         """A new variable."""
@@ -45,9 +42,9 @@ class Scope:
         for name, known in self.namespace.items():
             if known is value:
                 return name
-        plain = getattr(value, "__name__", "table")
+        plain = getattr(getattr(value, "value", value), "__name__", "table")
         name = f"{self.prefix}{plain if plain.isidentifier() else 'function'}"
-        while name in self.namespace or name == self.fault:
+        while name in self.namespace:
             name += "_"
         self.namespace[name] = value
         return name
@@ -64,8 +61,8 @@ class Scope:
 
     def outside(self, node: ast.Name) -> Any:
         """A value from outside of the function."""
-        value = _outer(self.function, node.id)
-        if value is _MISSING:
+        value = outer(self.function, node.id)
+        if value is MISSING:
             near = nearest(node.id, self.types) or nearest(node.id, self.function.__globals__)
             raise refuse(node, f"there is no {node.id}", f"did you mean {near}?" if near else "define or import it")
         self.reads.append((self.function, node.id, value))
@@ -73,10 +70,10 @@ class Scope:
 
     def member(self, node: ast.Attribute, owner: Any) -> Any:
         """A value of a module."""
-        value = getattr(owner, node.attr, _MISSING)
+        value = getattr(owner, node.attr, MISSING)
         if isinstance(owner, type) and not isinstance(value, int | float | tuple):  # numbers of a class, of an Enum
             raise refuse(node, f"{ast.unparse(node)} is not compiled", "write it with numbers")
-        if value is _MISSING:
+        if value is MISSING:
             name = getattr(owner, "__name__", "it")
             names = [each for each in dir(owner) if not each.startswith("_")]
             raise refuse(node, f"{name} has no {node.attr}", did_you_mean(node.attr, names, f"the names of {name}"))
@@ -90,7 +87,7 @@ def unchanged(reads: list[Read]) -> bool:
 
 
 def _now(owner: Any, name: str) -> Any:
-    return _outer(owner, name) if isinstance(owner, types.FunctionType) else getattr(owner, name, _MISSING)
+    return outer(owner, name) if isinstance(owner, types.FunctionType) else getattr(owner, name, MISSING)
 
 
 def _same(value: Any, before: Any) -> bool:
@@ -99,10 +96,9 @@ def _same(value: Any, before: Any) -> bool:
     )
 
 
-def _outer(function: types.FunctionType, name: str) -> Any:
+def outer(function: types.FunctionType, name: str) -> Any:
+    """Return a value that a function reads from outside, or MISSING."""
     for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
         if free == name:
             return cell.cell_contents
-    if name in function.__globals__:
-        return function.__globals__[name]
-    return getattr(builtins, name, _MISSING)
+    return function.__globals__.get(name, getattr(builtins, name, MISSING))

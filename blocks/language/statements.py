@@ -2,10 +2,10 @@
 
 import ast
 import types
-import typing
 from collections.abc import Callable
 from typing import Any
 
+from proofmass.blocks.language.expressions import Typed
 from proofmass.blocks.language.loops import Loops
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.blocks.language.scope import Scope
@@ -18,9 +18,7 @@ from proofmass.blocks.language.values import (
     Unknown,
     Vector,
     described,
-    type_of,
 )
-from proofmass.blocks.language.writing import Typed
 
 
 class RestartError(Exception):
@@ -30,10 +28,12 @@ class RestartError(Exception):
 class Statements(Loops):
     """Reads the statements of a function; `refused` has those that cannot be compiled."""
 
-    def __init__(self, scope: Scope, compiled: bool, known: "Known", called: Callable[..., Typed]) -> None:
-        super().__init__(scope, compiled)
-        self.known, self._called = known, called
+    def __init__(self, scope: Scope, result: Type | None, called: Callable[..., Typed]) -> None:
+        super().__init__(scope)
+        self.result, self._called = result, called
+        self._written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
         self.refused: list[RefusedError] = []
+        self._unreached: list[tuple[ast.Raise, ast.Return]] = []
 
     def call(self, node: ast.Call, target: types.FunctionType) -> Typed:
         return self._called(self, node, target)
@@ -74,7 +74,7 @@ class Statements(Loops):
     def _assign(self, node: ast.Assign) -> None:
         value = self.expression(node.value)
         if len(node.targets) > 1:
-            value = self.kept(value[0]), value[1]
+            value = self.named(value[0]), value[1]
         for target in node.targets:
             self.set(target, value)
 
@@ -88,8 +88,8 @@ class Statements(Loops):
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
             vector, kind = self._vector(node.target)
-            place = self.kept(self.index(node.target, vector, kind))
-            entry: Typed = self.kept(ast.Subscript(vector, place, ast.Load())), kind.entry
+            place = self.named(self.index(node.target, vector, kind))
+            entry: Typed = ast.Subscript(vector, place, ast.Load()), kind.entry
             value = self.operated(node, type(node.op), entry, self.number(node.value))
             self._store(node, vector, place, kind, value)
             return
@@ -115,7 +115,6 @@ class Statements(Loops):
                 self.set(part, (ast.Name(name, ast.Load()), of))
         elif isinstance(target, ast.Subscript):
             vector, of = self._vector(target)
-            expression = self.kept(expression)
             self._store(target, vector, self.index(target, vector, of), of, (expression, kind))
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
@@ -144,12 +143,12 @@ class Statements(Loops):
             expression, kind = self.as_number(expression, kind), float
         if before is None or isinstance(before, Unknown) or before == kind:
             self.scope.types[name] = kind
-            self.known.written.setdefault(name, True)
-            self.known.written[name] &= written
+            self._written.setdefault(name, True)
+            self._written[name] &= written
         elif before is float and written:
             expression = self.as_number(expression, kind)
-        elif before is int and kind is float and self.known.written.get(name):
-            self.known.promoted.add(name)
+        elif before is int and kind is float and self._written.get(name):
+            self.scope.promoted.add(name)
             raise RestartError
         else:
             words = {
@@ -190,8 +189,7 @@ class Statements(Loops):
             and isinstance(node.value.func, ast.Name)
             and node.value.func.id == "breakpoint"
         ):
-            if not self.compiled:
-                self.lines.append(ast.Expr(ast.Call(self.bound(breakpoint), [], [])))
+            self.lines.append(ast.Expr(self.applied(breakpoint)))
             return
         made, _ = self.expression(node.value)
         self.lines.append(ast.Expr(made))
@@ -205,44 +203,35 @@ class Statements(Loops):
 
     def returned(self, node: ast.AST, expression: ast.expr, kind: Type) -> ast.stmt:
         """Write a return of the declared type."""
-        wanted = self.known.result
+        wanted = self.result
         if wanted is None:
-            self.known.result = wanted = kind
+            self.result = wanted = kind
         if wanted == NOTHING != kind or kind == NOTHING != wanted:
             message = f"{described(kind)} is returned, and {described(wanted)} elsewhere or in the declaration"
             raise refuse(node, message, "return a value on every path, or on none", known=kind)
-        expression = self.converted(node, expression, kind, wanted, "what is returned")
-        if self.compiled and kind == NOTHING:
-            expression = ast.Constant(0)
-        if self.compiled and self.known.fails:
-            expression = ast.Tuple([expression, ast.Name(self.scope.fault, ast.Load())], ast.Load())
-        return ast.Return(expression)
+        return ast.Return(self.converted(node, expression, kind, wanted, "what is returned"))
 
     def _raise(self, node: ast.Raise) -> bool:
-        if not self.compiled:
-            self.lines.append(self._as_python(node))
-            return True
-        self.note(ast.Constant(True))
-        wanted = self.known.result
-        if wanted is None:
-            self.known.unsaid = True  # a later statement says what the function returns
-            wanted = int
-        self.lines.append(self.returned(node, self.nothing(node, wanted), wanted))
+        """Write the statement, and for programs, which note a fault and go on, a return that Python never meets."""
+        for part in ast.walk(node):
+            if isinstance(part, ast.Name) and part.id not in self.scope.types:
+                self.scope.namespace.setdefault(part.id, self.scope.outside(part))
+        self._unreached.append((node, ast.Return()))
+        self.lines += self._unreached[-1]
         return True
+
+    def end(self) -> None:
+        """Write what is returned after each `raise`; only here is the type known."""
+        if self.result is None:
+            self.result = int if self._unreached else NOTHING
+        for node, unreached in self._unreached:
+            unreached.value = self.nothing(node, self.result)
 
     def _assert(self, node: ast.Assert) -> None:
         test = ast.UnaryOp(ast.Not(), self.test(node.test))
         error = ast.Call(ast.Name("AssertionError", ast.Load()), [node.msg] if node.msg else [], [])
         raised = ast.Raise(error, None)
-        lines, _ = self.apart(lambda: self._raise(ast.copy_location(raised, node)))
-        self.lines.append(ast.If(test, lines, []))
-
-    def _as_python(self, node: ast.Raise) -> ast.stmt:
-        """The statement itself, with the names that it reads."""
-        for part in ast.walk(node):
-            if isinstance(part, ast.Name) and part.id not in self.scope.types:
-                self.scope.namespace.setdefault(part.id, self.scope.outside(part))
-        return node
+        self.lines.append(ast.If(test, self.block([ast.copy_location(raised, node)])[0], []))
 
     def nothing(self, node: ast.AST, kind: Any) -> ast.expr:
         """A value of a type that is never used."""
@@ -261,24 +250,3 @@ class Statements(Loops):
 
 def _is_value(node: ast.expr | None) -> bool:
     return node is not None and not (isinstance(node, ast.Constant) and node.value is None)
-
-
-class Known:
-    """Facts of a function from earlier passes: its result, whether it fails, which variables are numbers."""
-
-    def __init__(self, result: Type | None) -> None:
-        self.result = result
-        self.fails = self.unsaid = False
-        self.promoted: set[str] = set()
-        self.written: dict[str, bool] = {}  # variables: whether only literal integers were assigned to them
-
-
-def annotated(function: types.FunctionType) -> Type | None:
-    """Return the declared type of a function's result; None if it declares none."""
-    if "return" not in function.__annotations__:
-        return None
-    try:
-        kind = type_of(typing.get_type_hints(function)["return"])
-    except (NameError, TypeError, AttributeError):
-        return None
-    return None if isinstance(kind, Unknown) else kind

@@ -1,5 +1,6 @@
 """Types of the values in a block's functions: numbers, tuples, records, vectors of the runner."""
 
+import types
 import typing
 from dataclasses import dataclass
 from typing import Any, TypeAlias
@@ -81,6 +82,18 @@ def type_of(annotation: Any) -> Type:
     if is_record(annotation):
         return Record(annotation)
     return Unknown()
+
+
+def annotated(function: types.FunctionType) -> Type | None:
+    """Return the declared type of a function's result; None if it declares none."""
+    declared = function.__annotations__.get("return", Unknown)
+    if isinstance(declared, str):
+        try:
+            declared = typing.get_type_hints(function)["return"]
+        except (NameError, TypeError, AttributeError):
+            return None
+    kind = type_of(declared)
+    return None if isinstance(kind, Unknown) else kind
 
 
 def is_record(kind: Any) -> bool:

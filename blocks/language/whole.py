@@ -1,8 +1,16 @@
-"""Functions of `math` on integers: divisors, multiples, roots, factorials, as far as 64 bits hold them."""
+"""Functions on integers, as far as 64 bits hold them, and on the entries of tuples and buffers."""
 
 import math
+from collections.abc import Sequence
 
-from proofmass.blocks.language.arithmetic import LOWEST, floor_divide, floor_divide_fails, modulo, multiply_fails
+from proofmass.blocks.language.arithmetic import (
+    LOWEST,
+    add_fails,
+    floor_divide,
+    floor_divide_fails,
+    modulo,
+    multiply_fails,
+)
 
 
 def greatest_divisor(a: int, b: int) -> int:
@@ -69,3 +77,74 @@ def integer_root(a: int) -> int:
 def integer_root_fails(a: int) -> bool:
     """Return whether there is none."""
     return a < 0
+
+
+def least(entries: Sequence[float]) -> float:
+    """The first of the least entries, compared as Python compares them."""
+    best = entries[0]
+    for entry in entries:
+        best = entry if entry < best else best
+    return best
+
+
+def largest(entries: Sequence[float]) -> float:
+    """The first of the largest entries."""
+    best = entries[0]
+    for entry in entries:
+        best = entry if entry > best else best
+    return best
+
+
+def is_empty(entries: Sequence[float]) -> bool:
+    """Return whether there is no entry."""
+    return len(entries) == 0
+
+
+def total(entries: Sequence[int]) -> int:
+    """Sum of integers."""
+    result = 0
+    for entry in entries:
+        result += entry
+    return result
+
+
+def total_fails(entries: Sequence[int]) -> bool:
+    """Return whether the sum exceeds 64 bits, even for a while."""
+    result, fails = 0, False
+    for entry in entries:
+        fails = fails or add_fails(result, entry)
+        result += entry
+    return fails
+
+
+def product(entries: Sequence[int]) -> int:
+    """Product of integers."""
+    result = 1
+    for entry in entries:
+        result *= entry
+    return result
+
+
+def product_fails(entries: Sequence[int]) -> bool:
+    """Return whether the product exceeds 64 bits, even for a while."""
+    result, fails = 1, False
+    for entry in entries:
+        fails = fails or multiply_fails(result, entry)
+        result *= entry
+    return fails
+
+
+def product_of_numbers(entries: Sequence[float]) -> float:
+    """Product of numbers."""
+    result = 1.0
+    for entry in entries:
+        result *= entry
+    return result
+
+
+def is_among(value: float, entries: Sequence[float]) -> bool:
+    """Return whether a number is equal to an entry; unlike for `in` of Python, NaN is equal to nothing."""
+    found = False
+    for entry in entries:
+        found = found or value == entry
+    return found

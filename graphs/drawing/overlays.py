@@ -10,7 +10,6 @@ from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.rates import write_rate
 
-OVERLAYS = ("rates", "loops", "formats")
 _CONTINUOUS = "continuous"
 
 

@@ -89,9 +89,8 @@ def _verdict(table: Mapping[str, Any], key: str) -> Any:
 class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
-    docs: Mapping[str, str] = STUDY_KEYS  # of its tables
-
-    def __init__(self, graph: Graph, margins: object) -> None:
+    def __init__(self, graph: Graph, margins: object = "", docs: Mapping[str, str] = STUDY_KEYS) -> None:
+        self.docs = docs  # of its tables
         self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
@@ -102,11 +101,11 @@ class StudyTables:
         try:
             moment = read_moment(point)
         except Refusal as error:
-            self._refuse(error, "margins")
+            self.refuse(error, "margins")
             return ""
         if moment and not self.flat.loops:
             hint = 'add [loops.main] to it with open_at = "dac.voltage"'
-            self._refuse(Refusal("the graph names no loops", hint), "margins")
+            self.refuse(Refusal("the graph names no loops", hint), "margins")
         return moment
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
@@ -121,7 +120,7 @@ class StudyTables:
                 entries[name] = read(entry, unit)
                 self.written.setdefault(name, key)
             except Refusal as error:
-                self._refuse(error, table, key)
+                self.refuse(error, table, key)
         return MappingProxyType(entries)
 
     def ages(self, epochs: object) -> tuple[float, ...]:
@@ -134,19 +133,19 @@ class StudyTables:
             try:
                 return regular_ages(table)
             except Refusal as error:
-                self._refuse(error, "epochs")
+                self.refuse(error, "epochs")
             return (0.0,)
         if not isinstance(ages, list | tuple) or not ages:
-            self._refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
+            self.refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
             return (0.0,)
         read = []
         for number, age in enumerate(ages):
             try:
                 read.append(float(read_duration(age)))
             except Refusal as error:
-                self._refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
+                self.refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
         if sorted(set(read)) != read:
-            self._refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
+            self.refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
         return tuple(read) or (0.0,)
 
     def recalibration(self, entry: object) -> Recalibration:
@@ -157,11 +156,11 @@ class StudyTables:
             table = recalibration_table(entry)
             every = read_intervals(table)
         except Refusal as error:
-            self._refuse(error, "recalibration")
+            self.refuse(error, "recalibration")
             return Recalibration()
         carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
         if not carried and not self.problems:
-            self._refuse(Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
+            self.refuse(Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
         return Recalibration(every, carried)
 
     def _carried(self, measure: object, unit: str) -> str:
@@ -178,7 +177,7 @@ class StudyTables:
             try:
                 missions[name] = read_mission(entry, folder)
             except Refusal as error:
-                self._refuse(error, "missions", name)
+                self.refuse(error, "missions", name)
         return missions
 
     def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
@@ -192,7 +191,7 @@ class StudyTables:
                     raise Refusal("there is a measure of that name", got=shown(name))
                 changes[name] = read_change(entry, self._units, ages, calibrated)
             except Refusal as error:
-                self._refuse(error, "changes", name)
+                self.refuse(error, "changes", name)
         self._units |= {n: "1" if c.relative else self._units[c.measure] for n, c in changes.items()}
         return MappingProxyType(changes)
 
@@ -215,7 +214,7 @@ class StudyTables:
                     raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
                 limits[name] = limit
             except Refusal as error:
-                self._refuse(error, "limits", name)
+                self.refuse(error, "limits", name)
         return MappingProxyType(limits)
 
     def stop(self, given: object) -> Mapping[str, float]:
@@ -225,16 +224,16 @@ class StudyTables:
             try:
                 widths[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
             except Refusal as error:
-                self._refuse(error, "stop", *(() if error.key else (name,)))
+                self.refuse(error, "stop", *(() if error.key else (name,)))
         return MappingProxyType(widths)
 
     def design(self, name: object, spread: Mapping[str, Spread]) -> str:
         """Return the design by which sensors are drawn."""
         if name not in DESIGNS:
             hint = did_you_mean(str(name), DESIGNS, "the designs")
-            self._refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")
+            self.refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")
         elif name != "random" and not spread:
-            self._refuse(Refusal("there is nothing to draw", got=shown(name), hint=STUDY_KEYS["spread"]), "design")
+            self.refuse(Refusal("there is nothing to draw", got=shown(name), hint=STUDY_KEYS["spread"]), "design")
         return str(name)
 
     def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
@@ -248,13 +247,13 @@ class StudyTables:
                     coefficient = read_coefficient(others, other)
                     pairs.append((self._flat_name(key), self._flat_name(other), coefficient))
             except Refusal as error:
-                self._refuse(error, "correlation", key)
+                self.refuse(error, "correlation", key)
         if pairs and design == "saltelli":
-            self._refuse(Refusal("its indices are those of independent parameters", got=shown(design)), "design")
+            self.refuse(Refusal("its indices are those of independent parameters", got=shown(design)), "design")
         try:
             return correlation_of(pairs, spread)
         except Refusal as error:
-            self._refuse(error, "correlation")
+            self.refuse(error, "correlation")
         return Correlation()
 
     def _flat_name(self, key: str) -> str:
@@ -278,7 +277,7 @@ class StudyTables:
     def _entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
         if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
-            self._refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)
+            self.refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)
             return
         yield from ((str(key), entry) for key, entry in entries.items())
 
@@ -326,7 +325,8 @@ class StudyTables:
             raise Refusal(message, got=shown(key), hint=hint)
         return unit_of(target[0], target[1])
 
-    def _refuse(self, error: Refusal, *path: str) -> None:
+    def refuse(self, error: Refusal, *path: str) -> None:
+        """Note a refusal under a path of keys."""
         path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))
         key = ".".join(f'"{part}"' if "." in part else part for part in path)
         self.problems.append(

@@ -47,7 +47,7 @@ def tuning_of(
 
     `study` is the study of the graph of which yields are goals, and whose drift counts at `ages`.
     """
-    read = _Tables(checked(graph), "")
+    read = _Tables(checked(graph), docs=TUNE_KEYS)
     frees = read.parameters("free", free, _read_free)
     for name, problem in _outside(read, frees):
         read.refuse(problem, "free", read.written[name])
@@ -99,12 +99,6 @@ _GOAL = 'add [tune.goals] and below it phase = { loop = "main", figure = "phase_
 class _Tables(StudyTables):
     """Reads the tables of a tuning."""
 
-    docs = TUNE_KEYS
-
-    def refuse(self, error: Refusal, *path: str) -> None:
-        """Note a refusal under a path of keys."""
-        self._refuse(error, *path)
-
     def goals(self, given: object) -> Mapping[str, Goal]:
         """Read the goals."""
         read: dict[str, Goal] = {}
@@ -112,7 +106,7 @@ class _Tables(StudyTables):
             try:
                 read[name] = self._goal(entry)
             except Refusal as error:
-                self._refuse(error, "goals", name)
+                self.refuse(error, "goals", name)
         return MappingProxyType(read)
 
     def _goal(self, entry: object) -> Goal:
@@ -138,16 +132,16 @@ class _Tables(StudyTables):
             return ()
         example = 'write ages = ["0 h", "15 year"]'
         if study is None or not study.drift:
-            self._refuse(Refusal("nothing drifts", "add [study.drift] to the file", got=shown(ages)), "ages")
+            self.refuse(Refusal("nothing drifts", "add [study.drift] to the file", got=shown(ages)), "ages")
         elif any(isinstance(goal.quantity, YieldOf) for goal in goals.values()):
-            self._refuse(Refusal("a yield has the ages of its study", "leave ages out", got=shown(ages)), "ages")
+            self.refuse(Refusal("a yield has the ages of its study", "leave ages out", got=shown(ages)), "ages")
         if not isinstance(ages, list | tuple):
-            self._refuse(Refusal("must be a list of ages", example, got=shown(ages)), "ages")
+            self.refuse(Refusal("must be a list of ages", example, got=shown(ages)), "ages")
             return ()
         try:
             return tuple(float(read_duration(age)) for age in ages)
         except Refusal as error:
-            self._refuse(Refusal(str(error), example, got=shown(ages)), "ages")
+            self.refuse(Refusal(str(error), example, got=shown(ages)), "ages")
         return ()
 
     def moment(self, at: object) -> str:
@@ -155,14 +149,14 @@ class _Tables(StudyTables):
         try:
             return read_moment(at)
         except Refusal as error:
-            self._refuse(error, "at")
+            self.refuse(error, "at")
         return ""
 
     def count(self, key: str, value: object, least: int, most: int) -> int:
         """Read an integer."""
         if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
             expected = f"an integer from {least} to {most:g}"
-            self._refuse(Refusal("out of range", got=shown(value), expected=expected), key)
+            self.refuse(Refusal("out of range", got=shown(value), expected=expected), key)
             return least
         return value
 

@@ -18,7 +18,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.block_formats import function_formats, state_formats
-from proofmass.runner.fixed.integer_code import CompiledStep, compile_traced
+from proofmass.runner.fixed.integer_code import IntegerCode, integer_code
 from proofmass.runner.fixed.step_formats import Constant, Formats, filled, reference_step, storer
 from proofmass.runner.fixed.trace import Traced, trace
 
@@ -42,14 +42,14 @@ class Step:
         return self.traced.refused.constant != 0
 
     @cached_property
-    def code(self) -> CompiledStep:
+    def code(self) -> IntegerCode:
         """The integer code; raises `TraceError` where 64 bits do not hold a value.
 
-        It returns (result, not 0 where a cast saturated or wrapped, not 0 where one refused), the last two only where
-        they can be.
+        Beside the result it returns a number that is not 0 where a cast saturated or wrapped, and one that is not 0
+        where a cast refused, only where they can be.
         """
         beside = [self.traced.lost] * self.overflows + [self.traced.refused] * self.refuses
-        return compile_traced(self.traced, self.name, beside)
+        return integer_code(self.traced, beside)
 
 
 @dataclass(frozen=True)

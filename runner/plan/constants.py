@@ -15,7 +15,7 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
     """The constants of a block, or its numeric parameters where it declares none."""
     kind = type(block)
     if "constants" in kind.functions:
-        form = constants_form(kind, compiled=False)
+        form = constants_form(kind)
         function = kind.functions["constants"].function if form is None or form.problems else form.function
         constants = function(parameters, period)
     else:
@@ -26,7 +26,7 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
 
 def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
     """Return a function of a block for plain Python; a user's own function in the form that compiled code has too."""
-    form = form_of(type(block), behaviour, compiled=False)
+    form = form_of(type(block), behaviour)
     return behaviour.function if form is None or form.function is None else form.function
 
 

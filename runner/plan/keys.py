@@ -94,7 +94,6 @@ class LargestOf:
 VectorOf: TypeAlias = Endpoint | LargestOf  # a buffer, or a wire with several entries
 Moving: TypeAlias = WireOf | StateField | OverflowsOf
 Given: TypeAlias = ConstantOf | ParameterOf | PeriodOf | StreamOf | BasePeriod | SolverNumber | HardwareModel
-Key: TypeAlias = Moving | Given
 
 _LIKE_MADE_UP = re.compile(r"_(_0)*\Z")
 

@@ -9,7 +9,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.keys import word
 from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
 from proofmass.runner.program.frame import Frame
-from proofmass.runner.program.lower import call
+from proofmass.runner.program.integer_step import call_step
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered
 
@@ -46,13 +46,11 @@ class DigitalWriter:
         """Call the integer code of a digital block and return its result."""
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
-        results = call(frame.builder, step.code.function, given)
-        beside = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
-        if not beside:
-            return results
-        for flag, value in zip(beside, results[1:], strict=True):
+        result, beside = call_step(frame.builder, step.code, given)
+        flags = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
+        for flag, value in zip(flags, beside, strict=True):
             self._note(flag, value)
-        return results[0]
+        return result
 
     def hold(self, node: Endpoint) -> None:
         """Check that a converter's mantissas fit their format: integer code relies on it until the chunk ends."""

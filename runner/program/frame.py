@@ -1,7 +1,7 @@
 """Calls of the functions of blocks within a function that is being written, and the values of their arguments."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple, assert_never
+from typing import Any, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.language.forms import constants_form, form_of
@@ -23,20 +23,11 @@ from proofmass.runner.plan.bindings import (
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import Builder, operand
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Operand, Value, Variable
-from proofmass.runner.program.lower import call
-from proofmass.runner.program.lower_numbers import as_kind, nan
+from proofmass.runner.program.form import FLOAT, TRUTH, Array, Operand, Value, Variable
+from proofmass.runner.program.lower import Called, outcome
+from proofmass.runner.program.lower_numbers import KINDS, as_kind, nan
 from proofmass.runner.program.slots import fields
 from proofmass.runner.program.structure import Lowered, mapped
-
-KINDS: dict[type, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
-
-
-class Called(NamedTuple):
-    """Result of a function of a block, and whether anything failed in it; None if nothing can fail."""
-
-    value: Lowered
-    fault: Operand | None
 
 
 class Frame:
@@ -100,13 +91,8 @@ class Frame:
         known = not self.plan.is_driven(name) or behaviour.reads_constants  # else they come later in the tick
         constants = self.now(self.constants[name]) if known else ()
         given = [constants, *map(argument or self.argument, bound)]
-        form = form_of(type(block), behaviour, compiled=True)
-        function: Any = form.function if form else behaviour.function
-        return self.outcome(call(self.builder, function, given), form is not None and form.fails)
-
-    def outcome(self, made: Lowered, fails: bool) -> Called:
-        """Split the result of a call into its value and, if it may fail, its fault."""
-        return Called(made[0], as_kind(self.builder, made[1], TRUTH)) if fails else Called(made, None)
+        form = form_of(type(block), behaviour)
+        return outcome(self.builder, form.function if form else behaviour.function, given)
 
     def argument(self, binding: Binding) -> Lowered:
         """Value of an argument of a block's function."""
@@ -146,10 +132,9 @@ class Frame:
         parameters = record._make(values)
         if "constants" not in type(block).functions:
             return Called(parameters, None)
-        form, behaviour = constants_form(type(block), compiled=True), type(block).functions["constants"]
-        function: Any = form.function if form else behaviour.function
+        form, behaviour = constants_form(type(block)), type(block).functions["constants"]
         given = [parameters, self.now(self.periods[name])][: 1 + len(behaviour.arguments)]
-        return self.outcome(call(self.builder, function, given), form is not None and form.fails)
+        return outcome(self.builder, form.function if form else behaviour.function, given)
 
     def number(self, outcome: Called) -> Operand:
         """Number that a call returns: NaN if anything failed in it."""

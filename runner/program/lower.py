@@ -8,17 +8,18 @@ import ast
 import hashlib
 import inspect
 import types
-import typing
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
-from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import unchanged
+from proofmass.blocks.language.values import annotated
 from proofmass.runner.program.build import Builder, parameters_like
-from proofmass.runner.program.form import Function, Kind, Program
-from proofmass.runner.program.lower_statements import Statements, WiderError
+from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Program
+from proofmass.runner.program.lower_expressions import FAULT, WiderError
+from proofmass.runner.program.lower_statements import Statements
 from proofmass.runner.program.scopes import changing
 from proofmass.runner.program.shared import outline
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
@@ -31,7 +32,15 @@ class LoweredFunction(NamedTuple):
 
     function: Function
     result: Lowered
+    fails: bool  # whether the last of the function's results is a fault
     read: tuple[tuple[Any, str, Any], ...]
+
+
+class Called(NamedTuple):
+    """Result of a function, and whether anything failed in it; None if nothing can fail."""
+
+    value: Lowered
+    fault: Operand | None
 
 
 _kept: dict[Hashable, LoweredFunction] = {}
@@ -43,14 +52,20 @@ def lower(function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered
 
 
 def call(builder: Builder, function: Callable[..., Any], arguments: Sequence[Lowered]) -> Lowered:
-    """Call a Python function from a function that is being written."""
-    lowered = _lowered(function, tuple(arguments), (), builder.lowered)
-    return _called(builder, lowered, arguments)
+    """Call a Python function that cannot fail from a function that is being written."""
+    value, fault = outcome(builder, function, arguments)
+    assert fault is None, "a function that may fail"
+    return value
 
 
-def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowered]) -> Lowered:
-    results = iter(builder.call(lowered.function, *leaves(tuple(arguments))))
-    return _filled(lowered.result, results)
+def outcome(builder: Builder, function: Callable[..., Any], arguments: Sequence[Lowered]) -> Called:
+    """Call a Python function that may fail from a function that is being written."""
+    return _called(builder, _lowered(function, tuple(arguments), (), builder.lowered), arguments)
+
+
+def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowered]) -> Called:
+    results = builder.call(lowered.function, *leaves(tuple(arguments)))
+    return Called(_filled(lowered.result, iter(results)), results[-1] if lowered.fails else None)
 
 
 def _filled(result: Lowered, values: Any) -> Lowered:
@@ -99,9 +114,11 @@ def _read(
             except WiderError as error:
                 wider[error.name] = error.kind
     except SourceError as error:
-        raise ModelError([_problem(function, None, f"{function.__name__}: {error}", "write it into a file")]) from None
+        hint = "write it into a file"
+        raise ModelError([problem_at(function, None, str(error), hint)]) from None
     except RefusedError as refused:
-        raise ModelError([_problem(function, refused.node, refused.message, refused.hint)]) from None
+        hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
+        raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
 
 
 class _Reader(Statements):
@@ -120,7 +137,9 @@ class _Reader(Statements):
         builder = Builder(function.__name__, origin, not function.__module__.startswith(_LARGE))
         super().__init__(builder, function, frozenset({*code.co_varnames, *code.co_cellvars}))
         self.tree, self.wider, self.within = tree, wider, (*within, function)
-        self.changing, self.declared = changing(tree), _declared_result(function)
+        self.checked = vars(function).get("checked", {})
+        self.fault = self.builder.variable(TRUTH, "fault") if FAULT in wider else None
+        self.changing, self.declared = changing(tree), annotated(function)
         self.builder.lowered = own
         self.functions: list[str] = []  # names of those that it calls
 
@@ -141,7 +160,7 @@ class _Reader(Statements):
         digest = hashlib.sha256("\0".join(content).encode("utf-8", "surrogatepass")).hexdigest()[:12]
         plain = "".join(letter if letter.isascii() and letter.isalnum() else "_" for letter in self.function.__name__)
         self.builder.name = f"{plain}_{digest}"
-        return LoweredFunction(self.builder.function(), self.result, tuple(self.read))
+        return LoweredFunction(self.builder.function(), self.result, self.fault is not None, tuple(self.read))
 
     def _constants(self) -> list[tuple[str, Any]]:
         """Numbers that were read from outside, on which the lowered function depends."""
@@ -153,7 +172,10 @@ class _Reader(Statements):
         lowered = _lowered(function, tuple(arguments), self.within, self.builder.lowered)
         self.read += lowered.read
         self.functions.append(lowered.function.name)
-        return _called(self.builder, lowered, arguments)
+        value, fault = _called(self.builder, lowered, arguments)
+        if fault is not None:
+            self.note(fault)
+        return value
 
 
 def program(entry: Function) -> Program:
@@ -170,25 +192,3 @@ def _collect(function: Function, functions: dict[str, Function]) -> None:
         _collect(called, functions)
     assert function.name not in functions, f"two functions are called {function.name}"
     functions[function.name] = function
-
-
-def _declared_result(function: types.FunctionType) -> Any:
-    declared = function.__annotations__.get("return")
-    if isinstance(declared, str):
-        try:
-            declared = typing.get_type_hints(function).get("return")
-        except (NameError, TypeError, AttributeError):
-            return None
-    return declared
-
-
-def _problem(function: types.FunctionType, node: ast.AST | None, message: str, hint: str) -> Problem:
-    shown = "" if node is None or isinstance(node, ast.FunctionDef) else ast.unparse(node).splitlines()[0]
-    return Problem(
-        message=message,
-        file=function.__code__.co_filename,
-        line=getattr(node, "lineno", function.__code__.co_firstlineno),
-        key=function.__name__,
-        got=shown if len(shown) <= 80 else f"{shown[:77]}...",
-        hint=hint or "rewrite it, or run in plain Python: --engine python",
-    )

@@ -3,23 +3,25 @@
 import ast
 import inspect
 import math
+import operator
 import types
 from collections.abc import Callable, Sequence
 from typing import Any
 
 from proofmass.blocks.arithmetic.rounding import likely
 from proofmass.blocks.language import arithmetic
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import refuse
+from proofmass.blocks.language.values import is_record
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Kind, Operand, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Array, External, Function, Operand, Value
 from proofmass.runner.program.lower_expressions import Expressions
-from proofmass.runner.program.structure import Lowered, is_record, is_scalar, leaves
-
-KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
+from proofmass.runner.program.structure import Lowered, is_scalar, leaves
 
 # Functions of numbers of the machine or the C library, by their names in C.
 _OPERATIONS: dict[Any, str] = {math.sqrt: "square_root", math.fabs: "absolute", math.copysign: "copy_sign"}
+_OPERATIONS |= {getattr(arithmetic, name): operation for name, operation in arithmetic.OF_MACHINES.items()}
 _WHOLE: dict[Any, str] = {math.floor: "floor", math.ceil: "ceiling", math.trunc: "truncate", round: "round_half_even"}
 LIBRARY: dict[Any, External] = {
     getattr(math, name): External(name, (FLOAT,), FLOAT)
@@ -37,6 +39,7 @@ LIBRARY |= {
     getattr(arithmetic, ours): External(name, (FLOAT,) * (1 if name == "cbrt" else 2), FLOAT)
     for ours, name in arithmetic.OF_C.items()
 }
+_OPERATORS = {operator.add: ast.Add, operator.sub: ast.Sub, operator.mul: ast.Mult, operator.truediv: ast.Div}
 _SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 
@@ -52,14 +55,10 @@ class Calls(Expressions):
             owner = self.expression(node.func.value)
             return owner._replace(**{str(k.arg): self.expression(k.value) for k in node.keywords})
         target = self.expression(node.func)
-        arguments: list[Lowered] = []
-        for part in node.args:
-            arguments += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
+        arguments = list(map(self.expression, node.args))
         named = {str(keyword.arg): self.expression(keyword.value) for keyword in node.keywords}
-        if named and not is_record(target):
+        if named or is_record(target):
             arguments = self._in_order(node, target, arguments, named)
-        elif is_record(target):
-            return self._record(node, target, arguments, named)
         return self.call(node, target, arguments)
 
     def _in_order(
@@ -71,32 +70,33 @@ class Calls(Expressions):
         except (TypeError, ValueError) as error:
             raise refuse(node, f"{ast.unparse(node.func)}: {error}") from None
         bound.apply_defaults()
-        return [self.known(value) if isinstance(value, int | float) else value for value in bound.arguments.values()]
-
-    def _record(self, node: ast.AST, kind: Any, arguments: Sequence[Lowered], named: dict[str, Lowered]) -> Lowered:
-        values = dict(zip(kind._fields, arguments, strict=False)) | named
-        for name, value in kind._field_defaults.items():
-            values.setdefault(name, self.known(value))
-        if len(arguments) > len(kind._fields) or set(values) != set(kind._fields):
-            raise refuse(node, f"{kind.__name__} is given other fields than it has", f"its fields: {kind._fields}")
-        return kind._make(self._declared(kind.__annotations__.get(n), values[n]) for n in kind._fields)
+        return list(map(self.known, bound.arguments.values()))
 
     def _declared(self, declared: Any, value: Lowered) -> Lowered:
         """Convert a value to the declared type of its field or result."""
-        wanted = KINDS.get(held_as(declared))
+        wanted = numbers.KINDS.get(held_as(declared))
         return numbers.as_kind(self.builder, value, wanted) if wanted and is_scalar(value) else value
 
     def call(self, node: ast.AST, function: Any, arguments: Sequence[Lowered]) -> Lowered:
         if isinstance(function, Function):
             return self._program(function, arguments)
+        if isinstance(function, Checked):
+            value = self.call(node, function.value, arguments)
+            self.note(self.call(node, function.fails, (value, *arguments) if function.by_value else arguments))
+            return value
+        if function is breakpoint:
+            return None
         if is_record(function):
-            return self._record(node, function, arguments, {})
-        library = LIBRARY.get(function) if callable(function) and function.__hash__ else None
-        if library is not None:
-            return self.builder.call(library, *(self._float(node, value) for value in arguments))[0]
+            pairs = zip(function._fields, arguments, strict=True)
+            return function._make(self._declared(function.__annotations__.get(name), value) for name, value in pairs)
+        hashable = callable(function) and function.__hash__
+        if hashable and function in LIBRARY:
+            return self.builder.call(LIBRARY[function], *(self._float(node, value) for value in arguments))[0]
+        if hashable and function in _OPERATORS:
+            return self.operated(node, _OPERATORS[function], *(self._scalar(node, value) for value in arguments))
         if function is likely:
             return self.builder.compute("likely", numbers.as_kind(self.builder, self._scalar(node, *arguments), TRUTH))
-        if isinstance(function, types.FunctionType):
+        if isinstance(function, types.FunctionType) and function not in _OPERATIONS:
             return self.called(node, function, arguments)
         result = self._own(node, function, arguments) if callable(function) else None
         if result is None:
@@ -123,17 +123,20 @@ class Calls(Expressions):
             return self.known(len(arguments[0]))
         if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
             return self.known(arguments[0].length)
-        if function is tuple and isinstance(arguments[0], tuple):
-            return tuple(arguments[0])
         if function in _OPERATIONS:
-            return self.builder.compute(_OPERATIONS[function], *(self._float(node, value) for value in arguments))
+            operation = _OPERATIONS[function]
+            pairs = zip(OPERATIONS[operation].operands, arguments, strict=True)
+            values = [numbers.as_kind(self.builder, self._scalar(node, value), kind or FLOAT) for kind, value in pairs]
+            return self.builder.compute(operation, *values)
         return self._of_one(function, self._scalar(node, arguments[0])) if len(arguments) == 1 else None
 
     def _of_one(self, function: Any, value: Operand) -> Operand | None:
-        if function in KINDS:
-            return numbers.as_kind(self.builder, value, KINDS[function])
+        if function in numbers.KINDS:
+            return numbers.as_kind(self.builder, value, numbers.KINDS[function])
         if function is abs:
             return numbers.absolute(self.builder, value)
+        if function is operator.neg:
+            return numbers.negated(self.builder, value)
         if function in _WHOLE:
             if value.kind is not FLOAT:
                 return numbers.as_kind(self.builder, value, INTEGER)

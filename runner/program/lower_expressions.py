@@ -1,32 +1,37 @@
 """Python expressions lowered into operations of a program."""
 
 import ast
-import builtins
 import types
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.language.arithmetic import compare
+from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, refuse
+from proofmass.blocks.language.scope import MISSING, outer
+from proofmass.blocks.language.values import is_record
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import Builder, operand, zero
-from proofmass.runner.program.cheap import is_cheap
 from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
     Array,
+    Compute,
     Constant,
+    Get,
     If,
+    Kind,
+    Load,
     Operand,
     Region,
+    Statement,
     Value,
     Variable,
 )
 from proofmass.runner.program.structure import (
     Lowered,
     in_words,
-    is_record,
     is_scalar,
     leaves,
     like,
@@ -35,11 +40,24 @@ from proofmass.runner.program.structure import (
     shape_of,
 )
 
-_MISSING = object()
+FAULT = "fault"
+_DEAR = {"divide", "square_root", "floor_divide", "modulo"}  # operations too slow to be done in vain
+_MANY = 12  # statements that must not run in vain
+
+
+class WiderError(Exception):
+    """A variable or result needs a wider kind than assumed, or a fault one of its own: the function is read again."""
+
+    def __init__(self, name: str, kind: Kind) -> None:
+        super().__init__(name)
+        self.name, self.kind = name, kind
 
 
 class Expressions:
     """Reads expressions of one function."""
+
+    checked: Mapping[str, Checked] = {}  # operations that may fail, by their names in a function of a user
+    fault: Variable | None = None  # whether anything failed
 
     def __init__(self, builder: Builder, function: types.FunctionType, local: frozenset[str]) -> None:
         self.builder, self.function, self.local = builder, function, local
@@ -57,10 +75,7 @@ class Expressions:
 
     def number(self, node: ast.expr) -> Operand:
         """Lower an expression that must be a number."""
-        value = self.expression(node)
-        if not is_scalar(value):
-            raise refuse(node, f"{in_words(value)}, where a number is needed")
-        return value  # type: ignore[no-any-return]
+        return self._scalar(node, self.expression(node))
 
     def test(self, node: ast.expr) -> Operand:
         """Lower a condition."""
@@ -79,6 +94,12 @@ class Expressions:
         if not is_scalar(value):
             raise refuse(node, f"{in_words(value)}, where a number is needed")
         return value  # type: ignore[no-any-return]
+
+    def note(self, fault: Operand) -> None:
+        """Note that something may have failed."""
+        if self.fault is None:
+            raise WiderError(FAULT, TRUTH)
+        self.builder.set(self.fault, self.builder.compute("either", self.builder.get(self.fault), fault))
 
     # -- names and literals ----------------------------------------------------------------------------------------
 
@@ -102,8 +123,8 @@ class Expressions:
             return mapped(self.names[node.id], self._now)
         if node.id in self.local:
             raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
-        value = outer(self.function, node.id)
-        if value is _MISSING:
+        value = self.checked.get(node.id) or outer(self.function, node.id)
+        if value is MISSING:
             raise refuse(node, f"there is no {node.id}", "define or import it")
         self.read.append((self.function, node.id, value))
         return self.known(value)
@@ -114,8 +135,8 @@ class Expressions:
     def _attribute(self, node: ast.Attribute) -> Lowered:
         owner = self.expression(node.value)
         if isinstance(owner, types.ModuleType):
-            value = getattr(owner, node.attr, _MISSING)
-            if value is _MISSING:
+            value = getattr(owner, node.attr, MISSING)
+            if value is MISSING:
                 raise refuse(node, f"{owner.__name__} has no {node.attr}")
             self.read.append((owner, node.attr, value))
             return self.known(value)
@@ -124,17 +145,7 @@ class Expressions:
         raise refuse(node, f"{in_words(owner)} has no {node.attr}")
 
     def _tuple(self, node: ast.Tuple) -> Lowered:
-        parts: list[Lowered] = []
-        for part in node.elts:
-            parts += self.starred(part) if isinstance(part, ast.Starred) else [self.expression(part)]
-        return tuple(parts)
-
-    def starred(self, node: ast.Starred) -> Sequence[Lowered]:
-        """Entries of a tuple, in the place of `*` and its name."""
-        value = self.expression(node.value)
-        if not isinstance(value, tuple):
-            raise refuse(node, f"* of {in_words(value)}", "it takes tuples: write the values one by one")
-        return value
+        return tuple(map(self.expression, node.elts))
 
     # -- operators -------------------------------------------------------------------------------------------------
 
@@ -149,14 +160,8 @@ class Expressions:
         return numbers.as_kind(self.builder, value, INTEGER) if value.kind is TRUTH else value
 
     def _binop(self, node: ast.BinOp) -> Lowered:
-        a, b = self.expression(node.left), self.expression(node.right)
-        if isinstance(a, tuple) and isinstance(b, tuple) and isinstance(node.op, ast.Add):
-            return (*a, *b)
-        if isinstance(a, tuple) and isinstance(node.op, ast.Mult) and not isinstance(b, tuple):
-            times = numbers.as_index(b)
-            if times is not None:
-                return a * times
-        return self.operated(node, type(node.op), self._scalar(node, a), self._scalar(node, b))
+        a = self.number(node.left)
+        return self.operated(node, type(node.op), a, self.number(node.right))
 
     def operated(self, node: ast.AST, operator: type[ast.operator], a: Operand, b: Operand) -> Operand:
         """Apply an operator to two numbers."""
@@ -271,27 +276,24 @@ class Expressions:
         return value, region
 
     def _compare(self, node: ast.Compare) -> Operand:
-        left, holds = self.expression(node.left), operand(True)
-        for operator, part in zip(node.ops, node.comparators, strict=True):
-            if isinstance(holds, Constant) and not holds.value:
-                return holds
-            read = lambda left=left, operator=operator, part=part: self._pair(node, left, operator, part)  # noqa: E731
-            (right, comparison), region = self._apart(read)
-            if isinstance(holds, Constant) or is_cheap(region):
-                self.builder.splice(region)
-                holds = self.builder.compute("both", holds, comparison)
-            elif part is node.comparators[-1]:
-                holds = self._either(holds, comparison, region, zero(TRUTH), [])
-            else:
-                raise refuse(node, "a chain of comparisons that calls functions", "join them by `and`")
-            left = right
-        return holds
+        return self._chain(node, self.expression(node.left), list(zip(node.ops, node.comparators, strict=True)))
+
+    def _chain(self, node: ast.Compare, left: Lowered, rest: Sequence[tuple[ast.cmpop, ast.expr]]) -> Operand:
+        """Lower comparisons: the later ones are evaluated only if the first holds."""
+        right, holds = self._pair(node, left, *rest[0])
+        if len(rest) == 1 or (isinstance(holds, Constant) and not holds.value):
+            return holds
+        others, region = self._apart(lambda: self._chain(node, right, rest[1:]))
+        if isinstance(holds, Constant) or is_cheap(region):
+            self.builder.splice(region)
+            return self.builder.compute("both", holds, others)
+        return self._either(holds, others, region, zero(TRUTH), [])
 
     def _pair(self, node: ast.Compare, left: Lowered, operator: ast.cmpop, part: ast.expr) -> tuple[Lowered, Operand]:
         """Lower the right side of a comparison, and return it and whether the comparison holds."""
         right = self.expression(part)
         if isinstance(operator, ast.Is | ast.IsNot):
-            return right, operand((left is right) is isinstance(operator, ast.Is))
+            raise refuse(node, "is is not compiled", "compare with ==")
         if isinstance(operator, ast.In | ast.NotIn):
             if not isinstance(right, tuple):
                 raise refuse(node, "in is of tuples", "compare with == and or")
@@ -323,7 +325,7 @@ class Expressions:
     def _subscript(self, node: ast.Subscript) -> Lowered:
         whole = self.expression(node.value)
         if isinstance(node.slice, ast.Slice):
-            return self._slice(node, node.slice, whole)
+            raise refuse(node, "a part of a list", "write a loop over its entries")
         if isinstance(whole, Array):
             return self.builder.load(whole, self.index(whole, self.number(node.slice)))
         if not isinstance(whole, tuple):
@@ -371,22 +373,16 @@ class Expressions:
         behind = self.builder.compute("add_integers", index, whole.length)
         return self.builder.compute("select", self.builder.compute("less_integers", index, 0), behind, index)
 
-    def _slice(self, node: ast.Subscript, part: ast.Slice, whole: Lowered) -> Lowered:
-        bounds = [None if bound is None else self.expression(bound) for bound in (part.lower, part.upper, part.step)]
-        places = [None if bound is None else numbers.as_index(bound) for bound in bounds]
-        if any(bound is not None and index is None for bound, index in zip(bounds, places, strict=True)):
-            raise refuse(node, "a part of a list whose ends are not known", "write a loop over its entries")
-        if isinstance(whole, tuple):
-            return tuple(whole)[slice(*places)]
-        if isinstance(whole, Array) and whole.length is not None and places[2] in (None, 1):
-            first, last, _ = slice(*places).indices(whole.length)
-            return self.builder.view(whole, first, max(last - first, 0))
-        raise refuse(node, "a part of a list", "write a loop over its entries")
+
+def is_cheap(*regions: Region) -> bool:
+    """Return whether all statements of some regions together are so cheap that they may always be executed."""
+    return sum(map(len, regions)) <= _MANY and all(_costs_little(s) for region in regions for s in region)
 
 
-def outer(function: types.FunctionType, name: str) -> Any:
-    """A value that a function reads from outside."""
-    for free, cell in zip(function.__code__.co_freevars, function.__closure__ or (), strict=True):
-        if free == name:
-            return cell.cell_contents
-    return function.__globals__.get(name, getattr(builtins, name, _MISSING))
+def _costs_little(statement: Statement) -> bool:
+    match statement:
+        case Compute(_, operation):
+            return operation not in _DEAR
+        case Get() | Load(_, _, Constant()):
+            return True
+    return False

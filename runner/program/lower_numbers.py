@@ -8,6 +8,7 @@ from proofmass.blocks.language import arithmetic
 from proofmass.runner.program.build import Builder, zero
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind, Operand, Value
 
+KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 _EXACT = 2**53  # integers up to there are numbers
 
 OF_NUMBERS: dict[type[ast.operator], str] = {
@@ -144,8 +145,3 @@ def nan() -> Constant:
 def as_index(value: Operand) -> int | None:
     """Return a known integer, or None."""
     return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None
-
-
-def is_value(value: Any) -> bool:
-    """Return whether a value is a number that the program computes."""
-    return isinstance(value, Value)

@@ -9,17 +9,10 @@ from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import operand
 from proofmass.runner.program.form import INTEGER, Array, Constant, Kind, Line, Operand, Variable
 from proofmass.runner.program.lower_calls import Calls
+from proofmass.runner.program.lower_expressions import WiderError
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves, mapped
 
 _RESULT = "return"
-
-
-class WiderError(Exception):
-    """A variable or result needs a wider kind than assumed: the function must be read again."""
-
-    def __init__(self, name: str, kind: Kind) -> None:
-        super().__init__(name)
-        self.name, self.kind = name, kind
 
 
 class Statements(Calls):
@@ -40,9 +33,7 @@ class Statements(Calls):
             if method is None:
                 message, hint = RefusedError.CONSTRUCTS.get(type(node).__name__, (type(node).__name__, "leave it out"))
                 raise refuse(node, f"{message} is not compiled", hint)
-            place = getattr(node, "place", None)  # of code that was made from another line
-            file, line = (place.path, place.line) if place else (self.function.__code__.co_filename, node.lineno)
-            self.builder.line = Line(file, line)
+            self.builder.line = Line(self.function.__code__.co_filename, node.lineno)
             method(node)
 
     # -- assignments -----------------------------------------------------------------------------------------------
@@ -60,12 +51,8 @@ class Statements(Calls):
 
     def _augassign(self, node: ast.AugAssign) -> None:
         if isinstance(node.target, ast.Subscript):
-            whole = self.expression(node.target.value)
-            if not isinstance(whole, Array):
-                raise refuse(node, "it cannot be changed", "declare a Buffer")
-            index = self.index(whole, self.number(node.target.slice))
-            entry = self.builder.load(whole, index)
-            value = self.operated(node, type(node.op), entry, self.number(node.value))
+            whole, index = self._place(node.target)
+            value = self.operated(node, type(node.op), self.builder.load(whole, index), self.number(node.value))
             self.builder.store(whole, index, numbers.as_kind(self.builder, value, whole.entry))
             return
         if not isinstance(node.target, ast.Name):
@@ -83,13 +70,17 @@ class Statements(Calls):
             for part, of in zip(target.elts, value, strict=True):
                 self.set(part, of)
         elif isinstance(target, ast.Subscript):
-            whole = self.expression(target.value)
-            if not isinstance(whole, Array):
-                raise refuse(target, "it cannot be changed", "declare a Buffer")
-            place = self.index(whole, self.number(target.slice))
-            self.builder.store(whole, place, numbers.as_kind(self.builder, self._scalar(target, value), whole.entry))
+            whole, index = self._place(target)
+            self.builder.store(whole, index, numbers.as_kind(self.builder, self._scalar(target, value), whole.entry))
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
+
+    def _place(self, target: ast.Subscript) -> tuple[Array, Operand]:
+        """The list and the index of an entry that is to be changed."""
+        whole = self.expression(target.value)
+        if not isinstance(whole, Array):
+            raise refuse(target, "it cannot be changed", "declare a Buffer")
+        return whole, self.index(whole, self.number(target.slice))
 
     def _name_set(self, target: ast.Name, value: Lowered) -> None:
         name = target.id
@@ -138,8 +129,15 @@ class Statements(Calls):
     def _while(self, node: ast.While) -> None:
         if node.orelse:
             raise refuse(node, "else of a loop", "set a variable before `break`")
-        with self.builder.repeated(lambda: self.test(node.test)):
+        with self.builder.repeated(lambda: self._goes_on(node)):
             self.block(node.body)
+
+    def _goes_on(self, node: ast.While) -> Operand:
+        """The condition of a loop; a fault ends it, since after one it might never end."""
+        test = self.test(node.test)
+        if self.fault is None:
+            return test
+        return self.builder.compute("both", test, self.builder.compute("not", self.builder.get(self.fault)))
 
     def _for(self, node: ast.For) -> None:
         if node.orelse:
@@ -239,14 +237,18 @@ class Statements(Calls):
         kinds = list(_kinds(self.result))
         if len(kinds) != len(parts):
             raise refuse(node, "it returns something else elsewhere")
-        self.builder.give(
-            *(self._fitting(_RESULT, n, kind, part) for n, (kind, part) in enumerate(zip(kinds, parts, strict=True)))
-        )
+        values = [
+            self._fitting(_RESULT, n, kind, part) for n, (kind, part) in enumerate(zip(kinds, parts, strict=True))
+        ]
+        self.builder.give(*values, *([self.builder.get(self.fault)] if self.fault else []))
 
     def _assert(self, node: ast.Assert) -> None:
         raise refuse(node, "assert is not compiled", "leave it out")
 
     def _raise(self, node: ast.Raise) -> None:
+        if hasattr(self.function, "checked"):
+            self.note(operand(True))
+            return
         raise refuse(node, "raise is not compiled", "return NaN: a number that is not finite ends the run")
 
 

@@ -5,7 +5,7 @@ from typing import Any
 from proofmass.runner.plan.keys import Given, Moving
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.form import FLOAT, INTEGER, Array, Function, Kind, Variable
-from proofmass.runner.program.frame import KINDS
+from proofmass.runner.program.lower_numbers import KINDS
 from proofmass.runner.program.parts import in_parts, keep, kept
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, parts
 from proofmass.runner.program.structure import Lowered

@@ -10,9 +10,9 @@ from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.program.build import Builder, Number, operand, parameters_like
 from proofmass.runner.program.form import FLOAT, INTEGER, Array, Function, Operand
-from proofmass.runner.program.frame import Called, Frame
+from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.groups import Context, ExactGroup, GroupWriter, Writer
-from proofmass.runner.program.lower import call
+from proofmass.runner.program.lower import Called, call
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered, leaves
 

@@ -7,6 +7,7 @@ modules and None are not values of a program: they are known when a function is 
 from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any, TypeAlias
 
+from proofmass.blocks.language.values import is_record
 from proofmass.runner.program.form import Array, Constant, Function, Kind, Operand, Value, Variable
 
 Lowered: TypeAlias = Any  # Operand | Array | tuple of Lowered | what is known
@@ -92,11 +93,6 @@ def described(shape: Hashable) -> str:
     if isinstance(shape, Kind):
         return shape.value
     return f"{shape.__module__}.{shape.__qualname__}" if isinstance(shape, type) else repr(shape)
-
-
-def is_record(kind: Any) -> bool:
-    """Return whether a value is a NamedTuple."""
-    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
 
 
 def in_words(value: Lowered) -> str:

@@ -34,11 +34,11 @@ from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.due import Step, when_due
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
-from proofmass.runner.program.frame import KINDS, Called, Frame, entries
+from proofmass.runner.program.frame import Frame, entries
 from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
-from proofmass.runner.program.lower import call, program
-from proofmass.runner.program.lower_numbers import nan
+from proofmass.runner.program.lower import Called, call, program
+from proofmass.runner.program.lower_numbers import KINDS, nan
 from proofmass.runner.program.probes import ProbeWriter
 from proofmass.runner.program.run_numbers import RunNumbers
 from proofmass.runner.program.slots import fields

@@ -33,7 +33,7 @@ def settled_before(plan: Plan, varied: Collection[Endpoint]) -> frozenset[str]:
     def settled(name: str, parameter: str) -> bool:
         block = plan.blocks[name]
         kinds = [kind for _, kind in fields(type(block).constants_class())]
-        form = constants_form(type(block), compiled=True)
+        form = constants_form(type(block))
         once = not type(block).taken_in_the_loop(parameter) or (form is not None and bool(form.problems))
         return once or any(kind not in (float, int, bool) for kind in kinds)
 

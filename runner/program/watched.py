@@ -53,11 +53,12 @@ def passes_on(block: Block, port: str, argument: str, constants: Any) -> bool:
         name: x if meaning is Meaning.STATE else _NotFinite() if name == argument else _Number()
         for name, meaning in zip(output.arguments, output.meanings, strict=True)
     }
-    form = form_of(type(block), output, compiled=True)
-    function = output.function if form is None else form.function
+    form = form_of(type(block), output)
+    function: Any = output.function if form is None else form.function
+    if any(value is breakpoint for value in function.__globals__.values()):
+        return False  # the user wants to stop in a run, not here
     try:
-        value = function(constants_class(**constant_values), *numbers.values())
-        return isinstance(value[0] if form and form.fails else value, _NotFinite)
+        return isinstance(function(constants_class(**constant_values), *numbers.values()), _NotFinite)
     except Exception:  # the function compares a number, passes it to a library, or raises
         return False
 

@@ -15,7 +15,7 @@ _INTERPRETED_ENTRY = 0.15e-6  # the same per entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # the same per product of a matrix
 _ARRAY_PRODUCT = 2e-9  # the same where NumPy multiplies large matrices
 _PRODUCTS = 30.0  # products of matrices in an exponential, about
-_INTERPRETED_LINE = 0.5e-6  # seconds per line of integer code, which the reference runs in `FixedValue`
+_INTERPRETED_INTEGER = 0.4e-6  # the same per integer operation, which the reference runs in `FixedValue`
 
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
 
@@ -47,8 +47,9 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
 def interpreting_seconds(planned: Plan, ticks: int) -> float:
     """Estimate the seconds that a run takes in plain Python."""
     entries = sum(len(held) for node, held in planned.buffers.items() if node not in planned.recorded)
-    lines = sum(s.code.source.count("\n") for block in planned.digital.values() for s in block.steps.values())
-    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY + lines * _INTERPRETED_LINE
+    integers = sum(len(s.code.live) for block in planned.digital.values() for s in block.steps.values())
+    tick = len(planned.schedule.order) * _INTERPRETED_STEP + entries * _INTERPRETED_ENTRY
+    tick += integers * _INTERPRETED_INTEGER
     return ticks * (tick + sum(map(_interpreted, planned.solvers))) + sum(map(_assembled, planned.solvers))
 
 

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.build import Builder
+from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Value
-from proofmass.runner.program.lower import call, program
+from proofmass.runner.program.lower import call, outcome, program
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import leaves, mapped, rebuilt, shape_of
 from proofmass.runner.program.verify import verify
@@ -73,7 +73,10 @@ def _made(function: Any, example: Any, settings: Settings) -> Any:
         counts[kind] += 1
         return as_kind(builder, builder.load(floats if kind is FLOAT else integers, counts[kind] - 1), leaf.kind)
 
-    result = call(builder, function, mapped(example, given))
+    arguments = mapped(example, given)
+    result = (
+        function.written(builder, arguments) if hasattr(function, "written") else call(builder, function, arguments)
+    )
     for place, leaf in enumerate(leaves(result)):
         into = numbers[0] if leaf.kind is FLOAT else numbers[1]
         builder.store(into, place, as_kind(builder, leaf, into.entry))
@@ -83,7 +86,10 @@ def _made(function: Any, example: Any, settings: Settings) -> Any:
 
 
 def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> list[np.ndarray]:
-    """Columns of what a function gives for each row of columns of numbers; `before` are arguments of every row."""
+    """Columns of what a function gives for each row of columns of numbers; `before` are arguments of every row.
+
+    For a function of a user the last column says whether it failed.
+    """
     example, length = tuple(map(_example, before)), len(columns[0])
     builder = Builder("columns")
     count = builder.parameter(INTEGER, "count")
@@ -100,7 +106,14 @@ def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> 
     taken = [builder.array(kind, None, f"column_{i}") for i, kind in enumerate(kinds)]
     into: list[Array] = []
     with builder.counted(0, count) as row:
-        result = call(builder, function, (*first, *(builder.load(column, row) for column in taken)))
+        row_of = (*first, *(builder.load(column, row) for column in taken))
+        if hasattr(function, "written"):
+            result = function.written(builder, row_of)
+        elif hasattr(function, "checked"):
+            value, fault = outcome(builder, function, row_of)
+            result = value, operand(False) if fault is None else fault
+        else:
+            result = call(builder, function, row_of)
         for i, leaf in enumerate(leaves(result)):
             kind = FLOAT if leaf.kind is FLOAT else INTEGER
             into.append(builder.array(kind, None, f"result_{i}", True))

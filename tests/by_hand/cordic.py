@@ -12,6 +12,7 @@ import numpy as np
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.fixed.digital import digital_block
 from tests.by_hand.compiled import over_columns
+from tests.by_hand.integer_code import Code
 
 mpmath.mp.dps = 60
 
@@ -70,14 +71,15 @@ def chain(temperature: Any, a: float, b: float, bits: int, further: int = 0, pre
 def swept(block: Block, output: str, *columns: Any, compiled: bool = False) -> Any:
     """Mantissas of an output for columns of mantissas of its inputs, by the integer code of the compiled loop.
 
-    The code runs in plain Python, sooner than it compiles, or `compiled` for millions of rows.
+    The code is interpreted, sooner than it compiles, or `compiled` for millions of rows.
     """
     made = digital_block("block", block, 1.0)
     step = made.steps[output]
     before = (made.constants, *(None for name in type(block).output_functions[output].arguments if name == "p"))
     flagged = step.overflows or step.refuses
 
+    code = Code(step.code)
     if compiled:
-        return over_columns(step.code.function, *columns, before=before)[0]
-    rows = (step.code.function(*before, *row) for row in zip(*(column.tolist() for column in columns), strict=True))
+        return over_columns(code, *columns, before=before)[0]
+    rows = (code(*before, *row) for row in zip(*(column.tolist() for column in columns), strict=True))
     return np.array([row[0] if flagged else row for row in rows], dtype=np.int64)

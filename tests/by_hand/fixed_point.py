@@ -10,6 +10,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.fixed.digital import digital_block
+from tests.by_hand.integer_code import Code
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 
@@ -17,6 +18,7 @@ ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 def drive_fixed(block: Block, samples: Iterable[Mapping[str, int]], period: float = 1.0) -> list[dict[str, int]]:
     """Mantissas of the outputs in each tick, by the integer code; the reference must agree in every tick."""
     made = digital_block("block", block, period)
+    codes = {name: Code(step.code) for name, step in made.steps.items()}
     known = {name: [list(held), list(held)] for name, held in made.buffers.items()}
     state = made.start
     rows = []
@@ -26,7 +28,7 @@ def drive_fixed(block: Block, samples: Iterable[Mapping[str, int]], period: floa
             step = made.steps[name]
             values = dict(inputs) | {"p": None, "x": state, "tick": tick}
             results = []
-            for i, call in enumerate((step.reference, step.code.function)):
+            for i, call in enumerate((step.reference, codes[name])):
                 arguments = [known[a][i] if a in known else values[a] for a in behaviour.arguments]
                 results.append(call(made.constants if i else None, *arguments))
             result = results[1][0] if step.overflows or step.refuses else results[1]

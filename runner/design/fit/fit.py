@@ -22,7 +22,6 @@ from proofmass.runner.design.fit.verdict import lagging, notes, undetermined
 from proofmass.runner.run.result import Array
 
 ORDERS = (3, 4)
-HIGHEST_ORDER = 6
 
 
 class Coefficient(NamedTuple):

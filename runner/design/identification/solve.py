@@ -7,7 +7,7 @@ and by many codes of a converter, whose steps derivatives at a point would not s
 
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -17,6 +17,7 @@ import scipy.optimize
 from proofmass.runner.design.identification.model import Model
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown
 from proofmass.runner.run.result import Array
+from proofmass.runner.run.simulate import Progress
 
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
@@ -30,8 +31,6 @@ _STILL = 0.1  # a step this small, in units of the noise, is the last
 _TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
-
-Progress = Callable[[int, int], None]
 
 
 class InterruptedFit(Exception):  # noqa: N818  # ends a fit from within SciPy

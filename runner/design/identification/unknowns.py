@@ -62,7 +62,8 @@ class Unknown:
 def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> list[Unknown]:
     """Return the free parameters of blocks; raises `ModelError` with every problem."""
     table = free if isinstance(free, Mapping) else {name: {} for name in free}
-    read = _Tables(checked(graph), "")
+    hint = 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'
+    read = StudyTables(checked(graph), docs={"free": hint})
     entries = read.parameters("free", table, _read_entry)
     unknowns = []
     adjustable = Adjustable(read.flat)
@@ -84,14 +85,6 @@ def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> l
     if read.problems:
         raise ModelError(read.problems)
     return unknowns
-
-
-class _Tables(StudyTables):
-    docs = {"free": 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'}  # noqa: RUF012
-
-    def refuse(self, error: Refusal, *path: str) -> None:
-        """Note a refusal under a path of keys."""
-        self._refuse(error, *path)
 
 
 def _read_entry(entry: object, unit: str) -> dict[str, float]:

@@ -6,7 +6,7 @@ is the answer, also after an interruption.
 """
 
 import threading
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -15,13 +15,13 @@ import scipy.stats
 
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.tune.goals_at import UNDEFINED, At, GoalsAt, Row
+from proofmass.runner.run.simulate import Progress
 
 KEPT = 0.0  # violation up to which a point counts as feasible
 _AIM = 1e-6  # slack that the search keeps, so that rounding of what is written misses nothing
 _ROUNDS = 40
 _ACCURACY = 1e-8
 
-Progress = Callable[[int, int], None]
 _minimize: Any = scipy.optimize.minimize
 
 

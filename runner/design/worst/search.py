@@ -9,7 +9,7 @@ Nothing of this proves that there is no worse case, so it counts what was tried.
 import itertools
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -18,6 +18,7 @@ import scipy.optimize
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
 from proofmass.runner.design.worst.box import Box
+from proofmass.runner.run.simulate import Progress
 
 _UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
 _LARGEST = 5e5  # largest finite value, as such a multiple
@@ -25,7 +26,6 @@ _DESCENTS = 2  # bounded descents of each quantity
 _TURNS = 20  # corners that derivatives may name in a row
 _SWEEPS = 4  # rounds in which every parameter is tried at its other end
 
-Progress = Callable[[int, int], None]
 _minimise: Any = scipy.optimize.minimize
 
 

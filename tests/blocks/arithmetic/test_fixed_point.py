@@ -22,8 +22,8 @@ from proofmass.blocks.arithmetic.fixed_point import (
     where,
     wrap,
 )
-from proofmass.runner.fixed.integer_code import compile_step
 from tests.by_hand.compiled import over_columns
+from tests.by_hand.integer_code import compile_step
 
 ROUNDINGS = ("half_even", "half_up", "floor", "toward_zero")
 OVERFLOWS = ("saturate", "wrap")
@@ -57,7 +57,7 @@ def fit_exactly(mantissa: int, target: Fixed, overflow: str) -> int:
 
 def over_vectors(function: Callable[..., Any], formats: dict[str, Any], *vectors: np.ndarray) -> np.ndarray:
     """The traced and compiled step on whole vectors; a row for each of its results, which are a tuple."""
-    step = compile_step(function, formats).function
+    step = compile_step(function, formats)
     return np.array(over_columns(step, vectors[0].astype(np.int64), vectors[-1].astype(np.int64)))
 
 

@@ -10,9 +10,9 @@ from typing import Any
 import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
-from proofmass.runner.fixed.integer_code import compile_step
 from proofmass.runner.targets.machine_code import ALONE
 from tests.by_hand.compiled import compiled
+from tests.by_hand.integer_code import compile_step
 
 WORD = Fixed(16, 12)
 SUM, PRODUCT, TRUTH = Fixed(17, 12), Fixed(32, 24), Fixed(1, 0, signed=False)
@@ -34,7 +34,7 @@ def operations(a: FixedValue, b: FixedValue) -> tuple[Any, ...]:
     )
 
 
-step = compile_step(operations, {"a": WORD, "b": WORD, "return": RESULTS}).function
+step = compile_step(operations, {"a": WORD, "b": WORD, "return": RESULTS}).step(0, 0)
 
 
 def wrapped(value: float) -> float:

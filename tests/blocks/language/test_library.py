@@ -14,7 +14,6 @@ def test_nothing_is_refused_of_a_block_of_the_library(kind: type[Block], monkeyp
     monkeypatch.setattr(forms, "is_own", lambda kind: True)
     assert forms.problems_of(kind) == []
     for behaviour in kind.output_functions.values():
-        for compiled in (False, True):
-            form = forms.form_of(kind, behaviour, compiled)
-            assert form
-            assert form.function
+        form = forms.form_of(kind, behaviour)
+        assert form
+        assert form.function

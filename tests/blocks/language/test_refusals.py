@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
-from proofmass.blocks.language.functions import lowered
+from proofmass.blocks.language.functions import plain_form
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
@@ -151,7 +151,7 @@ OUTPUTS |= {
     "async def inner():\n    pass\nreturn 1.0": "async is not compiled; a block's function computes and returns",
     "match x.count:\n    case 1:\n        pass\nreturn 1.0": "match is not compiled; write if and elif",
     "return helped(*line)": "* in a call; write the arguments one by one",
-    "return State(*x).level": "* in a call; write the fields: count, level",
+    "return State(*x).level": "* in a call; write the arguments one by one",
     "return starred(input)": "starred has * among its arguments; name them one by one",
     "return gathered(input)": "gathered has * among its arguments; name them one by one",
     "return line": "a list of values",
@@ -169,8 +169,8 @@ OUTPUTS |= {
     "return ~input": "~ of a number; ~ is of integers",
     "return input(1.0)": "a number cannot be called",
     "return input._replace(a=1.0)": "a number has no _replace",
-    "return 1.0 if math.isclose(input) else 0.0": "math.isclose is of two numbers; write math.isclose(a, b",
-    "return math.ldexp(input, 0.5)": "math.ldexp with a number as exponent; write int(...)",
+    "return 1.0 if math.isclose(input) else 0.0": "isclose: missing a required argument: 'b'; its arguments: a, b",
+    "return math.ldexp(input, 0.5)": "an argument of ldexp is an integer, and is given a number; write int(...)",
     "return Odd(1.0).word": "the field word has no type that can be compiled; declare it float, int or bool",
 }
 # Functions that Python has and compiled code has not, each with what to write:
@@ -201,7 +201,7 @@ OUTPUTS |= {
 }
 UPDATES = {
     "return (1, 2.0)": "what is returned is a State, and is given a tuple of 2; return State(...)",
-    "return State(1)": "State is given other fields than it has; its fields: count, level",
+    "return State(1)": "State: missing a required argument: 'level'; its arguments: count, level",
     "return State(0.5, 1.0)": "the field count is an integer, and is given a number; write int(...)",
     "x.level = 1.0\nreturn x": "a field cannot be changed; return a new State(...) from update",
     "return x._replace(levle=1.0)": "State has no field levle; did you mean level?",
@@ -253,7 +253,7 @@ def test_a_function_of_this_package_has_to_say_what_it_returns() -> None:
         return a
 
     silent.__module__ = "proofmass.silent"
-    form = lowered(asked, (float,), float, compiled=True)
+    form = plain_form(asked, (float,), float)
     assert [problem.message for problem in form.problems] == ["silent() says no type of what it returns"]
 
 

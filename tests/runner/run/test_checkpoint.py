@@ -277,7 +277,7 @@ class TestRefused:
         wires = ["noise.output -> mine.input"]
         blocks = {"noise": WhiteNoise(density=1.0), "mine": module.mine()}
         graph = Graph(name="mine", rate="1 kHz", blocks=blocks, wires=wires, probes=["mine.mine"])
-        with pytest.raises(ModelError, match=r"mine\.py:3: Mine: mine: its file has changed since it was loaded"):
+        with pytest.raises(ModelError, match=r"mine\.py:3: Mine.mine: its file has changed since it was loaded"):
             simulate(graph, samples=10, engine="python")
 
     @pytest.mark.parametrize("damage", ["", "{", "[]", '{"run": {}}', "\0\0", "half"])

@@ -171,3 +171,29 @@ def test_a_file_that_is_edited_after_it_was_loaded_changes_nothing(tmp_path: Pat
     assert simulate(graph, engine="python")["mine.level"].values.tolist() == [6.0] * 5
     (tmp_path / "own.py").unlink()
     assert simulate(graph, engine="python")["mine.level"].values.tolist() == [6.0] * 5
+
+
+@pytest.mark.defect("S640", before="plain Python computes it anew for each entry: 6 for 3", after="once")
+def test_a_value_for_several_entries_is_computed_once(tmp_path: Path) -> None:
+    buffered = FILE.replace("from proofmass import Block,", "from proofmass import Block, Buffer,").replace(
+        "    input = Input", "    line = Buffer('Line.', float, (2,))\n    input = Input"
+    )
+    functions = """
+
+@Mine.output("1")
+def level(p, line, input: float) -> float:
+    \"\"\"Level.\"\"\"
+    return line[1]
+
+
+class State(NamedTuple):
+    count: int
+
+
+@Mine.update
+def update(p, x: State, line, input: float) -> State:
+    line[0] = line[1] = line[0] + input
+    return x
+"""
+    head = buffered.partition("@Mine.output")[0]
+    assert both(tmp_path, head + functions) == [0.0, 3.0, 6.0, 9.0, 12.0]

@@ -12,9 +12,9 @@ import pytest
 from scipy.signal import lfilter
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, counting_overflows, fixed, where, wrap
-from proofmass.runner.fixed.integer_code import compile_step
 from proofmass.runner.fixed.step_formats import reference_step
 from tests.by_hand.compiled import compiled
+from tests.by_hand.integer_code import compile_step
 
 TICKS = 20_000
 REFERENCE_TICKS = 400
@@ -158,16 +158,12 @@ def run_step(step: Callable[..., Any], case: Case, inputs: np.ndarray) -> list[A
 def compiled_outputs(case: Case, inputs: np.ndarray) -> np.ndarray:
     """Outputs of the step compiled into a loop."""
     function, formats, constants, x, buffers = case
-    step = compile_step(function, formats).function
+    step = compiled(compile_step(function, formats))
     out = np.zeros(len(inputs), np.int64)
     first = (constants,) if "c" in formats else ()
     arrays = tuple(np.array(buffer) for buffer in buffers)
-
-    def loop(first: Any, x: Any, inputs: Any, arrays: Any, out: Any) -> None:
-        for i in range(len(inputs)):
-            x, out[i] = step(*first, x, inputs[i], *arrays)
-
-    compiled(loop)(first, x, inputs, arrays, out)
+    for i, u in enumerate(inputs.tolist()):
+        x, out[i] = step(*first, x, u, *arrays)
     return out
 
 
@@ -183,7 +179,7 @@ def inputs_of(name: str, count: int) -> np.ndarray:
 def test_three_engines_agree(name: str) -> None:
     case = CASES[name]
     inputs = inputs_of(name, TICKS)
-    code = compile_step(case[0], case[1]).function
+    code = compile_step(case[0], case[1])
     plain = run_step(code, case, inputs)
     assert run_step(reference_step(case[0], case[1]), case, inputs[:REFERENCE_TICKS]) == plain[:REFERENCE_TICKS]
     assert compiled_outputs(case, inputs).tolist() == [row[1] for row in plain]
@@ -191,7 +187,7 @@ def test_three_engines_agree(name: str) -> None:
 
 def test_the_integrator_against_exact_sums_and_its_limits() -> None:
     inputs = np.repeat(inputs_of("integrator", 800)[::20], 1000)
-    rows = run_step(compile_step(integrator, INTEGRATOR).function, CASES["integrator"], inputs)
+    rows = run_step(compile_step(integrator, INTEGRATOR), CASES["integrator"], inputs)
     total, expected = 0, []
     for u in inputs.tolist():
         total = min(max(round(total + Fraction(10486 * u, 2**14)), -(2**23)), 2**23 - 1)
@@ -202,7 +198,7 @@ def test_the_integrator_against_exact_sums_and_its_limits() -> None:
 
 
 def test_saturations_are_counted_alike() -> None:
-    step = compile_step(integrator, INTEGRATOR, count_overflows=True).function
+    step = compile_step(integrator, INTEGRATOR, count_overflows=True)
     reference = reference_step(integrator, INTEGRATOR)
     code = compiled(step)
     for total in (-(2**23), -(2**23) + 5, 0, 2**23 - 5, 2**23 - 1):
@@ -215,7 +211,7 @@ def test_saturations_are_counted_alike() -> None:
 
 def test_the_state_space_against_floating_point() -> None:
     inputs = inputs_of("state space", TICKS)
-    rows = run_step(compile_step(state_space, STATE_SPACE).function, CASES["state space"], inputs)
+    rows = run_step(compile_step(state_space, STATE_SPACE), CASES["state space"], inputs)
     grid = 2.0**-16
     transition, entry = (np.round(np.array(m) / grid) * grid for m in (TRANSITION, ENTRY))
     x, worst = np.zeros(3), 0.0
@@ -227,7 +223,7 @@ def test_the_state_space_against_floating_point() -> None:
 
 def test_the_pid_against_its_difference_equation() -> None:
     errors = inputs_of("pid", 200) // 400
-    rows = run_step(compile_step(pid, PID).function, CASES["pid"], errors)
+    rows = run_step(compile_step(pid, PID), CASES["pid"], errors)
     kp, ki, kd, a = (float(g) for g in GAINS)
     e = errors / 16.0
     expected = kp * e + lfilter([ki], [1.0, -1.0], e) + lfilter([kd, -kd], [1.0, -a], e)
@@ -236,7 +232,7 @@ def test_the_pid_against_its_difference_equation() -> None:
 
 def test_the_cells_against_whole_sums() -> None:
     codes = inputs_of("cells", 3 * 1023)
-    rows = run_step(compile_step(cells, CELLS).function, CASES["cells"], codes)
+    rows = run_step(compile_step(cells, CELLS), CASES["cells"], codes)
     bits = np.array([row[1] for row in rows], bool)
     assert bits[:10].all()
     assert bits[:1023].sum() == 512
