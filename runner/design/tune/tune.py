@@ -15,11 +15,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
 from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
-<<<<<<< HEAD
-from proofmass.runner.design.tune.search import KEPT, Progress, Search
-=======
-from proofmass.runner.design.tune.search import Search
->>>>>>> reader
+from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
 from proofmass.runner.run.simulate import Progress
