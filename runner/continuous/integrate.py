@@ -14,13 +14,17 @@ from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fra
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 MOST_EVENTS = 10_000  # in one tick
-MOST_CORNERS = 1_000
+MOST_CORNERS = 1_000  # that equal steps end at
+MOST_STEPS = 1_000_000  # in one tick, of a length that is chosen
+MOST_CLOSE, CLOSE = 100, 1e-6  # corners one after the other, each within that part of a tick: motion along a jump
 SHORTEST = 1e-12  # step, in ticks
-STEPS_TOO_SHORT = -1.0  # what `integrate` returns where no step is short enough
-DONE = 0.0
+DONE = 0.0  # what `integrate` returns where all went well
+STEPS_TOO_SHORT = -1.0  # no step is short enough
+STEPS_TOO_MANY = -2.0
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step's length, in this one's
 NEARLY = 1.0 - 1e-9
 TINY = 1e-300
+YOUNG = 1e-9  # a state is still at rest while all its past is less than this part of what lies ahead
 
 
 def integrate(
@@ -38,6 +42,7 @@ def integrate(
     moved: Flat,
     error: Flat,
     largest: Flat,
+    begun: Flat,
     clear: Flat,
     side: Flat,
     events: int,
@@ -45,27 +50,71 @@ def integrate(
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
 
     A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
-    are relative to the `largest` value that a state ever had, which is kept there. Events are found to within
-    `precision` seconds. Returns `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again
-    and again.
+    are relative to the `largest` value that a state ever had, which is kept there. What leaves rest in this tick has
+    no such value yet: then the tick is passed once to find it, and again from where it `begun`. Events are found to
+    within `precision` seconds. Returns `DONE`, `STEPS_TOO_SHORT`, `STEPS_TOO_MANY`; the number, from 1, of an event
+    that happens again and again at one instant; or that of an event or corner too many, after all these.
     """
-    done, size, corners = 0.0, first, 0
+    for i in range(len(x)):
+        begun[i] = x[i]
+    status, from_rest = _passed(
+        step, clearances, then, context, start, period, first, tolerance, order, precision,
+        x, moved, error, largest, clear, side, events, True,
+    )  # fmt: skip
+    if status == DONE and from_rest:
+        for i in range(len(x)):
+            x[i] = begun[i]
+        status, from_rest = _passed(
+            step, clearances, then, context, start, period, first, tolerance, order, precision,
+            x, moved, error, largest, clear, side, events, False,
+        )  # fmt: skip
+    return status
+
+
+def _passed(
+    step: Any,
+    clearances: Any,
+    then: Any,
+    context: Any,
+    start: float,
+    period: float,
+    first: float,
+    tolerance: float,
+    order: int,
+    precision: float,
+    x: Flat,
+    moved: Flat,
+    error: Flat,
+    largest: Flat,
+    clear: Flat,
+    side: Flat,
+    events: int,
+    ahead: bool,
+) -> tuple[float, bool]:
+    """What `integrate` returns, and whether an error was allowed for what a state at rest has `ahead` of it."""
+    done, size, corners, close, steps, from_rest = 0.0, first, 0, 0, 0, False
     allowed = _settled(clearances, then, context, start, x, clear, side, events, MOST_EVENTS)
     while done < period and allowed > 0:
         left = period - done
         length = left if size >= left * NEARLY else size
         step(context, start + done, length, x, moved, error)
         if tolerance > 0.0:
-            worst = _largest_error(moved, error, largest) / tolerance
+            steps += 1
+            reach = first / length if ahead else 0.0
+            worst = _largest_error(x, moved, error, largest, reach) / tolerance
             size = length * _growth(worst, order)
             if not worst <= 1.0:
                 if size < period * SHORTEST:
-                    return STEPS_TOO_SHORT
+                    return STEPS_TOO_SHORT, False
+                if steps > MOST_STEPS:
+                    return STEPS_TOO_MANY, False
                 continue
+            if ahead and not from_rest:
+                from_rest = not _largest_error(x, moved, error, largest, 0.0) <= tolerance
         elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
             if size < period * SHORTEST:
-                return STEPS_TOO_SHORT
+                return STEPS_TOO_SHORT, False
             continue
         else:
             size = first
@@ -74,28 +123,41 @@ def integrate(
             length, event = _located(
                 step, clearances, context, start + done, length, event, precision, x, moved, error, clear, side, events
             )
+            size = min(size, first)
         if 0 <= event < events:
             _moved(step, context, start + done, length, x, moved, error)
         for i in range(len(x)):
             x[i] = moved[i]
             largest[i] = max(largest[i], abs(x[i]))
+        close = 0 if length > period * CLOSE else close + 1 if event >= events else close
+        if tolerance > 0.0 and close > MOST_CLOSE:
+            return 1.0 + len(clear) + event, False
         done = period if length == left else done + length
         if 0 <= event < events:
             then(context, start + done, x, event)
             allowed -= 1
         allowed = _settled(clearances, then, context, start + done, x, clear, side, events, allowed)
         corners += 1 if event >= events else 0
-        if corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
+        if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
             for i in range(len(side)):
                 side[i] = 0.0
-    return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear, side, events)
+        if allowed == 0:
+            due = _due(clearances, context, start + done, x, clear, side, events)
+            return (1.0 + due if due >= 0 else 1.0 + len(clear) + max(0, event)), False
+    return DONE, from_rest
 
 
-def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
-    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite."""
+def _largest_error(x: Flat, moved: Flat, error: Flat, largest: Flat, reach: float) -> float:
+    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
+
+    For a state that leaves rest it is relative to the change in so many steps as `reach` says.
+    """
     worst, broken = 0.0, 0.0
     for i in range(len(moved)):
-        ratio = abs(error[i]) / (max(largest[i], abs(moved[i])) + TINY)
+        scale, change = max(largest[i], abs(moved[i])), reach * abs(moved[i] - x[i])
+        if largest[i] <= YOUNG * change:
+            scale = max(scale, change)
+        ratio = abs(error[i]) / (scale + TINY)
         worst = max(worst, ratio)
         broken += ratio - ratio
     return worst + broken
@@ -120,11 +182,12 @@ def _growth(worst: float, order: int) -> float:
 
 
 def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int) -> int:
-    """The first event whose clearance is used up, or corner that is on the other side; or -1."""
+    """The first event whose clearance is used up, or corner that is on it or beyond: where a jump is at its corner,
+    is the block's affair; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):
-            if (clear[i] <= 0.0) if i < events else (clear[i] * side[i] < 0.0):
+            if (clear[i] <= 0.0) if i < events else (side[i] != 0.0 and clear[i] * side[i] <= 0.0):
                 return i
     return -1
 

@@ -34,7 +34,9 @@ class SteppedGroup(GroupWriter):
         if not self.fixed:
             self.tolerance = self.number("tolerance", float, solver.tolerance)
             self.precision = self.number("precision", float, solver.precision)
-        self.x, self.moved, self.error = (self._array(key, size) for key in ("x", "moved", "error"))
+        self.x, self.moved, self.error, self.begun = (
+            self._array(key, size) for key in ("x", "moved", "error", "begun")
+        )
         self.clear, self.side = (self._array(key, self.group.watched) for key in ("clear", "side"))
         self.largest = self.frame.wires[solver.largest] if solver.tolerance else self._array("largest", size)
         lengths = scratch(size) if solver.method == "radau" else ()
@@ -74,7 +76,7 @@ class SteppedGroup(GroupWriter):
                 builder.call(step, *leaves((context, at, self.length, self.x, self.x, self.error)))
         else:
             accuracy = (self.length, self.tolerance, operand(self.solver.order), self.precision)
-            arrays = (self.x, self.moved, self.error, self.largest, self.clear, self.side)
+            arrays = (self.x, self.moved, self.error, self.largest, self.begun, self.clear, self.side)
             given = (step, *events, context, time, self.writer.period, *accuracy, *arrays)
             status = call(builder, integrate, (*given, operand(len(self.group.events))))
             large = builder.compute("multiply", 1e308, builder.compute("multiply", 10.0, status))

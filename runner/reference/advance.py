@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
-from proofmass.runner.continuous.integrate import DONE, STEPS_TOO_SHORT, integrate
+from proofmass.runner.continuous.integrate import DONE, MOST_EVENTS, MOST_STEPS, STEPS_TOO_MANY, STEPS_TOO_SHORT, integrate
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.planned import Plan
@@ -59,7 +59,7 @@ class PlainAdvance(Advance):
         self.solver, self.period, self.largest = solver, plan.period, largest
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
         size = len(solver.group.states)
-        self._moved, self._error = [0.0] * size, [0.0] * size
+        self._moved, self._error, self._begun = [0.0] * size, [0.0] * size, [0.0] * size
         self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
@@ -151,6 +151,7 @@ class PlainAdvance(Advance):
             self._moved,
             self._error,
             self.largest,
+            self._begun,
             self._clear,
             self._side,
             len(solver.group.events),
@@ -168,11 +169,26 @@ class PlainAdvance(Advance):
                 hint = f"accuracy = {solver.tolerance:g} is below what rounding leaves of these numbers: ask for 1e-12"
                 raise IntegrationError(at, message, hint)
             raise IntegrationError(at, f"{message}: the solution may not exist beyond this instant")
+        if status == STEPS_TOO_MANY:
+            at = f"{solver.group.blocks[0]}.derivative"
+            hint = 'ask for a lower accuracy or a higher rate; method = "radau" where the group is stiff'
+            raise IntegrationError(at, f"more than {MOST_STEPS:,} steps in a tick", hint)
         if status != DONE:
-            raise IntegrationError(
-                ".".join(solver.group.events[int(status) - 1]),
-                "the event happens again and again at one instant: its clearance is not above zero afterwards",
-            )
+            raise self._too_often(int(status) - 1)
+
+    def _too_often(self, which: int) -> IntegrationError:
+        """Return what an event or a corner does again and again; `which` has all once more behind them."""
+        group = self.solver.group
+        watched = (*group.events, *group.corners)
+        at = ".".join(watched[which % len(watched)])
+        if which < len(watched):
+            again = "the event happens again and again at one instant"
+            return IntegrationError(at, f"{again}: its clearance is not above zero afterwards")
+        if which - len(watched) < len(group.events):
+            often = f"more than {MOST_EVENTS:,} events in a tick"
+            return IntegrationError(at, often, "give it a wider hysteresis, or the graph a higher rate")
+        hint = "take a Saturation of some slope, or a Relay with hysteresis, or equal steps: substeps = 100"
+        return IntegrationError(at, "the motion slides along a jump, which it crosses without end", hint)
 
     def _step(self, context: Context, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
         if self.solver.method not in EXPLICIT:
