@@ -52,10 +52,7 @@ def output(c: Constants, time: float) -> float:
 
 
 @Pulse.corner
-def begun(c: Constants, time: float) -> float:
-    return part_of(c, time)
-
-
-@Pulse.corner
-def high(c: Constants, time: float) -> float:
-    return c.duty - part_of(c, time)
+def edges(c: Constants, time: float) -> int:
+    part = part_of(c, time)
+    repetitions = int(nearest_integer((time - c.first) / c.repetition - part))
+    return 2 * repetitions + (1 if part < c.duty else 2) if part >= 0.0 else 0

@@ -40,10 +40,5 @@ def output(c: Constants, time: float) -> float:
 
 
 @Step.corner
-def begun(c: Constants, time: float) -> float:
-    return time - c.first
-
-
-@Step.corner
-def ended(c: Constants, time: float) -> float:
-    return time - c.last
+def edges(c: Constants, time: float) -> int:
+    return (1 if c.first <= time else 0) + (1 if c.last <= time else 0)

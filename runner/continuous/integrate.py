@@ -2,9 +2,10 @@
 
 Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What they are given:
 `step(context, time, length, x, moved, error)` writes the states one step later and an estimate of their error;
-`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens, and behind the `events`
-the numbers whose signs tell on which side of each corner the group is; `then(context, time, x, which)` changes the
-states when an event happens. Nothing happens at a corner but that a step ends there, and the next begins beyond it.
+`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens; behind the `events` the
+numbers whose signs tell on which side of each corner the group is; and, from `counts` on, how many corners a source has
+passed. `then(context, time, x, which)` changes the states when an event happens. Nothing happens at a corner but that a
+step ends there, and the next begins beyond it.
 """
 
 from typing import Any
@@ -15,8 +16,7 @@ Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 MOST_EVENTS = 10_000  # in one tick
 MOST_CORNERS = 1_000  # that equal steps end at
-MOST_STEPS = 1_000_000  # in one tick, of a length that is chosen
-MOST_CLOSE, CLOSE = 100, 1e-6  # corners one after the other, each within that part of a tick: motion along a jump
+MOST_SHORT, SHORT = 1_000, 1e-6  # steps one after the other, each shorter than that part of a tick
 SHORTEST = 1e-12  # step, in ticks
 DONE = 0.0  # what `integrate` returns where all went well
 STEPS_TOO_SHORT = -1.0  # no step is short enough
@@ -24,7 +24,8 @@ STEPS_TOO_MANY = -2.0
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step's length, in this one's
 NEARLY = 1.0 - 1e-9
 TINY = 1e-300
-YOUNG = 1e-9  # a state is still at rest while all its past is less than this part of what lies ahead
+UNWATCHED = -2.0  # in place of the side of a corner
+YOUNG = 1e-3  # a state leaves rest while all its past is less than this part of what its rate makes of a first step
 
 
 def integrate(
@@ -46,6 +47,7 @@ def integrate(
     clear: Flat,
     side: Flat,
     events: int,
+    counts: int,
 ) -> float:
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
 
@@ -57,17 +59,15 @@ def integrate(
     """
     for i in range(len(x)):
         begun[i] = x[i]
-    status, from_rest = _passed(
-        step, clearances, then, context, start, period, first, tolerance, order, precision,
-        x, moved, error, largest, clear, side, events, True,
-    )  # fmt: skip
-    if status == DONE and from_rest:
-        for i in range(len(x)):
-            x[i] = begun[i]
-        status, from_rest = _passed(
-            step, clearances, then, context, start, period, first, tolerance, order, precision,
-            x, moved, error, largest, clear, side, events, False,
-        )  # fmt: skip
+    status, from_rest = DONE, True
+    for _ in range(2):
+        if status == DONE and from_rest:
+            for i in range(len(x)):
+                x[i] = begun[i]
+            status, from_rest = _passed(
+                step, clearances, then, context, start, period, first, tolerance, order, precision,
+                x, moved, error, largest, clear, side, events, counts,
+            )  # fmt: skip
     return status
 
 
@@ -89,28 +89,23 @@ def _passed(
     clear: Flat,
     side: Flat,
     events: int,
-    ahead: bool,
+    counts: int,
 ) -> tuple[float, bool]:
-    """What `integrate` returns, and whether an error was allowed for what a state at rest has `ahead` of it."""
-    done, size, corners, close, steps, from_rest = 0.0, first, 0, 0, 0, False
-    allowed = _settled(clearances, then, context, start, x, clear, side, events, MOST_EVENTS)
+    """What `integrate` returns, and whether an error counted as small for what lies ahead of a state that left rest."""
+    done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False
+    allowed = _settled(clearances, then, context, start, x, clear, side, events, counts, MOST_EVENTS)
     while done < period and allowed > 0:
         left = period - done
         length = left if size >= left * NEARLY else size
         step(context, start + done, length, x, moved, error)
         if tolerance > 0.0:
-            steps += 1
-            reach = first / length if ahead else 0.0
-            worst = _largest_error(x, moved, error, largest, reach) / tolerance
+            worst = _largest_error(x, moved, error, largest, first / length) / tolerance
             size = length * _growth(worst, order)
             if not worst <= 1.0:
                 if size < period * SHORTEST:
                     return STEPS_TOO_SHORT, False
-                if steps > MOST_STEPS:
-                    return STEPS_TOO_MANY, False
                 continue
-            if ahead and not from_rest:
-                from_rest = not _largest_error(x, moved, error, largest, 0.0) <= tolerance
+            from_rest = from_rest or not _largest_error(x, moved, error, largest, 0.0) <= tolerance
         elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
             if size < period * SHORTEST:
@@ -118,31 +113,42 @@ def _passed(
             continue
         else:
             size = first
-        event = _due(clearances, context, start + done + length, moved, clear, side, events)
+        event = _due(clearances, context, start + done + length, moved, clear, side, events, counts)
         if event >= 0:
-            length, event = _located(
-                step, clearances, context, start + done, length, event, precision, x, moved, error, clear, side, events
-            )
+            before, length, event = _located(
+                step, clearances, context, start + done, length, event, precision,
+                x, moved, error, clear, side, events, counts,
+            )  # fmt: skip
             size = min(size, first)
-        if 0 <= event < events:
-            _moved(step, context, start + done, length, x, moved, error)
+            if event >= events and before > 0.0:
+                step(context, start + done, before, x, moved, error)
+                worst = _largest_error(x, moved, error, largest, first / before)
+                if tolerance > 0.0 and not worst <= tolerance and before > period * SHORTEST:
+                    size = 0.5 * before  # a stage lay beyond the jump
+                    continue
+                for i in range(len(x)):
+                    x[i] = moved[i]
+            else:
+                before = 0.0
+            _moved(step, context, start + done + before, length - before, x, moved, error)
         for i in range(len(x)):
             x[i] = moved[i]
             largest[i] = max(largest[i], abs(x[i]))
-        close = 0 if length > period * CLOSE else close + 1 if event >= events else close
-        if tolerance > 0.0 and close > MOST_CLOSE:
-            return 1.0 + len(clear) + event, False
         done = period if length == left else done + length
         if 0 <= event < events:
             then(context, start + done, x, event)
             allowed -= 1
-        allowed = _settled(clearances, then, context, start + done, x, clear, side, events, allowed)
+        allowed = _settled(clearances, then, context, start + done, x, clear, side, events, counts, allowed)
         corners += 1 if event >= events else 0
         if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
             for i in range(len(side)):
-                side[i] = 0.0
+                side[i] = UNWATCHED
+        short = short + 1 if length < period * SHORT and not 0 <= event < events else 0
+        corner = event if event >= events else corner if short > 0 else -1
+        if tolerance > 0.0 and short > MOST_SHORT:
+            return (1.0 + len(clear) + corner if corner >= 0 else STEPS_TOO_MANY), False
         if allowed == 0:
-            due = _due(clearances, context, start + done, x, clear, side, events)
+            due = _due(clearances, context, start + done, x, clear, side, events, counts)
             return (1.0 + due if due >= 0 else 1.0 + len(clear) + max(0, event)), False
     return DONE, from_rest
 
@@ -181,31 +187,45 @@ def _growth(worst: float, order: int) -> float:
     return min(MOST, max(LEAST, SAFETY * exponential(-logarithm / order)))
 
 
-def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int) -> int:
-    """The first event whose clearance is used up, or corner that is on it or beyond: where a jump is at its corner,
-    is the block's affair; or -1."""
+def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, counts: int) -> int:
+    """The first event whose clearance is used up, or corner that is reached: what lies beyond may begin on it; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):
-            if (clear[i] <= 0.0) if i < events else (side[i] != 0.0 and clear[i] * side[i] <= 0.0):
+            if i < events:
+                reached = clear[i] <= 0.0
+            elif i < counts:
+                reached = side[i] > UNWATCHED and clear[i] * side[i] <= 0.0
+            else:
+                reached = side[i] > UNWATCHED and clear[i] != side[i]
+            if reached:
                 return i
     return -1
 
 
 def _settled(
-    clearances: Any, then: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, allowed: int
+    clearances: Any,
+    then: Any,
+    context: Any,
+    time: float,
+    x: Flat,
+    clear: Flat,
+    side: Flat,
+    events: int,
+    counts: int,
+    allowed: int,
 ) -> int:
     """Let everything happen that is due, and note on which side each corner is; how many events are still allowed in
     this tick."""
     for i in range(len(side)):
-        side[i] = 0.0
-    due = _due(clearances, context, time, x, clear, side, events)
+        side[i] = UNWATCHED
+    due = _due(clearances, context, time, x, clear, side, events, counts)
     while due >= 0 and allowed > 0:
         then(context, time, x, due)
         allowed -= 1
-        due = _due(clearances, context, time, x, clear, side, events)
+        due = _due(clearances, context, time, x, clear, side, events, counts)
     for i in range(events, len(clear)):
-        side[i] = 1.0 if clear[i] > 0.0 else -1.0 if clear[i] < 0.0 else 0.0
+        side[i] = clear[i] if i >= counts else 1.0 if clear[i] > 0.0 else -1.0 if clear[i] < 0.0 else UNWATCHED
     return allowed
 
 
@@ -232,9 +252,10 @@ def _located(
     clear: Flat,
     side: Flat,
     events: int,
-) -> tuple[float, int]:
-    """The length of a step that ends at the first event or just beyond the first corner in it, and which one that is;
-    `event` is due at its end. To a corner it goes at once, in two steps: no stage of the first is beyond it.
+    counts: int,
+) -> tuple[float, float, int]:
+    """The lengths of a step that ends before the first event or corner in it and of one that ends at it or beyond, and
+    which one that is; `event` is due at the end of `length`.
 
     Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
     taken off too, since whatever an event comes late stays in the motion that follows.
@@ -245,17 +266,14 @@ def _located(
         if not (after - before > precision and before < middle < after):
             break
         step(context, time, middle, x, moved, error)
-        found = _due(clearances, context, time + middle, moved, clear, side, events)
+        found = _due(clearances, context, time + middle, moved, clear, side, events, counts)
         if found >= 0:
             after, event, used = middle, found, clear[found]
         else:
             before = middle
-    _moved(step, context, time, before, x, moved, error)
     if event >= events:
-        for i in range(len(x)):
-            x[i] = moved[i]
-        _moved(step, context, time + before, after - before, x, moved, error)
-        return after, event
+        return before, after, event
+    _moved(step, context, time, before, x, moved, error)
     clearances(context, time + before, moved, clear)
     share = clear[event] / (clear[event] - used) if clear[event] > 0.0 else 1.0
-    return before + share * (after - before), event
+    return before, before + share * (after - before), event

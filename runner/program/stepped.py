@@ -78,7 +78,7 @@ class SteppedGroup(GroupWriter):
             accuracy = (self.length, self.tolerance, operand(self.solver.order), self.precision)
             arrays = (self.x, self.moved, self.error, self.largest, self.begun, self.clear, self.side)
             given = (step, *events, context, time, self.writer.period, *accuracy, *arrays)
-            status = call(builder, integrate, (*given, operand(len(self.group.events))))
+            status = call(builder, integrate, (*given, operand(len(self.group.events)), operand(self.group.counts)))
             large = builder.compute("multiply", 1e308, builder.compute("multiply", 10.0, status))
             self.writer.lose(builder.compute("multiply", 0.0, large))  # NaN where it failed
         self.keep([builder.load(self.x, i) for i in range(len(self.group.states))])

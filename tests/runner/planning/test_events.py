@@ -70,7 +70,7 @@ def test_a_hundred_impacts_of_a_bouncing_ball() -> None:
 
 def test_the_tolerance_of_events_is_kept() -> None:
     # At 7 Hz there are many impacts in a tick, of which the last is seen.
-    result = simulate(bouncing_ball("7 Hz", event_tolerance="1 us"), samples=130, engine="compiled")
+    result = simulate(bouncing_ball("7 Hz", event_tolerance="1 us"), samples=122, engine="compiled")
     found = [time for time in instants(result, "ball.last_impact") if time < 16.0]  # then flights are microseconds
     expected = impacts(200)
     near = [min(expected, key=lambda t: abs(t - time)) - time for time in found]
