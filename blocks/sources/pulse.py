@@ -54,5 +54,5 @@ def output(c: Constants, time: float) -> float:
 @Pulse.corner
 def edges(c: Constants, time: float) -> int:
     part = part_of(c, time)
-    repetitions = int(nearest_integer((time - c.first) / c.repetition - part))
-    return 2 * repetitions + (1 if part < c.duty else 2) if part >= 0.0 else 0
+    repetitions = nearest_integer((time - c.first) / c.repetition - part)
+    return 2 * int(min(repetitions, 1e15)) + (1 if part < c.duty else 2) if part >= 0.0 else 0

@@ -57,5 +57,5 @@ def temperature(c: Constants, time: float) -> float:
 @TemperatureCycle.corner
 def bends(c: Constants, time: float) -> int:
     elapsed = elapsed_at(c, time)
-    halves = int(nearest_integer((time - elapsed) / c.half)) + (1 if elapsed >= c.half else 0)
+    halves = int(clip(nearest_integer((time - elapsed) / c.half), 0.0, 1e15)) + (1 if elapsed >= c.half else 0)
     return 2 * halves + (1 if c.pace * (elapsed - (c.half if elapsed >= c.half else 0.0)) >= c.span else 0)

@@ -188,7 +188,7 @@ def _growth(worst: float, order: int) -> float:
 
 
 def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, counts: int) -> int:
-    """The first event whose clearance is used up, or corner that is reached: what lies beyond may begin on it; or -1."""
+    """The first event whose clearance is used up, or corner that is reached; or -1. What lies beyond may begin on it."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):
