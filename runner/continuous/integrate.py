@@ -25,6 +25,7 @@ SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step's length, in this one's
 NEARLY = 1.0 - 1e-9
 TINY = 1e-300
 UNWATCHED = -2.0  # in place of the side of a corner
+NEAR = 1e-3  # of the first step: at a jump that is so near, and moves with the states, steps no longer get shorter
 YOUNG = 1e-3  # a state leaves rest while all its past is less than this part of what its rate makes of a first step
 
 
@@ -101,11 +102,16 @@ def _passed(
         if tolerance > 0.0:
             worst = _largest_error(x, moved, error, largest, first / length) / tolerance
             size = length * _growth(worst, order)
-            if not worst <= 1.0:
-                if size < period * SHORTEST:
-                    return STEPS_TOO_SHORT, False
+            jumped = False
+            if not worst <= 1.0 and _is_finite(moved):  # by a jump? Then the step up to it decides
+                event = _due(clearances, context, start + done + length, moved, clear, side, events, counts)
+                jumped = event >= counts or (event >= events and length < NEAR * first)
+            if size < period * SHORTEST and not jumped and not (worst <= 1.0 and length == left):
+                return STEPS_TOO_SHORT, False
+            if not worst <= 1.0 and not jumped:
                 continue
-            from_rest = from_rest or not _largest_error(x, moved, error, largest, 0.0) <= tolerance
+            if not jumped and not _largest_error(x, moved, error, largest, 0.0) <= tolerance:
+                from_rest = True
         elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
             if size < period * SHORTEST:
@@ -156,13 +162,14 @@ def _passed(
 def _largest_error(x: Flat, moved: Flat, error: Flat, largest: Flat, reach: float) -> float:
     """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
 
-    For a state that leaves rest it is relative to the change in so many steps as `reach` says.
+    A state that leaves rest may grow with a high power of the time, so that no step is short enough for what it is at
+    the end of it: its error is relative to what its rate makes of a first step, `reach` times as long, and once more.
     """
     worst, broken = 0.0, 0.0
     for i in range(len(moved)):
         scale, change = max(largest[i], abs(moved[i])), reach * abs(moved[i] - x[i])
         if largest[i] <= YOUNG * change:
-            scale = max(scale, change)
+            scale = max(scale, reach * change)
         ratio = abs(error[i]) / (scale + TINY)
         worst = max(worst, ratio)
         broken += ratio - ratio
@@ -188,7 +195,7 @@ def _growth(worst: float, order: int) -> float:
 
 
 def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, counts: int) -> int:
-    """The first event whose clearance is used up, or corner that is reached; or -1. What lies beyond may begin on it."""
+    """The first event whose clearance is used up, or corner that is reached, on which its other side may begin; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):

@@ -32,7 +32,7 @@ class SteppedGroup(GroupWriter):
         steps = self.builder.compute("float_of_integer", self.substeps)
         self.length = self.builder.compute("divide", self.writer.period, steps, name=f"{self.name}_length")
         if not self.fixed:
-            self.tolerance = self.number("tolerance", float, solver.tolerance)
+            self.tolerance = self.number("tolerance", float, solver.allowed)
             self.precision = self.number("precision", float, solver.precision)
         self.x, self.moved, self.error, self.begun = (
             self._array(key, size) for key in ("x", "moved", "error", "begun")

@@ -157,7 +157,7 @@ class PlainAdvance(Advance):
             context.start,
             self.period,
             length,
-            solver.tolerance,
+            solver.allowed,
             solver.order,
             solver.precision,
             x,
