@@ -195,7 +195,7 @@ def _growth(worst: float, order: int) -> float:
 
 
 def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, counts: int) -> int:
-    """The first event whose clearance is used up, or corner that is reached, on which its other side may begin; or -1."""
+    """The first event whose clearance is used up, or corner that is reached, where the next side may begin; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):

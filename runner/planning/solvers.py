@@ -88,9 +88,10 @@ class _Choice:
         return fastest
 
     def _frequency(self) -> float:
-        """The highest frequency that a member names, in rad/s: steps that pass over whole periods would not see it."""
+        """The highest frequency that an output names, in rad/s: steps that pass over whole periods would not see it."""
         blocks, drivers = self.plan.blocks, self.plan.schedule.drivers
-        named = [(n, p) for n in self.group.members for p, d in type(blocks[n]).parameters.items() if d.unit == "Hz"]
+        names = sorted({name for name, _ in outputs_of(self.group.nodes)})
+        named = [(n, p) for n in names for p, d in type(blocks[n]).parameters.items() if d.unit == "Hz"]
         values = [getattr(blocks[n], p) for n, p in named if (n, p) not in drivers]
         values += [self.first_tick()[1][drivers[place]] for place in named if place in drivers]
         return 2.0 * math.pi * max((abs(value) for value in values if isinstance(value, float)), default=0.0)

@@ -167,7 +167,7 @@ def test_sources_that_jump_or_bend_between_ticks(source: Any, expected: Any) -> 
     )
     trace = simulate(graph, samples=60, engine="python")["filter.output"]
     for t, value in zip(trace.times, trace.values, strict=True):
-        assert abs(value - expected(float(t))) < 1.2e-7  # they begin a millionth of a tick early
+        assert abs(value - expected(float(t))) < 1e-11
 
 
 def test_a_corner_met_again_and_again_does_not_hang(monkeypatch: pytest.MonkeyPatch) -> None:
