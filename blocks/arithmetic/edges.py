@@ -7,6 +7,6 @@ LATE = 1.0 + 2e-15  # of a time: more than what rounding takes off a tick
 
 
 def instant(time: float, period: float) -> float:
-    """Return the time of the tick that is meant by a time, or the time itself where none is near."""
-    tick = nearest_integer(time / period)
-    return tick * period if abs(time / period - tick) <= ON_TICK else time
+    """Return the time of a tick for a time that is written as hardly later, otherwise the time itself."""
+    late = time - nearest_integer(time / period) * period
+    return time - late if 0.0 < late <= ON_TICK * period else time

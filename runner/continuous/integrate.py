@@ -26,7 +26,7 @@ NEARLY = 1.0 - 1e-9
 TINY = 1e-300
 UNWATCHED = -2.0  # in place of the side of a corner
 NEAR = 1e-3  # of the first step: at a jump that is so near, and moves with the states, steps no longer get shorter
-YOUNG = 1e-3  # a state leaves rest while all its past is less than this part of what its rate makes of a first step
+YOUNG = 1e-3  # part of its largest value that a state had at most before it left rest
 
 
 def integrate(
@@ -60,15 +60,16 @@ def integrate(
     """
     for i in range(len(x)):
         begun[i] = x[i]
-    status, from_rest = DONE, True
-    for _ in range(2):
-        if status == DONE and from_rest:
-            for i in range(len(x)):
-                x[i] = begun[i]
-            status, from_rest = _passed(
-                step, clearances, then, context, start, period, first, tolerance, order, precision,
-                x, moved, error, largest, clear, side, events, counts,
-            )  # fmt: skip
+        begun[len(x) + i] = max(largest[i], abs(x[i]))
+    status, from_rest, young = DONE, True, 1.0
+    while status == DONE and from_rest and young > 0.1 * YOUNG:
+        for i in range(len(x)):
+            x[i] = begun[i]
+        status, from_rest = _passed(
+            step, clearances, then, context, start, period, first, tolerance, order, precision,
+            x, moved, error, largest, begun, clear, side, events, counts, young,
+        )  # fmt: skip
+        young *= YOUNG
     return status
 
 
@@ -87,12 +88,14 @@ def _passed(
     moved: Flat,
     error: Flat,
     largest: Flat,
+    begun: Flat,
     clear: Flat,
     side: Flat,
     events: int,
     counts: int,
+    young: float,
 ) -> tuple[float, bool]:
-    """What `integrate` returns, and whether an error counted as small for what lies ahead of a state that left rest."""
+    """Return what `integrate` does, and whether an error counted as small for what lies ahead of a state."""
     done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False
     allowed = _settled(clearances, then, context, start, x, clear, side, events, counts, MOST_EVENTS)
     while done < period and allowed > 0:
@@ -100,7 +103,7 @@ def _passed(
         length = left if size >= left * NEARLY else size
         step(context, start + done, length, x, moved, error)
         if tolerance > 0.0:
-            worst = _largest_error(x, moved, error, largest, first / length) / tolerance
+            worst = _largest_error(x, moved, error, largest, begun, first / length, young) / tolerance
             size = length * _growth(worst, order)
             jumped = False
             if not worst <= 1.0 and _is_finite(moved):  # by a jump? Then the step up to it decides
@@ -110,7 +113,7 @@ def _passed(
                 return STEPS_TOO_SHORT, False
             if not worst <= 1.0 and not jumped:
                 continue
-            if not jumped and not _largest_error(x, moved, error, largest, 0.0) <= tolerance:
+            if not jumped and not _largest_error(x, moved, error, largest, begun, 0.0, young) <= tolerance:
                 from_rest = True
         elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
@@ -128,7 +131,7 @@ def _passed(
             size = min(size, first)
             if event >= events and before > 0.0:
                 step(context, start + done, before, x, moved, error)
-                worst = _largest_error(x, moved, error, largest, first / before)
+                worst = _largest_error(x, moved, error, largest, begun, first / before, young)
                 if tolerance > 0.0 and not worst <= tolerance and before > period * SHORTEST:
                     size = 0.5 * before  # a stage lay beyond the jump
                     continue
@@ -159,16 +162,17 @@ def _passed(
     return DONE, from_rest
 
 
-def _largest_error(x: Flat, moved: Flat, error: Flat, largest: Flat, reach: float) -> float:
+def _largest_error(x: Flat, moved: Flat, error: Flat, largest: Flat, begun: Flat, reach: float, young: float) -> float:
     """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
 
     A state that leaves rest may grow with a high power of the time, so that no step is short enough for what it is at
-    the end of it: its error is relative to what its rate makes of a first step, `reach` times as long, and once more.
+    the end of it: while it is less than the part `young` of what its rate makes of a first step, `reach` times as long,
+    its error is relative to that, and once more.
     """
     worst, broken = 0.0, 0.0
     for i in range(len(moved)):
         scale, change = max(largest[i], abs(moved[i])), reach * abs(moved[i] - x[i])
-        if largest[i] <= YOUNG * change:
+        if largest[i] <= young * change and begun[len(x) + i] <= YOUNG * scale:
             scale = max(scale, reach * change)
         ratio = abs(error[i]) / (scale + TINY)
         worst = max(worst, ratio)

@@ -34,9 +34,8 @@ class SteppedGroup(GroupWriter):
         if not self.fixed:
             self.tolerance = self.number("tolerance", float, solver.allowed)
             self.precision = self.number("precision", float, solver.precision)
-        self.x, self.moved, self.error, self.begun = (
-            self._array(key, size) for key in ("x", "moved", "error", "begun")
-        )
+        self.x, self.moved, self.error = (self._array(key, size) for key in ("x", "moved", "error"))
+        self.begun = self._array("begun", 2 * size)  # states at the start of a tick, and their largest values there
         self.clear, self.side = (self._array(key, self.group.watched) for key in ("clear", "side"))
         self.largest = self.frame.wires[solver.largest] if solver.tolerance else self._array("largest", size)
         lengths = scratch(size) if solver.method == "radau" else ()

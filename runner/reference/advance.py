@@ -72,7 +72,7 @@ class PlainAdvance(Advance):
         self.solver, self.period, self.largest = solver, plan.period, largest
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
         size = len(solver.group.states)
-        self._moved, self._error, self._begun = [0.0] * size, [0.0] * size, [0.0] * size
+        self._moved, self._error, self._begun = [0.0] * size, [0.0] * size, [0.0] * (2 * size)
         self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
