@@ -103,7 +103,7 @@ def by_pieces(
         found = np.zeros((len(times), len(size)))
         while t < times[-1]:
             event = ends(mode)
-            if event(t, y * size) <= 0.0:
+            if event(t, y * size) < -1e-6:
                 mode, after = then(mode, y * size)
                 y = np.asarray(after) / size
                 continue
@@ -126,7 +126,8 @@ def by_pieces(
                 dense_output=True,
             )
             inside = (times >= t) & (times <= piece.t[-1])
-            found[inside] = piece.sol(times[inside]).T * size
+            if inside.any():
+                found[inside] = piece.sol(times[inside]).T * size
             t, y = float(piece.t[-1]), piece.y[:, -1]
             if piece.status == 1:
                 mode, after = then(mode, y * size)
