@@ -47,7 +47,7 @@ from proofmass.runner.run.simulate import RunError, simulate
 ACCURACIES = tuple(10.0**-n for n in range(4, 12))
 METHODS = ("auto", "dormand_prince", "radau")
 STARTS = 1_000
-REFERENCE = 1e-13
+REFERENCE, PIECES = 1e-13, 2.5e-14  # tolerances
 Rates = Callable[[float, Any], list[float]]
 
 
@@ -80,7 +80,7 @@ def by_scipy(rates: Rates, start: Sequence[float], sizes: Sequence[float], row: 
 
     def values(times: Any) -> Any:
         method = "Radau" if stiff else "DOP853"
-        span, tolerance = (0.0, float(times[-1])), 1e-11 if stiff else REFERENCE
+        span, tolerance = (0.0, float(times[-1])), 1e-12 if stiff else REFERENCE
         found = solve_ivp(scaled, span, np.asarray(start) / size, method, times, rtol=tolerance, atol=tolerance)
         return found.y[row] * size[row]
 
@@ -115,13 +115,15 @@ def by_pieces(
                 return float(event(at, v * size))
 
             end.terminal, end.direction = True, -1.0  # type: ignore[attr-defined]
+            span, longest = (t, float(times[-1])), float(times[-1]) / 2000.0
             piece = solve_ivp(
                 scaled,
-                (t, float(times[-1])),
+                span,
                 y,
                 "DOP853",
-                rtol=REFERENCE,
-                atol=REFERENCE,
+                rtol=PIECES,
+                atol=PIECES,
+                max_step=longest,
                 events=end,
                 dense_output=True,
             )
