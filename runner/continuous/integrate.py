@@ -15,6 +15,7 @@ from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fra
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 MOST_EVENTS = 10_000  # in one tick
+CHATTER = 500  # events, and as many again in no less than half the time: fewer rebounds of a ball slow down
 MOST_CORNERS = 1_000  # that equal steps end at
 MOST_SHORT, SHORT = 1_000, 1e-6  # steps one after the other, each shorter than that part of a tick
 SHORTEST = 1e-12  # step, in ticks
@@ -97,6 +98,7 @@ def _passed(
 ) -> tuple[float, bool]:
     """Return what `integrate` does, and whether an error counted as small for what lies ahead of a state."""
     done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False
+    happened, earliest, middle = 0, 0.0, 0.0
     allowed = _settled(clearances, then, context, start, x, clear, side, events, counts, MOST_EVENTS)
     while done < period and allowed > 0:
         left = period - done
@@ -147,6 +149,13 @@ def _passed(
         if 0 <= event < events:
             then(context, start + done, x, event)
             allowed -= 1
+            happened += 1
+            earliest = done if happened == 1 else earliest
+            middle = done if happened == CHATTER else middle
+            pace = (done - middle) / CHATTER
+            steady = happened == 2 * CHATTER and done - middle >= 0.5 * (middle - earliest)
+            if steady and period - done > MOST_EVENTS * pace:
+                return 1.0 + len(clear) + event, False
         allowed = _settled(clearances, then, context, start + done, x, clear, side, events, counts, allowed)
         corners += 1 if event >= events else 0
         if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump, which steps would never leave

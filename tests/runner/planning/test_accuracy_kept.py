@@ -82,6 +82,15 @@ def test_a_gyroscope_starts_from_rest(method: str) -> None:
         assert abs(result[signal].values[-1] - expected[row, -1]) < 1e-8 * np.abs(expected[row]).max()
 
 
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_both_engines_start_alike(method: str) -> None:
+    graph = library("vibratory_gyroscope.toml")
+    graph = replace(graph, integration=replace(graph.integration, method=method))
+    python, compiled = (simulate(graph, samples=9, engine=engine) for engine in ("python", "compiled"))
+    for signal in python:
+        assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
+
+
 @pytest.mark.defect("C622", before="no step is short enough in tick 0", after="as the formula of its filter")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_a_readout_starts_from_rest(method: str) -> None:
@@ -124,8 +133,9 @@ def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
 
 
 @pytest.mark.defect("S621", before="200,000 switchings are counted of 10,000,000", after="a sentence in tick 0")
-def test_a_relay_that_chatters_ends_with_a_sentence(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(stepping, "MOST_EVENTS", 100)
+@pytest.mark.parametrize(("limit", "events"), [("MOST_EVENTS", 100), ("CHATTER", 50)])
+def test_a_relay_that_chatters_ends_with_a_sentence(limit: str, events: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(stepping, limit, events)
     graph = Graph(
         name="chattering",
         rate="1 kHz",

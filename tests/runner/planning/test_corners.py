@@ -112,8 +112,9 @@ def test_both_engines_find_the_same_corners() -> None:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
 
-def test_lanes_find_them_too() -> None:
-    planned = plan(replace(sustained(substeps=10), probes=()))
+@pytest.mark.parametrize("integration", [{"substeps": 10}, {"accuracy": 1e-6}, {"method": "radau", "accuracy": 1e-4}])
+def test_lanes_find_them_too(integration: dict[str, Any]) -> None:
+    planned = plan(replace(sustained(**integration), probes=()))
     gains = [GAIN * (1.0 + 0.1 * number) for number in range(4)]
     amplifiers = [Gain(gain=gain, input_unit="m/s", output_unit="N") for gain in gains]
     plans = [varied(planned, {"amplifier": amplifier}) for amplifier in amplifiers]
