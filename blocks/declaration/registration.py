@@ -70,7 +70,8 @@ class Registration(Facts):
         return register
 
     def corner(cls, function: Function) -> Function:
-        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are.
+        """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are,
+        or `passed(c, time) -> int`, how many corners there were so far: none is missed, however many a step has.
 
         Within a group of continuous blocks steps end at the instant at which the sign changes: no method of
         integration is as accurate as it says across a corner or a jump.

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.edges import LATE, instant
 from proofmass.blocks.arithmetic.rounding import nearest_integer
 from proofmass.blocks.declaration.declare import Block, param
 
@@ -34,13 +35,12 @@ class Constants(NamedTuple):
 
 @Pulse.constants
 def constants(p: Pulse, period: float) -> Constants:
-    early = p.delay - 1.0e-6 * period  # a tick that rounding puts just before an edge is on it
-    return Constants(p.offset, p.offset + p.amplitude, early, p.repetition, p.duty)
+    return Constants(p.offset, p.offset + p.amplitude, instant(p.delay, period), p.repetition, p.duty)
 
 
 def part_of(c: Constants, time: float) -> float:
     """Part of a repetition that has passed, from 0 to 1; negative before the first pulse."""
-    repetitions = (time - c.first) / c.repetition
+    repetitions = (LATE * time - c.first) / c.repetition
     part = repetitions - nearest_integer(repetitions)
     return repetitions if repetitions < 0.0 else part if part >= 0.0 else part + 1.0
 
@@ -52,10 +52,7 @@ def output(c: Constants, time: float) -> float:
 
 
 @Pulse.corner
-def begun(c: Constants, time: float) -> float:
-    return part_of(c, time)
-
-
-@Pulse.corner
-def high(c: Constants, time: float) -> float:
-    return c.duty - part_of(c, time)
+def edges(c: Constants, time: float) -> int:
+    part = part_of(c, time)
+    repetitions = nearest_integer((LATE * time - c.first) / c.repetition - part)
+    return 2 * int(min(repetitions, 1e15)) + (1 if part < c.duty else 2) if part >= 0.0 else 0

@@ -5,6 +5,7 @@ A step or a rectangular pulse (Sarraf et al. 2012, section 3.1, Fig. 6a).
 
 from typing import NamedTuple
 
+from proofmass.blocks.arithmetic.edges import LATE, instant
 from proofmass.blocks.declaration.declare import Block, param
 
 
@@ -29,21 +30,16 @@ class Constants(NamedTuple):
 
 @Step.constants
 def constants(p: Step, period: float) -> Constants:
-    early = p.start_time - 1.0e-6 * period  # a tick that rounding puts just before an edge is on it
-    return Constants(p.offset, p.offset + p.amplitude, early, early + p.duration if p.duration > 0.0 else 1.0e300)
+    last = instant(p.start_time + p.duration, period) if p.duration > 0.0 else 1.0e300
+    return Constants(p.offset, p.offset + p.amplitude, instant(p.start_time, period), last)
 
 
 @Step.output("{unit}")
 def output(c: Constants, time: float) -> float:
     """The step."""
-    return c.level if c.first <= time < c.last else c.offset
+    return c.level if c.first <= LATE * time < c.last else c.offset
 
 
 @Step.corner
-def begun(c: Constants, time: float) -> float:
-    return time - c.first
-
-
-@Step.corner
-def ended(c: Constants, time: float) -> float:
-    return time - c.last
+def edges(c: Constants, time: float) -> int:
+    return (1 if c.first <= LATE * time else 0) + (1 if c.last <= LATE * time else 0)

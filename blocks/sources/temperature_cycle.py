@@ -55,15 +55,7 @@ def temperature(c: Constants, time: float) -> float:
 
 
 @TemperatureCycle.corner
-def warm(c: Constants, time: float) -> float:
-    return c.pace * elapsed_at(c, time) - c.span
-
-
-@TemperatureCycle.corner
-def cooling(c: Constants, time: float) -> float:
-    return elapsed_at(c, time) - c.half
-
-
-@TemperatureCycle.corner
-def cold(c: Constants, time: float) -> float:
-    return c.pace * (elapsed_at(c, time) - c.half) - c.span
+def bends(c: Constants, time: float) -> int:
+    elapsed = elapsed_at(c, time)
+    halves = int(clip(nearest_integer((time - elapsed) / c.half), 0.0, 1e15)) + (1 if elapsed >= c.half else 0)
+    return 2 * halves + (1 if c.pace * (elapsed - (c.half if elapsed >= c.half else 0.0)) >= c.span else 0)

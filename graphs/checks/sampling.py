@@ -42,8 +42,11 @@ def _one_tick(duration: Fraction, rate: Fraction) -> Problem:
 def _folded(flat: FlatGraph, name: str, rate: Fraction) -> Iterator[Problem]:
     """A source whose frequency is not below half its rate."""
     block = flat.blocks[name]
-    if flat.integration.sources != _HELD:
-        return
+    says = flat.integration
+    if says.sources != _HELD:
+        if says.substeps is None or says.method not in ("auto", "runge_kutta_4"):
+            return  # steps are chosen by the frequencies of sources, or by their error
+        rate *= says.substeps
     for parameter in type(block).parameters.values():
         driven = any(wire.target == f"{name}.{parameter.name}" for wire in flat.wires)
         if parameter.kind is not float or driven or "frequency" not in parameter.name:

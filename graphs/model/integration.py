@@ -16,7 +16,7 @@ FINEST, COARSEST = 1e-14, 0.1  # accuracy
 MOST_SUBSTEPS = 1_000_000
 INTEGRATION_KEYS = {
     "method": "exact (linear blocks only), runge_kutta_4, dormand_prince (adaptive steps), radau (stiff), or auto.",
-    "accuracy": "Relative error per time constant or radian that sub-steps are chosen for; adaptive tolerance.",
+    "accuracy": "Error that a run reaches, of the largest value of each state; runge_kutta_4 does not watch it.",
     "substeps": "Sub-steps in each tick, instead of as many as the accuracy asks for.",
     "event_tolerance": "How exactly the time of an event is found; 1e-12 of a tick when nothing is said.",
     "sources": "Sources that drive continuous blocks: held over the tick, first_order_hold, or continuous.",

@@ -2,9 +2,10 @@
 
 Plain Python runs these functions on lists, the compiled loop on arrays, both to the same bits. What they are given:
 `step(context, time, length, x, moved, error)` writes the states one step later and an estimate of their error;
-`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens, and behind the `events`
-the numbers whose signs tell on which side of each corner the group is; `then(context, time, x, which)` changes the
-states when an event happens. Nothing happens at a corner but that a step ends there, and the next begins beyond it.
+`clearances(context, time, x, clear)` writes what is above zero as long as nothing happens; behind the `events` the
+numbers whose signs tell on which side of each corner the group is; and, from `counts` on, how many corners a source has
+passed. `then(context, time, x, which)` changes the states when an event happens. Nothing happens at a corner but that a
+step ends there, and the next begins beyond it.
 """
 
 from typing import Any
@@ -14,13 +15,19 @@ from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fra
 Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
 
 MOST_EVENTS = 10_000  # in one tick
-MOST_CORNERS = 1_000
+CHATTER = 500  # events, and as many again in no less than half the time: fewer rebounds of a ball slow down
+MOST_CORNERS = 1_000  # that equal steps end at
+MOST_SHORT, SHORT = 1_000, 1e-6  # steps one after the other, each shorter than that part of a tick
 SHORTEST = 1e-12  # step, in ticks
-STEPS_TOO_SHORT = -1.0  # what `integrate` returns where no step is short enough
-DONE = 0.0
+DONE = 0.0  # what `integrate` returns where all went well
+STEPS_TOO_SHORT = -1.0  # no step is short enough
+STEPS_TOO_MANY = -2.0
 SAFETY, LEAST, MOST = 0.9, 0.2, 5.0  # of the next step's length, in this one's
 NEARLY = 1.0 - 1e-9
 TINY = 1e-300
+UNWATCHED = -2.0  # in place of the side of a corner
+NEAR = 1e-3  # of the first step: at a jump that is so near, and moves with the states, steps no longer get shorter
+YOUNG = 1e-3  # part of its largest value that a state had at most before it left rest
 
 
 def integrate(
@@ -38,44 +45,103 @@ def integrate(
     moved: Flat,
     error: Flat,
     largest: Flat,
+    begun: Flat,
     clear: Flat,
     side: Flat,
     events: int,
+    counts: int,
 ) -> float:
     """Move the states `x` by a period, in steps of `first` seconds, or from there on as long as a tolerance allows.
 
     A tolerance of zero means steps as long as the first, shorter ones only where no number comes out of it. Errors
-    are relative to the `largest` value that a state ever had, which is kept there. Events are found to within
-    `precision` seconds. Returns `DONE`, or `STEPS_TOO_SHORT`, or the number, from 1, of an event that happens again
-    and again.
+    are relative to the `largest` value that a state ever had, which is kept there. What leaves rest in this tick has
+    no such value yet: then the tick is passed once to find it, and again from where it `begun`. Events are found to
+    within `precision` seconds. Returns `DONE`, `STEPS_TOO_SHORT`, `STEPS_TOO_MANY`; the number, from 1, of an event
+    that happens again and again at one instant; or that of an event or corner too many, after all these.
     """
-    done, size, corners = 0.0, first, 0
-    allowed = _settled(clearances, then, context, start, x, clear, side, events, MOST_EVENTS)
+    for i in range(len(x)):
+        begun[i] = x[i]
+        begun[len(x) + i] = max(largest[i], abs(x[i]))
+    status, from_rest, young = DONE, True, 1.0
+    while status == DONE and from_rest and young > 0.1 * YOUNG:
+        for i in range(len(x)):
+            x[i] = begun[i]
+        status, from_rest = _passed(
+            step, clearances, then, context, start, period, first, tolerance, order, precision,
+            x, moved, error, largest, begun, clear, side, events, counts, young,
+        )  # fmt: skip
+        young *= YOUNG
+    return status
+
+
+def _passed(
+    step: Any,
+    clearances: Any,
+    then: Any,
+    context: Any,
+    start: float,
+    period: float,
+    first: float,
+    tolerance: float,
+    order: int,
+    precision: float,
+    x: Flat,
+    moved: Flat,
+    error: Flat,
+    largest: Flat,
+    begun: Flat,
+    clear: Flat,
+    side: Flat,
+    events: int,
+    counts: int,
+    young: float,
+) -> tuple[float, bool]:
+    """Return what `integrate` does, and whether an error counted as small for what lies ahead of a state."""
+    done, size, corners, short, corner, from_rest = 0.0, first, 0, 0, -1, False
+    happened, earliest, middle = 0, 0.0, 0.0
+    allowed = _settled(clearances, then, context, start, x, clear, side, events, counts, MOST_EVENTS)
     while done < period and allowed > 0:
         left = period - done
         length = left if size >= left * NEARLY else size
         step(context, start + done, length, x, moved, error)
         if tolerance > 0.0:
-            worst = _largest_error(moved, error, largest) / tolerance
+            worst = _largest_error(x, moved, error, largest, begun, first / length, young) / tolerance
             size = length * _growth(worst, order)
-            if not worst <= 1.0:
-                if size < period * SHORTEST:
-                    return STEPS_TOO_SHORT
+            jumped = False
+            if not worst <= 1.0 and _is_finite(moved):  # by a jump? Then the step up to it decides
+                event = _due(clearances, context, start + done + length, moved, clear, side, events, counts)
+                jumped = event >= counts or (event >= events and length < NEAR * first)
+            if size < period * SHORTEST and not jumped and not (worst <= 1.0 and length == left):
+                return STEPS_TOO_SHORT, False
+            if not worst <= 1.0 and not jumped:
                 continue
+            if not jumped and not _largest_error(x, moved, error, largest, begun, 0.0, young) <= tolerance:
+                from_rest = True
         elif not _is_finite(moved):  # a stage went beyond the end of physics; an event may lie before it
             size = 0.5 * length
             if size < period * SHORTEST:
-                return STEPS_TOO_SHORT
+                return STEPS_TOO_SHORT, False
             continue
         else:
             size = first
-        event = _due(clearances, context, start + done + length, moved, clear, side, events)
+        event = _due(clearances, context, start + done + length, moved, clear, side, events, counts)
         if event >= 0:
-            length, event = _located(
-                step, clearances, context, start + done, length, event, precision, x, moved, error, clear, side, events
-            )
-        if 0 <= event < events:
-            _moved(step, context, start + done, length, x, moved, error)
+            before, length, event = _located(
+                step, clearances, context, start + done, length, event, precision,
+                x, moved, error, clear, side, events, counts,
+            )  # fmt: skip
+            size = min(size, first)
+            if event >= events and before > 0.0:
+                step(context, start + done, before, x, moved, error)
+                worst = _largest_error(x, moved, error, largest, begun, first / before, young)
+                if tolerance > 0.0 and not worst <= tolerance and before > period * SHORTEST:
+                    size = 0.5 * before  # a stage lay beyond the jump
+                    continue
+                for i in range(len(x)):
+                    x[i] = moved[i]
+            else:
+                before = 0.0
+            _moved(step, context, start + done + before, length - before, x, moved, error)
         for i in range(len(x)):
             x[i] = moved[i]
             largest[i] = max(largest[i], abs(x[i]))
@@ -83,19 +149,41 @@ def integrate(
         if 0 <= event < events:
             then(context, start + done, x, event)
             allowed -= 1
-        allowed = _settled(clearances, then, context, start + done, x, clear, side, events, allowed)
+            happened += 1
+            earliest = done if happened == 1 else earliest
+            middle = done if happened == CHATTER else middle
+            pace = (done - middle) / CHATTER
+            steady = happened == 2 * CHATTER and done - middle >= 0.5 * (middle - earliest)
+            if steady and period - done > MOST_EVENTS * pace:
+                return 1.0 + len(clear) + event, False
+        allowed = _settled(clearances, then, context, start + done, x, clear, side, events, counts, allowed)
         corners += 1 if event >= events else 0
-        if corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
+        if tolerance == 0.0 and corners > MOST_CORNERS:  # motion along a jump, which steps would never leave
             for i in range(len(side)):
-                side[i] = 0.0
-    return DONE if allowed > 0 else 1.0 + _due(clearances, context, start + done, x, clear, side, events)
+                side[i] = UNWATCHED
+        short = short + 1 if length < period * SHORT and not 0 <= event < events else 0
+        corner = event if event >= events else corner if short > 0 else -1
+        if tolerance > 0.0 and short > MOST_SHORT:
+            return (1.0 + len(clear) + corner if corner >= 0 else STEPS_TOO_MANY), False
+        if allowed == 0:
+            due = _due(clearances, context, start + done, x, clear, side, events, counts)
+            return (1.0 + due if due >= 0 else 1.0 + len(clear) + max(0, event)), False
+    return DONE, from_rest
 
 
-def _largest_error(moved: Flat, error: Flat, largest: Flat) -> float:
-    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite."""
+def _largest_error(x: Flat, moved: Flat, error: Flat, largest: Flat, begun: Flat, reach: float, young: float) -> float:
+    """Return the largest error of a state, relative to the largest value that it ever had; NaN if one is not finite.
+
+    A state that leaves rest may grow with a high power of the time, so that no step is short enough for what it is at
+    the end of it: while it is less than the part `young` of what its rate makes of a first step, `reach` times as long,
+    its error is relative to that, and once more.
+    """
     worst, broken = 0.0, 0.0
     for i in range(len(moved)):
-        ratio = abs(error[i]) / (max(largest[i], abs(moved[i])) + TINY)
+        scale, change = max(largest[i], abs(moved[i])), reach * abs(moved[i] - x[i])
+        if largest[i] <= young * change and begun[len(x) + i] <= YOUNG * scale:
+            scale = max(scale, reach * change)
+        ratio = abs(error[i]) / (scale + TINY)
         worst = max(worst, ratio)
         broken += ratio - ratio
     return worst + broken
@@ -119,30 +207,45 @@ def _growth(worst: float, order: int) -> float:
     return min(MOST, max(LEAST, SAFETY * exponential(-logarithm / order)))
 
 
-def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int) -> int:
-    """The first event whose clearance is used up, or corner that is on the other side; or -1."""
+def _due(clearances: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, counts: int) -> int:
+    """The first event whose clearance is used up, or corner that is reached, where the next side may begin; or -1."""
     if len(clear) > 0:
         clearances(context, time, x, clear)
         for i in range(len(clear)):
-            if (clear[i] <= 0.0) if i < events else (clear[i] * side[i] < 0.0):
+            if i < events:
+                reached = clear[i] <= 0.0
+            elif i < counts:
+                reached = side[i] > UNWATCHED and clear[i] * side[i] <= 0.0
+            else:
+                reached = side[i] > UNWATCHED and clear[i] != side[i]
+            if reached:
                 return i
     return -1
 
 
 def _settled(
-    clearances: Any, then: Any, context: Any, time: float, x: Flat, clear: Flat, side: Flat, events: int, allowed: int
+    clearances: Any,
+    then: Any,
+    context: Any,
+    time: float,
+    x: Flat,
+    clear: Flat,
+    side: Flat,
+    events: int,
+    counts: int,
+    allowed: int,
 ) -> int:
     """Let everything happen that is due, and note on which side each corner is; how many events are still allowed in
     this tick."""
     for i in range(len(side)):
-        side[i] = 0.0
-    due = _due(clearances, context, time, x, clear, side, events)
+        side[i] = UNWATCHED
+    due = _due(clearances, context, time, x, clear, side, events, counts)
     while due >= 0 and allowed > 0:
         then(context, time, x, due)
         allowed -= 1
-        due = _due(clearances, context, time, x, clear, side, events)
+        due = _due(clearances, context, time, x, clear, side, events, counts)
     for i in range(events, len(clear)):
-        side[i] = 1.0 if clear[i] > 0.0 else -1.0 if clear[i] < 0.0 else 0.0
+        side[i] = clear[i] if i >= counts else 1.0 if clear[i] > 0.0 else -1.0 if clear[i] < 0.0 else UNWATCHED
     return allowed
 
 
@@ -169,9 +272,10 @@ def _located(
     clear: Flat,
     side: Flat,
     events: int,
-) -> tuple[float, int]:
-    """The length of a step that ends at the first event or just beyond the first corner in it, and which one that is;
-    `event` is due at its end. To a corner it goes at once, in two steps: no stage of the first is beyond it.
+    counts: int,
+) -> tuple[float, float, int]:
+    """The lengths of a step that ends before the first event or corner in it and of one that ends at it or beyond, and
+    which one that is; `event` is due at the end of `length`.
 
     Bisection finds the event to within `precision`; where its clearance is a straight line there, what is left is
     taken off too, since whatever an event comes late stays in the motion that follows.
@@ -182,17 +286,14 @@ def _located(
         if not (after - before > precision and before < middle < after):
             break
         step(context, time, middle, x, moved, error)
-        found = _due(clearances, context, time + middle, moved, clear, side, events)
+        found = _due(clearances, context, time + middle, moved, clear, side, events, counts)
         if found >= 0:
             after, event, used = middle, found, clear[found]
         else:
             before = middle
-    _moved(step, context, time, before, x, moved, error)
     if event >= events:
-        for i in range(len(x)):
-            x[i] = moved[i]
-        _moved(step, context, time + before, after - before, x, moved, error)
-        return after, event
+        return before, after, event
+    _moved(step, context, time, before, x, moved, error)
     clearances(context, time + before, moved, clear)
     share = clear[event] / (clear[event] - used) if clear[event] > 0.0 else 1.0
-    return before + share * (after - before), event
+    return before, before + share * (after - before), event

@@ -29,7 +29,8 @@ class Group:
     `states` are the fields of the blocks' states, modes included. `nodes` are evaluated at every instant, in order:
     outputs, and the constants of blocks that a signal within the group drives. `loops` are solved at every instant.
     `inputs` are the outputs of other blocks that act on the group, held over the tick; those in `ramps` move on a
-    straight line to their next value. `events` are those of its blocks, `corners` those of all its members.
+    straight line to their next value. `events` are those of its blocks, `corners` those of all its members, of
+    which the last `counters` count.
     """
 
     blocks: tuple[str, ...]
@@ -41,6 +42,12 @@ class Group:
     ramps: tuple[Endpoint, ...]
     events: tuple[tuple[str, str], ...]
     corners: tuple[tuple[str, str], ...]
+    counters: int
+
+    @property
+    def counts(self) -> int:
+        """Place of the first counter among events and corners."""
+        return self.watched - self.counters
 
     @property
     def watched(self) -> int:
@@ -146,6 +153,8 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
     nodes, cycles = in_order({node: [n for n in befores if n in needs] for node, befores in needs.items()})
     moving = dict.fromkeys(name for name, _ in outputs_of(nodes))
     corners = [(name, corner) for name in moving for corner in type(graph.blocks[name]).corners]
+    corners = [corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)]
+    counters = [(name, corner) for name, corner in corners if type(graph.blocks[name]).corners[corner].returns is int]
     ahead = sources(graph, schedule) if graph.integration.sources == "first_order_hold" else ()
     return Group(
         blocks=blocks,
@@ -156,7 +165,8 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
         inputs=tuple(inputs),
         ramps=tuple(node for node in inputs if node in ahead),
         events=tuple((name, event) for name in blocks for event in type(graph.blocks[name]).events),
-        corners=tuple(corner for corner in corners if _is_known(graph.blocks[corner[0]], schedule, *corner, needed)),
+        corners=(*(corner for corner in corners if corner not in counters), *counters),
+        counters=len(counters),
     )
 
 

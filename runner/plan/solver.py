@@ -8,6 +8,9 @@ from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.keys import LargestOf
 
+SHARE = {"dormand_prince": 0.003, "radau": 0.1}  # of the accuracy, that the error of one step may have
+FINEST = 1e-15  # below which rounding alone decides
+
 
 @dataclass(frozen=True)
 class Solver:
@@ -36,6 +39,11 @@ class Solver:
     def renewed(self) -> bool:
         """True if the matrices change from tick to tick."""
         return self.driven or bool(self.factors)
+
+    @property
+    def allowed(self) -> float:
+        """Error that a step may have, relative to the largest value of each state; zero where nobody watches it."""
+        return max(FINEST, SHARE[self.method] * self.tolerance) if self.tolerance else 0.0
 
     @property
     def order(self) -> int:

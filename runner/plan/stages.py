@@ -92,10 +92,10 @@ class Stages:
                 place += 1
 
     def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
-        """For each event a number that is above zero until it happens; then the side of each corner."""
+        """For each event a number that is above zero until it happens; then the side of each corner, or a count."""
         known = self._known(context, time, x)
         for number, call in enumerate(self._clearances):
-            out[number] = self._called(call, known)
+            out[number] = float(self._called(call, known))
 
     def then(self, context: Context, time: float, x: Any, which: int) -> None:
         """The states after an event."""

@@ -19,12 +19,11 @@ from proofmass.runner.plan.planned import Driven, Filled
 from proofmass.runner.plan.rates import rates_at
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Stages
-from proofmass.runner.planning.corners import looks_at_numbers
 
 FirstTick = Callable[[], tuple[Mapping[str, Any], Mapping[Endpoint, Any]]]  # constants and wires
 
-STIFF = 100  # sub-steps of an explicit method in a tick, beyond which another method is chosen
-STABLE = 2.5  # time constants that a step of an explicit method may have before it is unstable
+STIFF = 250  # time constants in a tick, from which on an implicit method is chosen
+MOST_FIRST = 100  # first steps of an implicit method in a tick
 PRECISION = 1e-12  # of the time of an event, in ticks
 
 
@@ -73,26 +72,13 @@ class _Choice:
             return "runge_kutta_4" if method == "auto" else method, self.says.substeps
         fastest = self._fastest()
         if method == "auto":
-            method = self._chosen(fastest)
+            method = "radau" if self.period * fastest > STIFF else "dormand_prince"
+        fastest = max(fastest, self._frequency())
         substeps = self._substeps(fastest, EXPLICIT["runge_kutta_4" if method == "radau" else method].order)
-        if method == "runge_kutta_4" and substeps > MOST_SUBSTEPS:
+        if substeps > MOST_SUBSTEPS and method != "radau":
             hint = 'choose method = "radau", a lower accuracy or a higher rate'
             raise self._refused(f"needs {substeps:.3g} sub-steps in each tick", hint)
-        return method, min(substeps, STIFF) if method == "radau" else substeps
-
-    def _chosen(self, fastest: float) -> str:
-        """Choose an explicit method, of higher order for many steps; an implicit one if stability asks for many."""
-        if self.period * fastest > STABLE * STIFF:
-            return "radau"
-        many = self._substeps(fastest, EXPLICIT["runge_kutta_4"].order) > STIFF
-        return "dormand_prince" if many or self._has_hidden_corners() else "runge_kutta_4"
-
-    def _has_hidden_corners(self) -> bool:
-        """Return whether a block compares a moving number without declaring the corner.
-
-        Steps must be short at a corner, and only an estimate of the error shows where one is.
-        """
-        return any(looks_at_numbers(self.plan.blocks[name]) for name in self.group.members)
+        return method, min(substeps, MOST_FIRST) if method == "radau" else substeps
 
     def _fastest(self) -> float:
         """The rate of the fastest time constant in tick 0."""
@@ -100,6 +86,15 @@ class _Choice:
         if not math.isfinite(fastest):
             raise self._refused("its derivatives at the start are not finite", "look for a parameter that is far off")
         return fastest
+
+    def _frequency(self) -> float:
+        """The highest frequency that an output names, in rad/s: steps that pass over whole periods would not see it."""
+        blocks, drivers = self.plan.blocks, self.plan.schedule.drivers
+        names = sorted({name for name, _ in outputs_of(self.group.nodes)})
+        named = [(n, p) for n in names for p, d in type(blocks[n]).parameters.items() if d.unit == "Hz"]
+        values = [getattr(blocks[n], p) for n, p in named if (n, p) not in drivers]
+        values += [self.first_tick()[1][drivers[place]] for place in named if place in drivers]
+        return 2.0 * math.pi * max((abs(value) for value in values if isinstance(value, float)), default=0.0)
 
     def _substeps(self, fastest: float, order: int) -> int:
         """Sub-steps for which the error per time constant, (h / time constant)^order / (order + 1)!, is as wanted."""

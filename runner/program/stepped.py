@@ -32,9 +32,10 @@ class SteppedGroup(GroupWriter):
         steps = self.builder.compute("float_of_integer", self.substeps)
         self.length = self.builder.compute("divide", self.writer.period, steps, name=f"{self.name}_length")
         if not self.fixed:
-            self.tolerance = self.number("tolerance", float, solver.tolerance)
+            self.tolerance = self.number("tolerance", float, solver.allowed)
             self.precision = self.number("precision", float, solver.precision)
         self.x, self.moved, self.error = (self._array(key, size) for key in ("x", "moved", "error"))
+        self.begun = self._array("begun", 2 * size)  # states at the start of a tick, and their largest values there
         self.clear, self.side = (self._array(key, self.group.watched) for key in ("clear", "side"))
         self.largest = self.frame.wires[solver.largest] if solver.tolerance else self._array("largest", size)
         lengths = scratch(size) if solver.method == "radau" else ()
@@ -74,9 +75,9 @@ class SteppedGroup(GroupWriter):
                 builder.call(step, *leaves((context, at, self.length, self.x, self.x, self.error)))
         else:
             accuracy = (self.length, self.tolerance, operand(self.solver.order), self.precision)
-            arrays = (self.x, self.moved, self.error, self.largest, self.clear, self.side)
+            arrays = (self.x, self.moved, self.error, self.largest, self.begun, self.clear, self.side)
             given = (step, *events, context, time, self.writer.period, *accuracy, *arrays)
-            status = call(builder, integrate, (*given, operand(len(self.group.events))))
+            status = call(builder, integrate, (*given, operand(len(self.group.events)), operand(self.group.counts)))
             large = builder.compute("multiply", 1e308, builder.compute("multiply", 10.0, status))
             self.writer.lose(builder.compute("multiply", 0.0, large))  # NaN where it failed
         self.keep([builder.load(self.x, i) for i in range(len(self.group.states))])

@@ -9,7 +9,15 @@ from typing import Any, NamedTuple
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.continuous.exact_hold import Matrix
-from proofmass.runner.continuous.integrate import DONE, STEPS_TOO_SHORT, integrate
+from proofmass.runner.continuous.integrate import (
+    DONE,
+    MOST_EVENTS,
+    MOST_SHORT,
+    SHORT,
+    STEPS_TOO_MANY,
+    STEPS_TOO_SHORT,
+    integrate,
+)
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.planned import Plan
@@ -17,6 +25,7 @@ from proofmass.runner.plan.rates import assemble
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import Context, Stages
 
+SLIDING = "take a Saturation of some slope, or a Relay with hysteresis, or equal steps: substeps = 100"
 ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
 
 
@@ -26,6 +35,10 @@ class IntegrationError(ArithmeticError):
     def __init__(self, at: str, message: str, hint: str = "") -> None:
         super().__init__(message)
         self.at, self.hint = at, hint
+
+
+class TooOftenError(IntegrationError):
+    """Steps or events without end: to look for an output that has no value would take as long again."""
 
 
 class Moment(NamedTuple):
@@ -59,7 +72,7 @@ class PlainAdvance(Advance):
         self.solver, self.period, self.largest = solver, plan.period, largest
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
         size = len(solver.group.states)
-        self._moved, self._error = [0.0] * size, [0.0] * size
+        self._moved, self._error, self._begun = [0.0] * size, [0.0] * size, [0.0] * (2 * size)
         self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
@@ -144,16 +157,18 @@ class PlainAdvance(Advance):
             context.start,
             self.period,
             length,
-            solver.tolerance,
+            solver.allowed,
             solver.order,
             solver.precision,
             x,
             self._moved,
             self._error,
             self.largest,
+            self._begun,
             self._clear,
             self._side,
             len(solver.group.events),
+            solver.group.counts,
         )
 
     def _check(self, status: float, x: Sequence[float]) -> None:
@@ -168,11 +183,33 @@ class PlainAdvance(Advance):
                 hint = f"accuracy = {solver.tolerance:g} is below what rounding leaves of these numbers: ask for 1e-12"
                 raise IntegrationError(at, message, hint)
             raise IntegrationError(at, f"{message}: the solution may not exist beyond this instant")
+        if status == STEPS_TOO_MANY:
+            raise self._too_many()
         if status != DONE:
-            raise IntegrationError(
-                ".".join(solver.group.events[int(status) - 1]),
-                "the event happens again and again at one instant: its clearance is not above zero afterwards",
-            )
+            raise self._too_often(int(status) - 1)
+
+    def _too_often(self, which: int) -> IntegrationError:
+        """Return what an event or a corner does again and again: `which` counts all of them, and then once more."""
+        group = self.solver.group
+        watched = (*group.events, *group.corners)
+        at = ".".join(watched[which % len(watched)])
+        if which < len(watched):
+            again = "the event happens again and again at one instant"
+            return IntegrationError(at, f"{again}: its clearance is not above zero afterwards")
+        if which - len(watched) < len(group.events):
+            often = f"more than {MOST_EVENTS:,} events in a tick"
+            return TooOftenError(at, often, "take more hysteresis, a smaller event_tolerance or a higher rate")
+        return TooOftenError(at, "the motion slides along a jump, which it crosses without end", SLIDING)
+
+    def _too_many(self) -> IntegrationError:
+        """Return what asks for steps without end."""
+        group = self.solver.group
+        message = f"{MOST_SHORT:,} steps that are each shorter than {SHORT:g} of a tick: it would not end"
+        hint = 'ask for less accuracy or a higher rate; method = "radau" where the group is stiff'
+        if group.corners:
+            jumps = ", ".join(map(".".join, group.corners))
+            hint += f"; if the motion slides along a jump ({jumps}), {SLIDING}"
+        return TooOftenError(f"{group.blocks[0]}.derivative", message, hint)
 
     def _step(self, context: Context, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
         if self.solver.method not in EXPLICIT:

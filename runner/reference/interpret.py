@@ -28,7 +28,7 @@ from proofmass.runner.plan.bindings import (
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Filled, Plan
-from proofmass.runner.reference.advance import Advance, IntegrationError, Moment, PlainAdvance
+from proofmass.runner.reference.advance import Advance, IntegrationError, Moment, PlainAdvance, TooOftenError
 
 
 class TickError(ArithmeticError):
@@ -295,7 +295,7 @@ class Interpreter(Outputs):
             try:
                 moved = advance(moment)
             except (IntegrationError, NoSolutionError) as error:
-                lost = advance.lost(moment)
+                lost = "" if isinstance(error, TooOftenError) else advance.lost(moment)
                 raise TickError(lost or error.at, tick, math.nan if lost else error) from error
             except Exception:
                 self._at = advance.stages.at

@@ -32,7 +32,8 @@ def _method(solver: Solver) -> str:
         return "exact" + (", matrices made anew as parameters or factors move" if solver.renewed else "")
     if solver.tolerance:
         return f"{solver.method}, steps chosen for {solver.tolerance:g}"
-    return f"{solver.method}, {solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
+    steps = f"{solver.substeps} step{'s' if solver.substeps > 1 else ''} a tick"
+    return f"{solver.method}, {steps}, whose error is not watched"
 
 
 def provenance(graph: Graph, engine: str, integration: str = "", handed_over: int | None = None) -> dict[str, str]:

@@ -217,12 +217,12 @@ def wrong(rate: Any, linear: bool = True, default: float = 0.0) -> Block:
 @pytest.mark.parametrize(
     ("block", "method"),
     [
-        (wrong(lambda x, u: u - x, linear=False), "runge_kutta_4"),
-        (wrong(lambda x, u: u - x * x), "runge_kutta_4"),
-        (wrong(lambda x, u: u - x + 1.0), "runge_kutta_4"),
+        (wrong(lambda x, u: u - x, linear=False), "dormand_prince"),
+        (wrong(lambda x, u: u - x * x), "dormand_prince"),
+        (wrong(lambda x, u: u - x + 1.0), "dormand_prince"),
         (wrong(lambda x, u: u - abs(x)), "dormand_prince"),  # it has a corner that it does not name
-        (wrong(lambda x, u: x * x * u), "runge_kutta_4"),
-        (wrong(lambda x, u: u - x, default=2.0), "runge_kutta_4"),
+        (wrong(lambda x, u: x * x * u), "dormand_prince"),
+        (wrong(lambda x, u: u - x, default=2.0), "dormand_prince"),
     ],
     ids=["said so", "square", "constant", "absolute", "product", "default"],
 )

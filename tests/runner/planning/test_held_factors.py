@@ -80,7 +80,7 @@ def difference(one: Result, other: Result) -> float:
 def test_a_group_with_a_coriolis_force_of_a_held_rotation_is_exact() -> None:
     solver = plan(gyroscope()).solvers[0]
     assert (solver.method, solver.factors) == ("exact", (("rotation", "output"),))
-    assert plan(gyroscope(sources="continuous")).solvers[0].method == "runge_kutta_4"
+    assert plan(gyroscope(sources="continuous")).solvers[0].method == "dormand_prince"
 
 
 def test_it_is_the_group_of_driven_gains_and_the_limit_of_small_steps() -> None:
