@@ -13,7 +13,7 @@ from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import SignalRequest, quantity, signal_of
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 

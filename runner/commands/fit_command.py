@@ -14,7 +14,7 @@ from proofmass.runner.design.fit.fit import FitReport, fit
 from proofmass.runner.design.fit.plot import plot_fit
 from proofmass.runner.design.fit.starts import Arrivals, from_starts
 from proofmass.runner.design.fit.text import data, starts_text, text
-from proofmass.runner.output.plot import figure_kind, save_figure
+from proofmass.runner.output.pictures import figure_kind, save_figure
 from proofmass.runner.run.engine_table import EngineName
 
 

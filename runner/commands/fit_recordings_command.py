@@ -15,7 +15,7 @@ from proofmass.runner.design.identification.fitted import Fitted, fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ def margins_tab(graph: Graph) -> Answer:
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))
-    pictures = (_picture(plot_margins(margins), f"loop_{number}") for number, margins in enumerate(loops.values()))
+    pictures = (_picture(plot_margins(margins), f"loop {name}") for name, margins in loops.items())
     texts = [*map(margins_text, loops.values()), "\n".join(str(second_opinion(one)) for one in loops.values())]
     return Answer("\n\n".join(texts), tuple(pictures))
 
@@ -33,14 +33,14 @@ def noise_tab(graph: Graph) -> Answer:
     from proofmass.runner.commands.noise_command import noise_text
 
     texts, pictures, refusals = list[str](), list[str](), list[ModelError]()
-    for number, probe in enumerate(graph.probes):
+    for probe in graph.probes:
         try:
             budget = noise(graph, probe.signal)
         except ModelError as error:
             refusals.append(error)
             continue
         texts.append(noise_text(budget))
-        pictures.append(_picture(plot_noise(budget), f"noise_{number}"))
+        pictures.append(_picture(plot_noise(budget), f"noise of {probe.signal}"))
     if refusals and not texts:
         raise refusals[0]
     return Answer("\n\n".join(texts), tuple(pictures))
@@ -57,7 +57,7 @@ def spectra_tab(graph: Graph) -> Answer:
 
     result = simulate(graph)
     texts, pictures = list[str](), list[str]()
-    for number, (name, trace) in enumerate(result.traces.items()):
+    for name, trace in result.traces.items():
         if trace.values.ndim > 1:
             texts.append(f"{name}: a vector has no spectrum here")
             continue
@@ -72,7 +72,7 @@ def spectra_tab(graph: Graph) -> Answer:
         except ModelError:
             figures = None
         texts += [spectrum_text(density, None, None), tone_text(figures, whole) if figures else "no tone stands out"]
-        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum_{number}"))
+        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum of {name}"))
     return Answer("\n\n".join(texts), tuple(pictures))
 
 

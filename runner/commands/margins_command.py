@@ -24,7 +24,7 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.several_loops import show_over, show_together
 from proofmass.runner.commands.texts.margins import margins_text
 from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:

@@ -35,7 +35,7 @@ from proofmass.runner.commands.variants_command import (
     write_comparison,
 )
 from proofmass.runner.comparison.tables import text_of
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult

@@ -20,7 +20,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.commands.texts.sensitivity import sensitivity_text
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.planning.plan import plan
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density

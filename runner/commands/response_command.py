@@ -18,7 +18,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.commands.texts.margins import seconds_text
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 _ROWS = 8  # of the linear response without a simulation
 

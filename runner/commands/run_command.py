@@ -143,7 +143,7 @@ def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tu
     budgets = [noise(graph, output) for output in outputs]
     text = json_text([budget.as_data() for budget in budgets])
     (out / "noise.json").write_text(text + "\n", encoding="utf-8")
-    return [noise_section(budget, 1 + i) for i, budget in enumerate(budgets)], ["noise.json"]
+    return [noise_section(budget) for budget in budgets], ["noise.json"]
 
 
 def _swept(graph: Graph, request: RunRequest) -> int:

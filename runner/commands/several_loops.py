@@ -19,7 +19,7 @@ from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.output.text_table import text_table
 
 POINTS = 9

@@ -13,7 +13,7 @@ from proofmass.runner.analysis.spectrum.welch import Spectrum, spectrum
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import SignalRequest, band_of, quantity, signal_of
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 

@@ -48,7 +48,7 @@ def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
 
 def _write(result: Sweep, names: Sequence[str], out: Path) -> list[str]:
     # for start-up time: only a sweep with --out is drawn
-    from proofmass.runner.output.plot import save_figure
+    from proofmass.runner.output.pictures import save_figure
 
     out.mkdir(parents=True, exist_ok=True)
     save_sweep_csv(result, names, out / "sweep.csv")

@@ -19,7 +19,7 @@ from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.design.tune.tune import Tuned, tune
 from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 
 @dataclass(frozen=True)

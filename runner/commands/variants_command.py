@@ -10,7 +10,7 @@ from proofmass.runner.comparison.tables import Table, save_tables, study_tables
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.variant_curves import variant_charts
+from proofmass.runner.studies.shown.curves import variant_pictures
 
 PAGE, DATA = "variants.html", "variants.json"
 
@@ -53,5 +53,5 @@ def write_comparison(
         file.write((json_text(comparison_data(comparisons), indent=1) + "\n").encode())
     title = f"{next(iter(results.values())).study.graph.name}: variants"
     verdict = "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
-    save_tables(out / PAGE, title, verdict, comparison_tables(results, comparisons), variant_charts(results))
+    save_tables(out / PAGE, title, verdict, comparison_tables(results, comparisons), variant_pictures(results))
     return [DATA, PAGE]

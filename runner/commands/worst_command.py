@@ -19,7 +19,7 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.studies.whole.study import run_study
 

@@ -3,18 +3,21 @@
 import io
 import re
 from collections.abc import Iterable, Sequence
+from hashlib import blake2b
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.page_template import PAGE
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, write_figure
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
+_MARKERS = re.compile(r'(?:<use xlink:href="#\w+" x="[-\d.]+" y="[-\d.]+" (style="[^"]*")/>\s*)(?:<use [^>]*\1/>\s*)+')
+_TAG, _DIGITS = re.compile("<[^>]*>"), re.compile(r"(\d\.\d\d)\d+")  # hundredths of a point place anything
 
 
 class LivePart(NamedTuple):
@@ -66,18 +69,28 @@ def paragraphs(text: str) -> list[str]:
     return [escape(part) for part in re.split(r"\n\s*\n", text.strip()) if part]
 
 
-def picture(figure: "Figure", name: str) -> str:
-    """Return a figure as SVG with colours and fonts of the page; its name must be unique on the page.
+def picture(figure: "Figure", title: str) -> str:
+    """Return a figure as SVG with colours and fonts of the page; the title is read out in its place.
 
-    A page is one document: two pictures with clips of the same name would both be cut by the first.
+    A page is one document: two pictures with clips of the same name would both be cut by the first, so their
+    names have a hash of what is drawn. What many markers have in common is said once.
     """
     file = io.BytesIO()
     write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
-    text = inline(file.getvalue().decode()).replace("<svg ", '<svg class="picture" ', 1)
-    text = re.sub(r"\bclip_(?=\d)", f"{name}_clip_", text)
+    text = inline(file.getvalue().decode())
+    text = re.sub(r"\bclip_(?=\d)", f"clip_{blake2b(text.encode(), digest_size=6).hexdigest()}_", text)
+    head, _, rest = text.partition(">")
+    head = head.replace("<svg", '<svg class="picture" role="img"')
+    text = f"{head}><title>{escape(title)}</title>{rest}"
     for colour, name in _COLOURS.items():
         text = text.replace(colour, name)
+    text = _TAG.sub(lambda tag: _DIGITS.sub(r"\1", tag[0]), _MARKERS.sub(_said_once, text))
     return re.sub(r'(<text[^>]*style=")(?![^"]*fill:)', r"\1fill: var(--ink); ", text)
+
+
+def _said_once(markers: re.Match[str]) -> str:
+    bare = re.sub(rf"\s*{re.escape(markers[1])}/>\s*", "/>", markers[0])
+    return f"<g {markers[1]}>{bare}</g>"
 
 
 def inline(svg: str) -> str:

@@ -78,8 +78,8 @@ def _diagram(graph: Graph) -> str:
 
 
 def _plots(result: Result) -> str:
-    drawing, page = picture(plot_traces(result), "traces"), " page" if len(result.traces) <= _ONE_PAGE else ""
-    return f'<div class="wide{page}">{drawing}</div>'
+    page = " page" if len(result.traces) <= _ONE_PAGE else ""
+    return f'<div class="wide{page}">{picture(plot_traces(result), "traces of the probes")}</div>'
 
 
 def _summary(result: Result) -> str:

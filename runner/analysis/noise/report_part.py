@@ -12,8 +12,8 @@ _ROWS = 20  # of sources
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 
 
-def noise_section(budget: NoiseBudget, number: int = 1) -> tuple[str, str]:
-    """Return heading and HTML of a budget; its `number` tells several on a page apart."""
+def noise_section(budget: NoiseBudget) -> tuple[str, str]:
+    """Return heading and HTML of a budget."""
     factor, unit = prefix(budget.unit, budget.rms)
     rows = [
         f"<th>{broken(source.block)}</th><td>{escape(source.kind)}{' ?' if source.doubtful else ''}</td>"
@@ -24,7 +24,7 @@ def noise_section(budget: NoiseBudget, number: int = 1) -> tuple[str, str]:
     low, high = budget.band
     about = f"<p>{low:g} Hz to {high:g} Hz, about the operating point of the graph without noise.</p>"
     heads = ("source", "kind", f"rms {escape(unit)}".strip(), "share of the mean square")
-    drawing = picture(plot_noise(budget), f"noise_{number}")
+    drawing = picture(plot_noise(budget), f"noise of {budget.output}")
     notes = "".join(f"<p>{escape(note)}</p>" for note in budget.notes)
     html = about + table(heads, rows, numbers=(2, 3)) + _coefficients(budget) + notes
     return f"Noise of {budget.output}", f'{html}<div class="wide">{drawing}</div>'

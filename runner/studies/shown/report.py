@@ -14,13 +14,15 @@ from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
+from proofmass.runner.output.page import broken, facts, paragraphs, picture, save_page, small, table
+from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult, as_shown
+from proofmass.runner.studies.shown.curves import sweep_picture
 from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
+from proofmass.runner.studies.shown.plot import plot_distribution, plot_influences, plot_shares
 from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
-from proofmass.runner.studies.shown.report_charts import distribution_chart, influences_chart, shares_chart, sweep_chart
 from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
 from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
@@ -124,14 +126,18 @@ def _with_interval(row: dict[str, object], key: str) -> str:
 
 @at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
-    return "\n".join(f'<div class="wide">{distribution_chart(result, m)}</div>' for m in result.measures)
+    return "\n".join(f'<div class="wide">{_distribution(result, m)}</div>' for m in result.measures)
+
+
+def _distribution(result: StudyResult, measure: PlannedMeasure) -> str:
+    return picture(plot_distribution(result, measure), f"distribution of {measure.name}")
 
 
 def _curves(result: StudyResult) -> str:
     """Return each measure against each parameter that takes three values or more."""
     names = [name for name, values in result.study.sweep.items() if len(set(values)) > 2]
     return "\n".join(
-        f'<div class="wide">{sweep_chart(result, measure, name)}</div>'
+        f'<div class="wide">{sweep_picture(result, measure, name)}</div>'
         for name in names
         for measure in result.measures
         if np.isfinite(result[measure.name]).any()
@@ -154,9 +160,13 @@ def _of_measure(result: StudyResult, name: str, tables: Sequence[Influences]) ->
     newest = tables[-1].epoch == last
     pieces = [_tornado(result, tables[-1])] if newest else []
     if len(tables) > 1:
-        drawing = shares_chart([study.epochs[t.epoch] for t in tables], [t.regression for t in tables], name)
+        shares = plot_shares([study.epochs[t.epoch] for t in tables], [t.regression for t in tables])
+        drawing = picture(shares, f"what scatters {name} at each age")
         shown = [t for t in tables if study.epochs[t.epoch] in some_of(study.epochs)]
-        pieces += [f'<div class="wide">{drawing}</div>', _leading(study, shown)]
+        pieces += [
+            f'<div class="wide">{drawing}</div>',
+            _leading(study, shown),
+        ]
     pieces += [] if newest else [f"<p>{escape(name)} does not scatter at the last age.</p>"]
     return "\n".join(pieces)
 
@@ -175,7 +185,7 @@ def _tornado(result: StudyResult, influences: Influences) -> str:
         for i in regression.influences
     )
     heads = ("factor", "slope", "effect of 1 σ", "share of variance", "standardised", "of ranks")
-    drawing = influences_chart(influences)
+    drawing = picture(plot_influences(influences), f"influences on {measure.name}")
     return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 6))}'
 
 

@@ -7,12 +7,12 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text, recalibration_text, some_of
-from proofmass.runner.output.page import broken, table
+from proofmass.runner.output.page import broken, picture, table
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, concise, deviation_interval, mean_interval
 from proofmass.runner.studies.outcome.lifetimes import OUT, Lifetimes, lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.plot import plot_lifetimes
 from proofmass.runner.studies.shown.points import parts, swept_parts
-from proofmass.runner.studies.shown.report_charts import survival_chart
 from proofmass.runner.studies.shown.report_sections import at_each, percent_text
 
 
@@ -59,7 +59,7 @@ def _of_limit(lives: Lifetimes) -> str:
         if age in shown
     )
     heads = ("age", f"within limits ({100 * LEVEL:g} %)", f"never out ({100 * LEVEL:g} %)")
-    drawing = survival_chart(lives)
+    drawing = picture(plot_lifetimes(lives), f"lifetimes of {lives.limit}")
     return f'<p>{escape(text)}</p>\n<div class="wide">{drawing}</div>{table(heads, rows, numbers=range(3))}'
 
 
