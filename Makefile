@@ -41,7 +41,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/mypy
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
-	@if command -v tsc > /dev/null; then tsc -p runner/output/live; \
+	@if command -v tsc > /dev/null; then tsc -p runner/live; \
 	else echo "skipped: types of the scripts of live pages, for want of tsc (npm install -g typescript)"; fi
 
 # The site, without warnings, into build/site/html; it needs no network to be read.

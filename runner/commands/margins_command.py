@@ -1,6 +1,6 @@
 """The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -13,23 +13,23 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
+from proofmass.runner.analysis.margins.text import margins_text, sensitivity_text
 from proofmass.runner.commands.answers import print_file, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.several_loops import show_over, show_together
-from proofmass.runner.commands.texts.margins import margins_text
-from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
 from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
     from proofmass.runner.analysis.margins.second_opinion import SecondOpinion
-    from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ def show_margins(request: MarginsRequest) -> int:
         points = OperatingPoints(planned, request.at, bar)
         answers = _answers(points, request)
     loops = {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
-    quantities = sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
+    quantities = _sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
     if request.as_json:
         data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
         data |= {"python_control": [opinion.as_data() for opinion in _opinions(loops)]}
@@ -87,6 +87,20 @@ def show_margins(request: MarginsRequest) -> int:
     return DONE
 
 
+def _sensitivities(
+    points: OperatingPoints, loops: Mapping[str, Margins], source: str, target: str
+) -> list[Sensitivity]:
+    """Return scale factor and bias from one output to another, and the margins of loops, with their derivatives."""
+    planned = points.plan
+    ends = node_of(planned, source), node_of(planned, target)
+    quantities = list(points.answered(lambda about: transfer_sensitivities(about, *ends)))
+    for margins in loops.values():
+        if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
+            node = node_of(planned, margins.open_at)
+            quantities += margin_sensitivities(planned, margins, points.loop(node, by_parameters=True))
+    return quantities
+
+
 def _opinions(loops: dict[str, Margins]) -> "Iterator[SecondOpinion]":
     """Opinions of python-control on the loops; its import follows behind our figures."""
     if loops:
@@ -98,7 +112,7 @@ def _opinions(loops: dict[str, Margins]) -> "Iterator[SecondOpinion]":
 
 def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
     # start-up time: only this option needs it
-    from proofmass.runner.commands.texts.limit_cycles import limit_cycles, limit_cycles_data, limit_cycles_lines
+    from proofmass.runner.analysis.limit_cycles.text import limit_cycles, limit_cycles_data, limit_cycles_lines
 
     cycles = limit_cycles(graph, request.limit_cycle)
     if request.as_json:
@@ -140,7 +154,7 @@ def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Marg
     return margins_or_reasons(points, request.loop)
 
 
-def _draw(picture: Path, loops: dict[str, Margins], quantities: "list[Sensitivity]") -> list[Path]:
+def _draw(picture: Path, loops: dict[str, Margins], quantities: list[Sensitivity]) -> list[Path]:
     """A picture of each loop, and of the parameters; with their names in the file's name if there are several."""
 
     figures = {name: plot_margins(margins) for name, margins in loops.items()}

@@ -25,8 +25,6 @@ from proofmass.runner.commands.run_files import need_for, usual_format, write_ru
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
-from proofmass.runner.commands.texts.study import study_text
-from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.commands.variants_command import (
     compared,
     comparison_data,
@@ -36,10 +34,12 @@ from proofmass.runner.commands.variants_command import (
 )
 from proofmass.runner.comparison.tables import text_of
 from proofmass.runner.output.pictures import save_figure
+from proofmass.runner.output.times import time_text
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.plot import plot_study
+from proofmass.runner.studies.shown.text import study_text
 from proofmass.runner.studies.whole.ready import study_notes
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 

@@ -8,7 +8,7 @@ from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import working
 from proofmass.runner.commands.study_data import study_data
-from proofmass.runner.commands.texts.times import time_text
+from proofmass.runner.output.times import time_text
 from proofmass.runner.studies.kept.folder import find_folder, kept_result
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 

@@ -8,6 +8,7 @@ from typing import Any
 import click
 import numpy as np
 
+from proofmass.runner.analysis.margins.text import seconds_text
 from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import Response, response
 from proofmass.runner.analysis.response.simulated import Simulated
@@ -17,7 +18,6 @@ from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
-from proofmass.runner.commands.texts.margins import seconds_text
 from proofmass.runner.output.pictures import save_figure
 
 _ROWS = 8  # of the linear response without a simulation

@@ -9,12 +9,12 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_json, print_text
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.texts.rtl import module_lines, proof_lines
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
 from proofmass.runner.rtl.bench.report import report_data, save_report
 from proofmass.runner.rtl.bench.simulators import Played, Simulator, need_simulator, play
+from proofmass.runner.rtl.bench.text import module_lines, proof_lines
 from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.machine import Machine

@@ -1,13 +1,19 @@
 """Tabs of a live page besides the run: margins, noise and spectra of the graph with its changed parameters."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.output.live.session import Answer, Tabs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+class Answer(NamedTuple):
+    """The process's answer for a tab: text, and pictures as SVG."""
+
+    text: str
+    pictures: tuple[str, ...] = ()
 
 
 def margins_tab(graph: Graph) -> Answer:
@@ -16,7 +22,7 @@ def margins_tab(graph: Graph) -> Answer:
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.second_opinion import second_opinion
     from proofmass.runner.analysis.margins.stability import all_margins
-    from proofmass.runner.commands.texts.margins import margins_text
+    from proofmass.runner.analysis.margins.text import margins_text
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))
@@ -30,7 +36,7 @@ def noise_tab(graph: Graph) -> Answer:
     # start-up time: as above
     from proofmass.runner.analysis.noise.budget import noise
     from proofmass.runner.analysis.noise.plot import plot_noise
-    from proofmass.runner.commands.noise_command import noise_text
+    from proofmass.runner.analysis.noise.text import noise_text
 
     texts, pictures, refusals = list[str](), list[str](), list[ModelError]()
     for probe in graph.probes:
@@ -50,9 +56,9 @@ def spectra_tab(graph: Graph) -> Answer:
     """Amplitude density of each scalar probe over the run that the graph asks for, with the tone that stands out."""
     # start-up time: as above
     from proofmass.runner.analysis.spectrum.plot import plot_spectrum
+    from proofmass.runner.analysis.spectrum.text import TONE_WINDOW, spectrum_text, tone_text
     from proofmass.runner.analysis.spectrum.tones import tones
     from proofmass.runner.analysis.spectrum.welch import spectrum
-    from proofmass.runner.commands.spectrum_command import TONE_WINDOW, spectrum_text, tone_text
     from proofmass.runner.run.simulate import simulate
 
     result = simulate(graph)
@@ -83,4 +89,4 @@ def _picture(figure: "Figure", name: str) -> str:
     return picture(figure, name)
 
 
-TABS: Tabs = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}
+TABS = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}
