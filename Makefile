@@ -20,7 +20,7 @@ test: $(VENV)/installed-test
 test-all: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal --exhaustive
 
-FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
+FAST = tests/blocks/declaration tests/graphs tests/runner/commands/declarations tests/test_imports.py \
 	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
 	--ignore tests/graphs/model/test_nesting.py
 

@@ -1,13 +1,13 @@
 """The command `fit` of a graph to recordings: read, fit, show, draw, write the parameters into a graph file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import click
 
 from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
@@ -18,39 +18,7 @@ from proofmass.runner.output.export import whole_file
 from proofmass.runner.output.pictures import save_figure
 
 
-@dataclass(frozen=True)
-class RecordingsRequest:
-    """A call of `proofmass fit` with recordings."""
-
-    source: Path
-    files: tuple[Path, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    free: tuple[str, ...]
-    offsets: tuple[str, ...]
-    delays: tuple[str, ...]
-    levels: tuple[str, ...]
-    loss: str
-    tries: int
-    skip: str
-    gaps: str
-    interpolated: bool
-    plot: Path | None
-    target: Path | None
-    changes: tuple[str, ...]
-    seed: int | None
-    quiet: bool
-    own: Path | None
-    as_json: bool
-
-    def __post_init__(self) -> None:
-        if not self.files:
-            raise click.UsageError("--free needs --data, the recordings to fit to")
-        if not self.outputs:
-            raise click.UsageError("name what was recorded: --output BLOCK.PORT=COLUMN")
-
-
-def fit_recordings(request: RecordingsRequest) -> int:
+def fit_recordings(request: FitRequest) -> int:
     """Fit a graph to recordings; exit code 1 if they do not determine every parameter."""
     graph = graph_of(request.source, request.own, request.changes)
     with progress(request.quiet or request.as_json, "run") as bar:
@@ -76,10 +44,7 @@ def fit_recordings(request: RecordingsRequest) -> int:
         paths.append(save_figure(plot_fitted(fitted), request.plot))
     if request.target is not None and fitted.determined:
         paths.append(_written(fitted, request.target))
-    if request.as_json:
-        print_json({"graph": graph.name} | fitted.as_data())
-    else:
-        print_text([fitted_text(fitted)])
+    print_answer(request.as_json, lambda: {"graph": graph.name} | fitted.as_data(), [fitted_text(fitted)])
     for path in paths:
         print_file(path, request.as_json)
     if request.target is not None and not fitted.determined:

@@ -3,14 +3,13 @@
 import threading
 import time
 import webbrowser
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_problem
+from proofmass.runner.commands.declarations.live import LiveRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -20,18 +19,6 @@ from proofmass.runner.live.session import Session
 from proofmass.runner.live.study import has_study, live_study
 from proofmass.runner.live.watch import watch
 from proofmass.runner.output.counts import count
-
-
-@dataclass(frozen=True)
-class LiveRequest:
-    """A call of `proofmass live`."""
-
-    graph: Path
-    changes: tuple[str, ...]
-    probes: tuple[str, ...]
-    browser: bool
-    own: Path | None
-    study: Path | None
 
 
 def serve_live(request: LiveRequest) -> int:

@@ -1,7 +1,8 @@
 """The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,37 +20,19 @@ from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivit
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
 from proofmass.runner.analysis.margins.text import margins_text, sensitivity_text
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.several_loops import show_over, show_together
-from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from proofmass.runner.analysis.margins.second_opinion import SecondOpinion
-
-
-@dataclass(frozen=True)
-class MarginsRequest:
-    """A call of `proofmass margins`."""
-
-    graph: Path
-    loop: str
-    at: str
-    sensitivity: tuple[str, str] | None
-    gains: tuple[str, ...]
-    amplitudes: tuple[str, ...]
-    limit_cycle: str
-    together: bool
-    others: tuple[str, ...]
-    over: str
-    picture: Path | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def show_margins(request: MarginsRequest) -> int:
@@ -69,17 +52,14 @@ def show_margins(request: MarginsRequest) -> int:
         answers = _answers(points, request)
     loops = {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
     quantities = _sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
-    if request.as_json:
-        data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
-        data |= {"python_control": [opinion.as_data() for opinion in _opinions(loops)]}
-        print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
-    else:
-        print_text(map(margins_text, loops.values()))
-        print_text(map(sensitivity_text, quantities))
-        print_text(map(str, _opinions(loops)))
+    data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
+    data |= {"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}
+    texts = chain(
+        map(margins_text, loops.values()), map(sensitivity_text, quantities), (str(one) for one in _opinions(loops))
+    )
+    print_answer(request.as_json, lambda: data | {"python_control": [one.as_data() for one in _opinions(loops)]}, texts)
     if request.picture is not None:
-        for path in _draw(request.picture, loops, quantities):
-            print_file(path, request.as_json)
+        _draw(request.picture, loops, quantities, request.as_json)
     problems = [problem for error in answers.values() if isinstance(error, ModelError) for problem in error.problems]
     problems += missed(planned, loops)
     if problems:
@@ -115,10 +95,7 @@ def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
     from proofmass.runner.analysis.limit_cycles.text import limit_cycles, limit_cycles_data, limit_cycles_lines
 
     cycles = limit_cycles(graph, request.limit_cycle)
-    if request.as_json:
-        print_json(limit_cycles_data(graph, cycles))
-    else:
-        print_text(limit_cycles_lines(cycles))
+    print_answer(request.as_json, lambda: limit_cycles_data(graph, cycles), limit_cycles_lines(cycles))
     return DONE
 
 
@@ -154,11 +131,10 @@ def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Marg
     return margins_or_reasons(points, request.loop)
 
 
-def _draw(picture: Path, loops: dict[str, Margins], quantities: list[Sensitivity]) -> list[Path]:
-    """A picture of each loop, and of the parameters; with their names in the file's name if there are several."""
-
-    figures = {name: plot_margins(margins) for name, margins in loops.items()}
+def _draw(picture: Path, loops: dict[str, Margins], quantities: list[Sensitivity], as_json: bool) -> None:
+    """Draw each loop, and the parameters; with their names in the file's name if there are several."""
+    figures: dict[str, Callable[[], Figure]] = {name: partial(plot_margins, loop) for name, loop in loops.items()}
     if quantities:
-        figures["sensitivity"] = plot_sensitivities(quantities)
-    names = [picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}") for name in figures]
-    return [save_figure(figure, path) for figure, path in zip(figures.values(), names, strict=True)]
+        figures["sensitivity"] = partial(plot_sensitivities, quantities)
+    for name, draw in figures.items():
+        print_picture(draw, picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}"), as_json)

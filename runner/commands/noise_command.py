@@ -1,6 +1,6 @@
 """The command `noise`: what the noise of an output is made of."""
 
-from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import click
@@ -13,34 +13,17 @@ from proofmass.runner.analysis.noise.budget import NoiseBudget, budget_at
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.analysis import NoiseRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
-from proofmass.runner.output.pictures import save_figure
 from proofmass.runner.planning.plan import plan
 
 _NO_OUTPUT = Problem(
     message="the graph has no probe", key="probes", hint="name an output: --output adc.number", path=("probes",)
 )
-
-
-@dataclass(frozen=True)
-class NoiseRequest:
-    """Request of `proofmass noise`."""
-
-    graph: Path
-    output: str
-    source: str
-    band: tuple[str, str] | None
-    at: str
-    derivatives: bool
-    until: str | None
-    picture: Path | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def show_noise(request: NoiseRequest) -> int:
@@ -59,21 +42,19 @@ def show_noise(request: NoiseRequest) -> int:
             budgets.append(budget_at(points, output, request.source, band_of(request.band), (), request.derivatives))
         except ModelError as error:
             refused.append(error)
-    if request.as_json:
-        print_json(budgets[0].as_data() if request.output and budgets else [budget.as_data() for budget in budgets])
-    else:
-        print_text(text for budget in budgets for text in (noise_text(budget), *derivatives_text(budget)))
-    if request.picture is not None:
-        names = [_named(request.picture, budget.output, len(budgets)) for budget in budgets]
-        for budget, path in zip(budgets, names, strict=True):
-            print_file(save_figure(plot_noise(budget), path), request.as_json)
+    data = [budget.as_data() for budget in budgets]
+    texts = (text for budget in budgets for text in (noise_text(budget), *derivatives_text(budget)))
+    print_answer(request.as_json, lambda: data[0] if request.output and data else data, texts)
+    for budget in budgets if request.picture else ():
+        path = _named(request.picture, budget.output, len(budgets))
+        print_picture(partial(plot_noise, budget), path, request.as_json)
     if refused:
         raise ModelError([problem for error in refused for problem in error.problems])
     return DONE
 
 
-def _named(picture: Path, output: str, several: int) -> Path:
-    return picture if several == 1 else picture.with_stem(f"{picture.stem}_{output}")
+def _named(picture: Path | None, output: str, several: int) -> Path | None:
+    return picture if several == 1 or picture is None else picture.with_stem(f"{picture.stem}_{output}")
 
 
 def _show_value(request: NoiseRequest, graph: Graph) -> int:
@@ -90,8 +71,5 @@ def _show_value(request: NoiseRequest, graph: Graph) -> int:
         raise click.UsageError(f"{', '.join(wrong)}: with --until there is one value, and no spectrum; leave it out")
     with progress(request.as_json) as bar:
         value = deviation_over_runs(graph, request.output, until=request.until, progress=bar)
-    if request.as_json:
-        print_json(value.as_data())
-    else:
-        print_text([value_text(value)])
+    print_answer(request.as_json, value.as_data, [value_text(value)])
     return DONE

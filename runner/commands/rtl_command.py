@@ -7,13 +7,14 @@ from typing import Any
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.declarations.graphs import RtlRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
 from proofmass.runner.rtl.bench.report import report_data, save_report
-from proofmass.runner.rtl.bench.simulators import Played, Simulator, need_simulator, play
+from proofmass.runner.rtl.bench.simulators import Played, need_simulator, play
 from proofmass.runner.rtl.bench.text import module_lines, proof_lines
 from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose
@@ -23,24 +24,6 @@ from proofmass.runner.rtl.proof.prove_machine import proofs_data, prove_machine
 from proofmass.runner.rtl.text.amaranth import amaranth_files
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.tools.synth import Family, Resources, synthesized
-
-
-@dataclass(frozen=True)
-class RtlRequest:
-    """A call of `proofmass rtl`."""
-
-    graph: Path
-    names: tuple[str, ...]
-    out: Path
-    ticks: int | None
-    keep_adders: bool
-    amaranth: bool
-    simulators: tuple[Simulator, ...]
-    prove: bool
-    family: Family | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 @dataclass(frozen=True)

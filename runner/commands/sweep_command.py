@@ -6,7 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_files
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.swept_values import sweeps
 from proofmass.runner.output.counts import count
@@ -19,12 +19,10 @@ def run_sweep(graph: Graph, swept: tuple[str, ...], measures: tuple[str, ...], o
     as_json = options.pop("as_json")
     names = _measures(graph, measures)
     result = sweep(graph, sweeps(swept), **options)
-    if as_json:
-        print_json({"graph": graph.name, "units": result.measures, "points": result.rows(names)})
-    else:
-        engine = result.results[0].provenance["engine"]
-        print_text([f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine", ""])
-        print_text(sweep_lines(result, names))
+    engine = result.results[0].provenance["engine"]
+    head = f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine"
+    data = {"graph": graph.name, "units": result.measures, "points": result.rows(names)}
+    print_answer(as_json, lambda: data, [head, "", *sweep_lines(result, names)])
     if out is not None:
         print_files(out, _write(result, names, out), as_json)
     return DONE
