@@ -89,10 +89,9 @@ def _verdict(table: Mapping[str, Any], key: str) -> Any:
 class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
-    docs: Mapping[str, str] = STUDY_KEYS  # of its tables
-
-    def __init__(self, graph: Graph, margins: object) -> None:
+    def __init__(self, graph: Graph, margins: object = "", docs: Mapping[str, str] = STUDY_KEYS) -> None:
         self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
+        self.docs = docs  # of the tables
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
@@ -102,17 +101,17 @@ class StudyTables:
         try:
             moment = read_moment(point)
         except Refusal as error:
-            self._refuse(error, "margins")
+            self.refuse(error, "margins")
             return ""
         if moment and not self.flat.loops:
             hint = 'add [loops.main] to it with open_at = "dac.voltage"'
-            self._refuse(Refusal("the graph names no loops", hint), "margins")
+            self.refuse(Refusal("the graph names no loops", hint), "margins")
         return moment
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
         entries: dict[str, Entry] = {}
-        for key, entry in self._entries(table, given):
+        for key, entry in self.entries(table, given):
             name = self._flat_name(key)
             try:
                 unit = self._unit_of(key, name)
@@ -121,7 +120,7 @@ class StudyTables:
                 entries[name] = read(entry, unit)
                 self.written.setdefault(name, key)
             except Refusal as error:
-                self._refuse(error, table, key)
+                self.refuse(error, table, key)
         return MappingProxyType(entries)
 
     def ages(self, epochs: object) -> tuple[float, ...]:
@@ -134,19 +133,19 @@ class StudyTables:
             try:
                 return regular_ages(table)
             except Refusal as error:
-                self._refuse(error, "epochs")
+                self.refuse(error, "epochs")
             return (0.0,)
         if not isinstance(ages, list | tuple) or not ages:
-            self._refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
+            self.refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
             return (0.0,)
         read = []
         for number, age in enumerate(ages):
             try:
                 read.append(float(read_duration(age)))
             except Refusal as error:
-                self._refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
+                self.refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
         if sorted(set(read)) != read:
-            self._refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
+            self.refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
         return tuple(read) or (0.0,)
 
     def recalibration(self, entry: object) -> Recalibration:
@@ -157,11 +156,11 @@ class StudyTables:
             table = recalibration_table(entry)
             every = read_intervals(table)
         except Refusal as error:
-            self._refuse(error, "recalibration")
+            self.refuse(error, "recalibration")
             return Recalibration()
         carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
         if not carried and not self.problems:
-            self._refuse(Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
+            self.refuse(Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
         return Recalibration(every, carried)
 
     def _carried(self, measure: object, unit: str) -> str:
@@ -173,74 +172,58 @@ class StudyTables:
 
     def missions(self, given: object, folder: str) -> Mapping[str, Mission]:
         """Histories of temperature, by name; their files are beside the study."""
-        missions: dict[str, Mission] = {}
-        for name, entry in self._entries("missions", given):
-            try:
-                missions[name] = read_mission(entry, folder)
-            except Refusal as error:
-                self._refuse(error, "missions", name)
-        return missions
+        return self.read("missions", given, lambda name, entry: read_mission(entry, folder))
 
     def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
         """Changes of measures, which limits may name."""
-        changes: dict[str, Change] = {}
-        for name, entry in self._entries("changes", given):
-            try:
-                if not NAME.fullmatch(name):
-                    raise Refusal("not a name", got=shown(name), expected=EXPECTED_NAME)
-                if name in self._units:
-                    raise Refusal("there is a measure of that name", got=shown(name))
-                changes[name] = read_change(entry, self._units, ages, calibrated)
-            except Refusal as error:
-                self._refuse(error, "changes", name)
+
+        def read(name: str, entry: object) -> Change:
+            if not NAME.fullmatch(name):
+                raise Refusal("not a name", got=shown(name), expected=EXPECTED_NAME)
+            if name in self._units:
+                raise Refusal("there is a measure of that name", got=shown(name))
+            return read_change(entry, self._units, ages, calibrated)
+
+        changes = self.read("changes", given, read)
         self._units |= {n: "1" if c.relative else self._units[c.measure] for n, c in changes.items()}
-        return MappingProxyType(changes)
+        return changes
 
     def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""
-        limits: dict[str, Limit] = {}
-        for name, entry in self._entries("limits", given):
-            try:
-                unit = self._unit(name)
-                table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
-                start = _start(table, ages)
-                table = {key: value for key, value in table.items() if key != "from"}
-                if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
-                    table = {key: _verdict(table, key) for key in table}
-                units = {key: "1" if key == "change" else unit for key in table}
-                table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
-                least = {key: 0.0 if key == "change" else -math.inf for key in table}
-                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
-                if limit.at_least > limit.at_most:
-                    raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
-                limits[name] = limit
-            except Refusal as error:
-                self._refuse(error, "limits", name)
-        return MappingProxyType(limits)
+        return self.read("limits", given, lambda name, entry: self._limit(name, entry, ages))
+
+    def _limit(self, name: str, entry: object, ages: Sequence[float]) -> Limit:
+        unit = self._unit(name)
+        table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+        start = _start(table, ages)
+        table = {key: value for key, value in table.items() if key != "from"}
+        if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
+            table = {key: _verdict(table, key) for key in table}
+        units = {key: "1" if key == "change" else unit for key in table}
+        table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
+        least = {key: 0.0 if key == "change" else -math.inf for key in table}
+        limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
+        if limit.at_least > limit.at_most:
+            raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
+        return limit
 
     def stop(self, given: object) -> Mapping[str, float]:
         """Half widths of confidence intervals, each in the unit of its measure."""
-        widths: dict[str, float] = {}
-        for name, entry in self._entries("stop", given):
-            try:
-                widths[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
-            except Refusal as error:
-                self._refuse(error, "stop", *(() if error.key else (name,)))
-        return MappingProxyType(widths)
+        return self.read("stop", given, lambda name, entry: read_quantity({name: entry}, name, self._unit(name), 0.0))
 
     def design(self, name: object, spread: Mapping[str, Spread]) -> str:
         """Return the design by which sensors are drawn."""
         if name not in DESIGNS:
             hint = did_you_mean(str(name), DESIGNS, "the designs")
-            self._refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")
+            self.refuse(Refusal("there is no such design", got=shown(name), hint=hint), "design")
         elif name != "random" and not spread:
-            self._refuse(Refusal("there is nothing to draw", got=shown(name), hint=STUDY_KEYS["spread"]), "design")
+            self.refuse(Refusal("there is nothing to draw", got=shown(name), hint=STUDY_KEYS["spread"]), "design")
         return str(name)
 
     def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
         """Coefficients between parameters that are spread normally."""
         pairs = []
-        for key, others in self._entries("correlation", given):
+        for key, others in self.entries("correlation", given):
             try:
                 if not isinstance(others, Mapping):
                     raise Refusal("must be a table", got=shown(others), hint='write { "adc.reference" = 0.5 }')
@@ -248,13 +231,13 @@ class StudyTables:
                     coefficient = read_coefficient(others, other)
                     pairs.append((self._flat_name(key), self._flat_name(other), coefficient))
             except Refusal as error:
-                self._refuse(error, "correlation", key)
+                self.refuse(error, "correlation", key)
         if pairs and design == "saltelli":
-            self._refuse(Refusal("its indices are those of independent parameters", got=shown(design)), "design")
+            self.refuse(Refusal("its indices are those of independent parameters", got=shown(design)), "design")
         try:
             return correlation_of(pairs, spread)
         except Refusal as error:
-            self._refuse(error, "correlation")
+            self.refuse(error, "correlation")
         return Correlation()
 
     def _flat_name(self, key: str) -> str:
@@ -275,10 +258,21 @@ class StudyTables:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units
 
-    def _entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
+    def read(self, table: str, given: object, read: Callable[[str, Any], Entry]) -> Mapping[str, Entry]:
+        """Read the entries of a table by name, and note those that are refused."""
+        entries: dict[str, Entry] = {}
+        for name, entry in self.entries(table, given):
+            try:
+                entries[name] = read(name, entry)
+            except Refusal as error:
+                self.refuse(error, table, *(() if error.key == name else (name,)))
+        return MappingProxyType(entries)
+
+    def entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
+        """Yield the entries of a table; what is no table is refused."""
         if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
-            self._refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)
+            self.refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)
             return
         yield from ((str(key), entry) for key, entry in entries.items())
 
@@ -326,7 +320,8 @@ class StudyTables:
             raise Refusal(message, got=shown(key), hint=hint)
         return unit_of(target[0], target[1])
 
-    def _refuse(self, error: Refusal, *path: str) -> None:
+    def refuse(self, error: Refusal, *path: str) -> None:
+        """Note a refusal under a path of keys."""
         path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))
         key = ".".join(f'"{part}"' if "." in part else part for part in path)
         self.problems.append(

@@ -10,8 +10,7 @@ from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
-from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
-from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_INTEGERS, TUNE_KEYS, Integer
 from proofmass.graphs.model.loops import read_moment, read_requirement
 from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
@@ -23,8 +22,6 @@ from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 Tables = Mapping[str, Any]
 NOTHING: Tables = MappingProxyType({})
 SCALES = ("linear", "logarithmic")
-STARTS, SAMPLES = 4, 64
-MOST_STARTS, MOST_SAMPLES = 100, 100_000
 _WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by default
 
 
@@ -37,9 +34,9 @@ def tuning_of(
     tolerances: Tables = NOTHING,
     ages: object = (),
     at: object = "",
-    starts: object = STARTS,
-    samples: object = SAMPLES,
-    seed: object = 0,
+    starts: object = TUNE_INTEGERS["starts"].default,
+    samples: object = TUNE_INTEGERS["samples"].default,
+    seed: object = TUNE_INTEGERS["seed"].default,
     study: Study | None = None,
     place: Place = NOWHERE,
 ) -> Tuning:
@@ -47,7 +44,7 @@ def tuning_of(
 
     `study` is the study of the graph of which yields are goals, and whose drift counts at `ages`.
     """
-    read = _Tables(checked(graph), "")
+    read = _Tables(checked(graph), docs=TUNE_KEYS)
     frees = read.parameters("free", free, _read_free)
     for name, problem in _outside(read, frees):
         read.refuse(problem, "free", read.written[name])
@@ -56,17 +53,16 @@ def tuning_of(
         if isinstance(goal.quantity, YieldOf) and study is None:
             hint = "add [study] with spread and limits to the file"
             read.refuse(Refusal("a yield is wanted, and there is no study with limits", hint), "goals", name)
-    own_points = {str(name): read.parameters(f"points.{name}", table, _value) for name, table in _named(read, points)}
+    own_points = {
+        name: read.parameters(f"points.{name}", table, _value) for name, table in read.entries("points", points)
+    }
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
     for key, entries, example in (("free", frees, _FREE), ("goals", wanted, _GOAL)):
         if not entries and not read.problems:
             read.refuse(Refusal(f"names no {key}", example), key)
     moment = read.moment(at)
-    numbers = {
-        "starts": read.count("starts", starts, 1, MOST_STARTS),
-        "samples": read.count("samples", samples, 1, MOST_SAMPLES),
-        "seed": read.count("seed", seed, 0, LARGEST_SEED),
-    }
+    given = {"starts": starts, "samples": samples, "seed": seed}
+    numbers = {key: read.count(key, given[key], form) for key, form in TUNE_INTEGERS.items()}
     own_ages = read.ages_of(ages, study, wanted)
     cases = max(1, len(own_points)) * max(1, len(own_ages)) * 2 ** len(corners)
     if cases > MOST_POINTS:
@@ -99,21 +95,9 @@ _GOAL = 'add [tune.goals] and below it phase = { loop = "main", figure = "phase_
 class _Tables(StudyTables):
     """Reads the tables of a tuning."""
 
-    docs = TUNE_KEYS
-
-    def refuse(self, error: Refusal, *path: str) -> None:
-        """Note a refusal under a path of keys."""
-        self._refuse(error, *path)
-
     def goals(self, given: object) -> Mapping[str, Goal]:
         """Read the goals."""
-        read: dict[str, Goal] = {}
-        for name, entry in self._entries("goals", given):
-            try:
-                read[name] = self._goal(entry)
-            except Refusal as error:
-                self._refuse(error, "goals", name)
-        return MappingProxyType(read)
+        return self.read("goals", given, lambda name, entry: self._goal(entry))
 
     def _goal(self, entry: object) -> Goal:
         table = checked_table(entry, {**QUANTITY_KEYS, **GOAL_KEYS}, _GOAL)
@@ -138,16 +122,16 @@ class _Tables(StudyTables):
             return ()
         example = 'write ages = ["0 h", "15 year"]'
         if study is None or not study.drift:
-            self._refuse(Refusal("nothing drifts", "add [study.drift] to the file", got=shown(ages)), "ages")
+            self.refuse(Refusal("nothing drifts", "add [study.drift] to the file", got=shown(ages)), "ages")
         elif any(isinstance(goal.quantity, YieldOf) for goal in goals.values()):
-            self._refuse(Refusal("a yield has the ages of its study", "leave ages out", got=shown(ages)), "ages")
+            self.refuse(Refusal("a yield has the ages of its study", "leave ages out", got=shown(ages)), "ages")
         if not isinstance(ages, list | tuple):
-            self._refuse(Refusal("must be a list of ages", example, got=shown(ages)), "ages")
+            self.refuse(Refusal("must be a list of ages", example, got=shown(ages)), "ages")
             return ()
         try:
             return tuple(float(read_duration(age)) for age in ages)
         except Refusal as error:
-            self._refuse(Refusal(str(error), example, got=shown(ages)), "ages")
+            self.refuse(Refusal(str(error), example, got=shown(ages)), "ages")
         return ()
 
     def moment(self, at: object) -> str:
@@ -155,15 +139,15 @@ class _Tables(StudyTables):
         try:
             return read_moment(at)
         except Refusal as error:
-            self._refuse(error, "at")
+            self.refuse(error, "at")
         return ""
 
-    def count(self, key: str, value: object, least: int, most: int) -> int:
+    def count(self, key: str, value: object, form: Integer) -> int:
         """Read an integer."""
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            expected = f"an integer from {least} to {most:g}"
-            self._refuse(Refusal("out of range", got=shown(value), expected=expected), key)
-            return least
+        if not form.whole(value) or not form.holds(value):
+            expected = f"an integer from {form.lowest} to {form.highest:g}"
+            self.refuse(Refusal("out of range", got=shown(value), expected=expected), key)
+            return form.lowest
         return value
 
 
@@ -214,13 +198,6 @@ def _tolerance(entry: object) -> float:
     if value >= 1.0:
         raise Refusal("is no tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
     return value
-
-
-def _named(read: _Tables, points: object) -> Iterator[tuple[str, object]]:
-    if not isinstance(points, Mapping):
-        read.refuse(Refusal("must be a table", TUNE_KEYS["points"], got=shown(points)), "points")
-        return
-    yield from points.items()
 
 
 def unknown_keys(table: Mapping[str, Any], allowed: Mapping[str, str]) -> Iterator[Problem]:

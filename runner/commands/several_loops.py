@@ -90,7 +90,7 @@ def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
         raise wrong
     if colon and not (count.strip().isdigit() and 1 <= int(count) <= 1000):
         raise wrong
-    read = StudyTables(checked(graph), "")
+    read = StudyTables(checked(graph))
     both = read.parameters("over", {name.strip(): (low, high)}, _ends)
     if read.problems:
         raise ModelError([graph.placed(problem) for problem in read.problems])

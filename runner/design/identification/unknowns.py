@@ -59,10 +59,13 @@ class Unknown:
         return low + part * (high - low)
 
 
+_DOCS = {"free": 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'}
+
+
 def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> list[Unknown]:
     """Return the free parameters of blocks; raises `ModelError` with every problem."""
     table = free if isinstance(free, Mapping) else {name: {} for name in free}
-    read = _Tables(checked(graph), "")
+    read = StudyTables(checked(graph), docs=_DOCS)
     entries = read.parameters("free", table, _read_entry)
     unknowns = []
     adjustable = Adjustable(read.flat)
@@ -84,14 +87,6 @@ def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> l
     if read.problems:
         raise ModelError(read.problems)
     return unknowns
-
-
-class _Tables(StudyTables):
-    docs = {"free": 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'}  # noqa: RUF012
-
-    def refuse(self, error: Refusal, *path: str) -> None:
-        """Note a refusal under a path of keys."""
-        self._refuse(error, *path)
 
 
 def _read_entry(entry: object, unit: str) -> dict[str, float]:

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
@@ -63,12 +62,15 @@ class Tolerance:
         return base + place * (self.part * abs(base) + self.width)
 
 
+_DOCS = {"tolerances": 'write { "torquer.gain" = "5 %" }'}
+
+
 def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, Tolerance]:
     """Return tolerances by names in the flat graph; raises `ModelError` with every problem.
 
     A tolerance is "5 %" of the value, "0.1 V" in the parameter's unit, or a list of two values, lowest and highest.
     """
-    read = _Tables(checked(graph), "")
+    read = StudyTables(checked(graph), docs=_DOCS)
     adjustable, known = Adjustable(read.flat), dict[str, Tolerance]()
     for name, (given, unit) in read.parameters("tolerances", tolerances, lambda entry, unit: (entry, unit)).items():
         try:
@@ -78,14 +80,6 @@ def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, To
     if read.problems:
         raise ModelError([graph.placed(problem) for problem in read.problems])
     return known
-
-
-class _Tables(StudyTables):
-    docs: Mapping[str, str] = MappingProxyType({"tolerances": 'write { "torquer.gain" = "5 %" }'})
-
-    def refuse(self, error: Refusal, *path: str) -> None:
-        """Note a refusal under a path of keys."""
-        self._refuse(error, *path)
 
 
 def _tolerance(name: str, written: object, nominal: float, unit: str) -> Tolerance:
