@@ -1,7 +1,6 @@
 """The command `fit` of a graph to recordings: read, fit, show, draw, write the parameters into a graph file."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 import click
 
@@ -11,10 +10,10 @@ from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.design.identification.fitted import Fitted, fit
+from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.pictures import save_figure
 
 
@@ -28,14 +27,8 @@ def fit_recordings(request: FitRequest) -> int:
             inputs=_mapped("--input", request.inputs),
             outputs=_mapped("--output", request.outputs),
             free=_bounds(request.free),
-            offsets=request.offsets,
-            delays=request.delays,
-            levels=request.levels,
-            loss=request.loss,
+            **request.some("offsets", "delays", "levels", "loss", "skip", "gaps", "interpolated"),
             starts=request.tries,
-            skip=request.skip,
-            gaps="split" if request.gaps == "split" else "refuse",
-            interpolated=request.interpolated,
             seed=request.seed or 0,
             progress=bar,
         )
@@ -43,20 +36,13 @@ def fit_recordings(request: FitRequest) -> int:
     if request.plot is not None:
         paths.append(save_figure(plot_fitted(fitted), request.plot))
     if request.target is not None and fitted.determined:
-        paths.append(_written(fitted, request.target))
+        paths.append(write_whole(request.target, edit_file(request.target, fitted.changes)))
     print_answer(request.as_json, lambda: {"graph": graph.name} | fitted.as_data(), [fitted_text(fitted)])
     for path in paths:
         print_file(path, request.as_json)
     if request.target is not None and not fitted.determined:
         click.echo("nothing was written: the recordings do not determine every parameter", err=True)
     return INTERRUPTED if fitted.interrupted else DONE if fitted.determined else WRONG_MODEL
-
-
-def _written(fitted: Fitted, target: Path) -> Path:
-    text = edit_file(target, fitted.changes)
-    with whole_file(target) as file:
-        file.write(text.encode("utf-8"))
-    return target
 
 
 def _mapped(option: str, texts: Sequence[str]) -> dict[str, str]:

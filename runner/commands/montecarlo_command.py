@@ -88,15 +88,9 @@ def _run_one(request: MontecarloRequest, study: Study, out: Path | None, alone: 
     with progress(request.quiet or request.as_json, "run") as bar:
         result = run_study(
             study,
-            runs=request.runs,
-            seed=request.seed,
-            engine=request.engine,
-            lanes=request.lanes,
-            threads=request.threads,
-            dask=request.dask,
+            **request.some("runs", "seed", "engine", "lanes", "threads", "dask", "repair"),
             folder=out,
             progress=bar,
-            repair=request.repair,
         )
     if not request.as_json:
         print_text([study_text(result)])

@@ -69,13 +69,11 @@ def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Resul
         request.out.mkdir(parents=True, exist_ok=True)
     with progress(request.quiet or request.as_json) as bar:
         options = RunOptions(
-            request.duration,
-            request.samples,
-            request.seed,
-            "compiled",
-            request.out,
-            bar,
-            False if request.out else None,
+            **request.some("duration", "samples", "seed"),
+            engine="compiled",
+            folder=request.out,
+            progress=bar,
+            resume=False if request.out else None,
         )
         result, profiled = profile(graph, options)
     return result, profiled.with_phase("read", reading, first=True)
@@ -99,18 +97,7 @@ def _swept(graph: Graph, request: RunRequest) -> int:
     # for start-up time: only --sweep needs it
     from proofmass.runner.commands.sweep_command import run_sweep
 
-    return run_sweep(
-        graph,
-        request.swept,
-        request.measures,
-        request.out,
-        zipped=request.zipped,
-        duration=request.duration,
-        samples=request.samples,
-        seed=request.seed,
-        engine=request.engine,
-        as_json=request.as_json,
-    )
+    return run_sweep(graph, request)
 
 
 def _show_source(graph: Graph) -> int:
@@ -127,10 +114,7 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
         if is_interrupted(request.out) and not request.restart:
             click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
     options = RunOptions(
-        duration=request.duration,
-        samples=request.samples,
-        seed=request.seed,
-        engine=request.engine,
+        **request.some("duration", "samples", "seed", "engine"),
         folder=request.out,
         resume=True if request.resume else False if request.restart else None,
     )

@@ -53,14 +53,7 @@ def _simulated(request: OfSignal) -> Series:
         raise click.UsageError("give --duration or --samples, not both")
     graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
     with progress(request.as_json) as bar:
-        result = simulate(
-            graph,
-            duration=request.duration,
-            samples=request.samples,
-            seed=request.seed,
-            engine=request.engine,
-            progress=bar,
-        )
+        result = simulate(graph, **request.some("duration", "samples", "seed", "engine"), progress=bar)
     return of_trace(result[graph.probes[0].signal])
 
 

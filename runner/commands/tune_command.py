@@ -18,7 +18,7 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.design.tune.tune import Tuned, tune
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 
 
 def show_tuning(request: TuneRequest) -> int:
@@ -53,6 +53,4 @@ def _write(tuned: Tuned, request: TuneRequest) -> None:
         message = "nothing was written: no parameters meet all hard goals"
         raise ModelError([Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound")])
     assert request.target is not None
-    text = edit_file(request.graph, tuned.changes)
-    with whole_file(request.target) as file:
-        file.write(text.encode("utf-8"))
+    write_whole(request.target, edit_file(request.graph, tuned.changes))

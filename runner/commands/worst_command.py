@@ -31,9 +31,7 @@ def show_worst(request: WorstRequest) -> int:
             source,
             quantities or None,
             tolerances=dict(map(_tolerance, request.tolerances)),
-            at=request.at,
-            corners=request.corners,
-            samples=request.samples,
+            **request.some("at", "corners", "samples"),
             seed=request.seed or 0,
             progress=bar,
         )

@@ -8,7 +8,7 @@ from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.page_template import PAGE
 from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, write_figure
 
@@ -40,9 +40,7 @@ def save_page(
     live: LivePart = STILL,
 ) -> Path:
     """Write a page; opening and the bodies of the sections are HTML already."""
-    with whole_file(path) as file:
-        file.write(page_text(title, opening, sections, footer, live).encode())
-    return Path(path)
+    return write_whole(path, page_text(title, opening, sections, footer, live))
 
 
 def page_text(
@@ -98,20 +96,25 @@ def inline(svg: str) -> str:
     return svg[svg.index("<svg") :]
 
 
-def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()) -> str:
-    """Return a table of rows whose cells are HTML already."""
+class Html(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Iterable[int] = ()) -> str:
+    """Return a table; a row is HTML already, or its cells: texts or `Html`, the first a name unless it is a number."""
     right = set(numbers)
+    tags = ['<td class="number">' if i in right else "<td>" if i else "<th>" for i in range(len(heads))]
+
+    def cells(row: Sequence[str]) -> str:
+        texts = (cell if isinstance(cell, Html) else escape(cell) for cell in row)
+        return "".join(f"{tag}{text}</{tag[1:3]}>" for tag, text in zip(tags, texts, strict=True))
+
     top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
     head = f"<thead><tr>{top}</tr></thead>" if heads else ""
-    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    body = "\n".join(f"<tr>{row if isinstance(row, str) else cells(row)}</tr>" for row in rows)
     return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
-
-
-def text_rows(rows: Iterable[Sequence[str]], numbers: Iterable[int] = ()) -> Iterable[str]:
-    """Return rows of texts as rows for `table`, whose columns of numbers are set right."""
-    right = set(numbers)
-    cell = ("<td>", '<td class="number">')
-    return ("".join(f"{cell[i in right]}{escape(text)}</td>" for i, text in enumerate(row)) for row in rows)
 
 
 def facts(values: Iterable[tuple[str, str]]) -> str:
@@ -119,11 +122,11 @@ def facts(values: Iterable[tuple[str, str]]) -> str:
     return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))
 
 
-def broken(name: str) -> str:
+def broken(name: str) -> Html:
     """Return a name that may break at its dots and underscores."""
-    return re.sub("([._])", r"\1<wbr>", escape(name))
+    return Html(re.sub("([._])", r"\1<wbr>", escape(name)))
 
 
-def small(doc: str) -> str:
+def small(doc: str) -> Html:
     """Return a doc in small letters, names in backquotes as code."""
-    return "<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>"
+    return Html("<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>")

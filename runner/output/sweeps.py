@@ -9,7 +9,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.pictures import BLUE, axis_label, sheet
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
@@ -33,9 +33,7 @@ def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
     """Write the table as CSV, numbers as they read back."""
     head = [*sweep.values, *(f"{name} [{sweep.measures[name]}]" for name in measures)]
     lines = [",".join(map(_field, head)), *(",".join(map(_field, row.values())) for row in sweep.rows(measures))]
-    with whole_file(path) as file:
-        file.write(("\n".join(lines) + "\n").encode())
-    return path
+    return write_whole(path, "\n".join(lines) + "\n")
 
 
 def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":

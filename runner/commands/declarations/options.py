@@ -47,6 +47,10 @@ class Request:
     def check(self) -> None:
         """Raise `click.UsageError` where options do not go together."""
 
+    def some(self, *names: str) -> dict[str, Any]:
+        """Return the values of some fields, for a function that calls them so too."""
+        return {name: vars(self)[name] for name in names}
+
     @classmethod
     def rows(cls) -> Iterator[tuple[str, Row]]:
         """Yield the fields with their rows: its own first, those that it shares behind them."""

@@ -14,8 +14,9 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
+from proofmass.runner.design.quantities.stopping import Progress
 from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
-from proofmass.runner.design.tune.search import Progress, Search
+from proofmass.runner.design.tune.search import Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
 

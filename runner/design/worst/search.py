@@ -9,7 +9,7 @@ Nothing of this proves that there is no worse case, so it counts what was tried.
 import itertools
 import math
 import threading
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ import scipy.optimize
 
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
+from proofmass.runner.design.quantities.stopping import Progress, go_on
 from proofmass.runner.design.worst.box import Box
 
 _UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
@@ -25,12 +26,7 @@ _DESCENTS = 2  # bounded descents of each quantity
 _TURNS = 20  # corners that derivatives may name in a row
 _SWEEPS = 4  # rounds in which every parameter is tried at its other end
 
-Progress = Callable[[int, int], None]
 _minimise: Any = scipy.optimize.minimize
-
-
-class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy
-    """Ctrl-C was pressed."""
 
 
 class Side(NamedTuple):
@@ -82,8 +78,7 @@ class BoxSearch:
         known = self.cases.get(key)
         if known is not None and (known.slopes or not slopes):
             return known
-        if self._stop is not None and self._stop.is_set():
-            raise InterruptedSearch
+        go_on(self._stop)
         self.cases[key] = Case(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
         if self._progress:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
