@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
@@ -198,10 +198,3 @@ def _tolerance(entry: object) -> float:
     if value >= 1.0:
         raise Refusal("is no tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
     return value
-
-
-def unknown_keys(table: Mapping[str, Any], allowed: Mapping[str, str]) -> Iterator[Problem]:
-    """Yield the keys of a table that are not known."""
-    for key in table:
-        if key not in allowed:
-            yield Refusal("unknown key", did_you_mean(key, allowed, "the keys")).problem(key, key, path=(key,))

@@ -1,6 +1,8 @@
 """Pictures of a result: one panel per probe, names and units on the axes."""
 
 import math
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -33,6 +35,15 @@ def plot_traces(result: Result) -> "Figure":
     A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
     """
     traces = sorted(result.traces.values(), key=lambda trace: trace.values.ndim > 1)[:MOST_PANELS]
+    return _figure(traces, _title(result, len(traces)), partial(_held, result))
+
+
+def plot_trace(trace: Trace) -> "Figure":
+    """Return a figure of one signal against time, or of the last row of a vector."""
+    return _figure([trace], "", lambda trace: trace.values.dtype.kind in "iub")
+
+
+def _figure(traces: Sequence[Trace], title: str, held: Callable[[Trace], bool]) -> "Figure":
     signals = [trace for trace in traces if trace.values.ndim == 1]
     lowest = len(signals) - 1  # the panel that names the time axis which all signals share
     seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
@@ -40,8 +51,7 @@ def plot_traces(result: Result) -> "Figure":
     bands = {i for i, trace in enumerate(signals) if _band(trace.values, stretches)}
     height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
     with sheet(_WIDTH, height, layout=None) as figure:
-        title = literal(_title(result, len(traces)))
-        figure.text(0.5, 1.0 - 0.12 / height, title, size=12, weight="bold", ha="center", va="top")
+        figure.text(0.5, 1.0 - 0.12 / height, literal(title), size=12, weight="bold", ha="center", va="top")
         top, shared = _TOP, None
         for i, trace in enumerate(traces):
             bottom, tall = 1.0 - (top + _PANEL) / height, _PANEL / height
@@ -54,7 +64,7 @@ def plot_traces(result: Result) -> "Figure":
             if i in bands:
                 end = (_LEFT / _WIDTH + wide + 0.02, bottom, whole * _DETAIL - 0.02, tall)
                 detail = figure.add_axes(end, facecolor="none")
-            _draw(panel, trace, _held(result, trace), seconds, stretches, detail)
+            _draw(panel, trace, held(trace), seconds, stretches, detail)
             if i <= lowest:
                 shared = shared or panel
                 panel.margins(x=0.01)
@@ -62,17 +72,6 @@ def plot_traces(result: Result) -> "Figure":
             if i == lowest:
                 panel.set_xlabel(f"time [{seconds[1]}]")
             top += _PANEL + _gap(i >= lowest)
-    return figure
-
-
-def plot_trace(trace: Trace) -> "Figure":
-    """Return a figure of one signal against time, or of the last row of a vector."""
-    with sheet(_WIDTH, 2.6, layout=None) as figure:
-        panel = figure.add_axes((_LEFT / _WIDTH, 0.22, 1.0 - (_LEFT + _RIGHT) / _WIDTH, 0.7), facecolor="none")
-        seconds = prefix("s", float(trace.period) * len(trace.values))
-        _draw(panel, trace, trace.values.dtype.kind in "iub", seconds, _STRETCHES)
-        if trace.values.ndim == 1:
-            panel.set_xlabel(f"time [{seconds[1]}]")
     return figure
 
 

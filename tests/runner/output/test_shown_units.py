@@ -135,7 +135,7 @@ def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_
     page = save_study_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "≤ 15<" in page
     assert result.digest in page
-    assert "at_most&quot; = 7.272" in page, "the file to repeat it has the units of the signals"
+    assert "at_most = 7.272" in page, "the file to repeat it has the units of the signals"
 
 
 def test_a_sweep_is_shown_in_the_units_of_its_measures() -> None:
