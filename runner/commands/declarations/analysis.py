@@ -6,14 +6,14 @@ from typing import Any
 import click
 
 from proofmass.runner.commands.declarations.options import (
+    AT,
+    DURATION,
     PORT,
     Changed,
     Request,
     Whole,
     argument,
-    at_option,
     band_option,
-    duration_option,
     engine_option,
     file_argument,
     flag,
@@ -30,7 +30,7 @@ class OfSignal(Changed):
     source: Path = file_argument(library=True)
     probe: str = option("Take this signal of a graph, or column of a file.", default="", **PORT)
     skip: str = option("Leave out the start, while it settles.", default="0 s", show_default=True, metavar="TIME")
-    duration: str | None = duration_option()
+    duration: str | None = DURATION
     samples: int | None = option("Run so many base ticks, instead of a duration.", type=Whole(1))
     seed: int | None = seed_option("as the graph says")
     engine: EngineName = engine_option()
@@ -93,7 +93,7 @@ class NoiseRequest(Changed, does="noise_command.show_noise"):
     output: str = option("Show the sources of the noise of this output (default: of every probe).", default="", **PORT)
     source: str = option("Refer the noise to this output of a source.", "--input", default="", **PORT)
     band: tuple[str, str] | None = band_option('Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).')
-    at: str = at_option()
+    at: str = AT
     derivatives: bool = flag("Show how much each parameter changes the rms.")
     until: str | None = option(
         "Show instead how far the value at this time, such as an estimate, differs from run to run.", metavar="TIME"
@@ -145,7 +145,7 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     band: tuple[str, str] | None = band_option(
         'Keep the stimulus within this band, as "1 Hz" "100 Hz" (default: about the bandwidth).'
     )
-    at: str = at_option()
+    at: str = AT
     picture: Path | None = plot_option("Draw it")
 
 

@@ -6,12 +6,12 @@ import click
 
 from proofmass.runner.commands.declarations.completion import codes, exhibits, kinds, of_names
 from proofmass.runner.commands.declarations.options import (
+    JSON,
     Answered,
     Request,
     argument,
     file_argument,
     flag,
-    json_option,
     option,
 )
 
@@ -30,7 +30,7 @@ class TestBlockRequest(Request, does="test_block_command.test_blocks"):
 
     file: Path = argument(type=click.Path(exists=True, dir_okay=False, path_type=Path))
     kind: tuple[str, ...] = argument(nargs=-1)
-    as_json: bool = json_option()
+    as_json: bool = JSON
 
 
 class ExplainRequest(Request, does="explain_command.explain_codes"):
@@ -41,7 +41,7 @@ class ExplainRequest(Request, does="explain_command.explain_codes"):
     """
 
     code: tuple[str, ...] = argument(nargs=-1, shell_complete=of_names(codes))
-    as_json: bool = json_option()
+    as_json: bool = JSON
 
 
 class BlocksRequest(Answered, does="blocks_command.show_blocks"):
@@ -72,7 +72,7 @@ class GalleryRequest(Request, does="gallery_command.show_gallery"):
     """
 
     name: str | None = argument(required=False, shell_complete=of_names(exhibits))
-    as_json: bool = json_option()
+    as_json: bool = JSON
 
 
 class NewRequest(Request, does="new_command.write_new_graph"):

@@ -4,6 +4,8 @@ from pathlib import Path
 
 from proofmass.runner.commands.declarations.options import (
     PORT,
+    QUIET,
+    SET,
     Answered,
     Whole,
     band_option,
@@ -11,9 +13,7 @@ from proofmass.runner.commands.declarations.options import (
     file_option,
     option,
     plot_option,
-    quiet_option,
     seed_option,
-    set_option,
     several,
 )
 
@@ -39,8 +39,8 @@ class TuneRequest(Answered, does="tune_command.show_tuning"):
     starts: int | None = option("Start from this many samples (default: as the graph says).", type=Whole(1, 100))
     samples: int | None = option("Try this many points first (default: as the graph says).", type=Whole(1, 100000))
     seed: int | None = seed_option("as the graph says", "these points")
-    changes: tuple[str, ...] = set_option()
-    quiet: bool = quiet_option()
+    changes: tuple[str, ...] = SET
+    quiet: bool = QUIET
 
 
 class WorstRequest(Answered, does="worst_command.show_worst"):
@@ -95,8 +95,8 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
         "Run this many sensors of the study and show their yields too (default: none).", type=Whole(1, 10**9)
     )
     picture: Path | None = plot_option("Draw the effect of each parameter alone, and of all together")
-    changes: tuple[str, ...] = set_option()
-    quiet: bool = quiet_option()
+    changes: tuple[str, ...] = SET
+    quiet: bool = QUIET
 
 
 DESIGN = (

@@ -6,19 +6,19 @@ from pathlib import Path
 import click
 
 from proofmass.runner.commands.declarations.options import (
+    DURATION,
+    QUIET,
+    SET,
     Answered,
     Request,
     Whole,
-    duration_option,
     engine_option,
     file_argument,
     file_option,
     flag,
     option,
     plot_option,
-    quiet_option,
     seed_option,
-    set_option,
     several,
 )
 from proofmass.runner.run.engine_table import EngineName
@@ -43,7 +43,7 @@ class OfLaw(Request):
     )
     starts: bool = flag("Try a grid of starts, and show from which both methods converge.")
     names: tuple[str, ...] = several("Write to this block only; repeatable (default: every model).", "--block")
-    duration: str | None = duration_option()
+    duration: str | None = DURATION
     engine: EngineName = engine_option()
 
 
@@ -81,7 +81,7 @@ class OfRecordings(Request):
         show_default=True,
     )
     interpolated: bool = flag("Play inputs as straight lines between rows, not as steps.", "--interpolate")
-    quiet: bool = quiet_option()
+    quiet: bool = QUIET
 
 
 class _Written(Answered):
@@ -89,7 +89,7 @@ class _Written(Answered):
 
     plot: Path | None = plot_option("Draw readings, fits and residuals")
     target: Path | None = file_option("Write the fitted parameters into this graph file.", "--write")
-    changes: tuple[str, ...] = set_option()
+    changes: tuple[str, ...] = SET
     seed: int | None = seed_option("as the graph says")
 
 

@@ -7,14 +7,17 @@ import click
 
 from proofmass.runner.commands.declarations.completion import outputs, parameters
 from proofmass.runner.commands.declarations.options import (
+    AT,
+    DURATION,
+    OWN,
+    PROBES,
+    QUIET,
+    SET,
     Answered,
     Changed,
     Request,
     Whole,
     argument,
-    at_option,
-    blocks_option,
-    duration_option,
     engine_option,
     file_argument,
     flag,
@@ -22,10 +25,7 @@ from proofmass.runner.commands.declarations.options import (
     out_option,
     output_option,
     plot_option,
-    probe_option,
-    quiet_option,
     seed_option,
-    set_option,
     several,
 )
 from proofmass.runner.run.engine_table import EngineName
@@ -45,12 +45,12 @@ class RunRequest(Answered, does="run_command.run_graph"):
     """
 
     graph: Path = file_argument(library=True)
-    duration: str | None = duration_option()
+    duration: str | None = DURATION
     samples: int | None = option("Run this many ticks of the base rate, instead of for a duration.", type=Whole(1))
     seed: int | None = seed_option("as the graph says")
     engine: EngineName = engine_option()
-    changes: tuple[str, ...] = set_option()
-    probes: tuple[str, ...] = probe_option()
+    changes: tuple[str, ...] = SET
+    probes: tuple[str, ...] = PROBES
     out: Path | None = out_option("Write traces, plot and report to this folder (default: none is written).")
     formats: tuple[str, ...] = several(
         "Choose the format of traces; repeatable (default: netcdf, or csv where that is not installed).",
@@ -77,7 +77,7 @@ class RunRequest(Answered, does="run_command.run_graph"):
     measures: tuple[str, ...] = several("Show this measure of a sweep; repeatable.", "--measure", metavar="NAME")
     show_source: bool = flag("Print the program of the loop, with its lines of Python, instead of running it.")
     profile: bool = flag("Show where the time goes: phases of the run, and each block in a tick.")
-    quiet: bool = quiet_option()
+    quiet: bool = QUIET
 
     def check(self) -> None:
         if self.duration is not None and self.samples is not None:
@@ -132,7 +132,7 @@ class MarginsRequest(Changed, does="margins_command.show_margins"):
 
     graph: Path = file_argument(library=True)
     loop: str = option("Choose a loop by name, or by the output to open it at.", default="", metavar="NAME")
-    at: str = at_option()
+    at: str = AT
     sensitivity: tuple[str, str] | None = option(
         "Rank parameters by their effect on scale factor and bias between two outputs, and on the margins.",
         nargs=2,
@@ -193,7 +193,7 @@ class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
     runs: int | None = option("Simulate this many sensors (default: as the study says).", type=Whole(1, 2**32))
     seed: int | None = seed_option("as the study says")
     engine: EngineName = engine_option(studies=True)
-    changes: tuple[str, ...] = set_option()
+    changes: tuple[str, ...] = SET
     out: Path | None = out_option(
         "Write ledger, tables and report to this folder; a study that is there already is continued."
     )
@@ -219,7 +219,7 @@ class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
     run: int | None = option("Replay only this run, with the traces of all probes.", type=Whole(0))
     epoch: int = option("Replay the run at this epoch, the first being 0.", type=Whole(0), default=0, show_default=True)
     variant: str | None = option("Run this variant of the study only.", metavar="NAME")
-    quiet: bool = quiet_option()
+    quiet: bool = QUIET
 
     def check(self) -> None:
         if self.repair and self.out is None:
@@ -291,7 +291,7 @@ class SchemaRequest(Request, does="schema_command.write_schema"):
     """
 
     output: Path | None = output_option("the screen")
-    own: Path | None = blocks_option()
+    own: Path | None = OWN
     as_json: bool = flag("Change nothing: a schema is JSON.", "--json")
 
 

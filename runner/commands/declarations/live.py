@@ -3,13 +3,13 @@
 from pathlib import Path
 
 from proofmass.runner.commands.declarations.options import (
+    OWN,
+    PROBES,
+    SET,
     Request,
-    blocks_option,
     file_argument,
     file_option,
     option,
-    probe_option,
-    set_option,
 )
 
 
@@ -26,11 +26,11 @@ class LiveRequest(Request, does="live_command.serve_live"):
     """
 
     graph: Path = file_argument(library=True)
-    changes: tuple[str, ...] = set_option()
-    probes: tuple[str, ...] = probe_option()
+    changes: tuple[str, ...] = SET
+    probes: tuple[str, ...] = PROBES
     study: Path | None = file_option("Run this study meanwhile (default: that of the graph file, if it has one).")
     browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
-    own: Path | None = blocks_option()
+    own: Path | None = OWN
 
 
 LIVE = (LiveRequest,)

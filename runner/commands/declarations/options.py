@@ -131,6 +131,28 @@ PICTURES = (".svg", ".png", ".pdf")
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _FOLDER = click.Path(file_okay=False, path_type=Path)
 PORT: Mapping[str, Any] = {"metavar": "BLOCK.PORT", "shell_complete": outputs}
+AT: Any = option(
+    'Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
+    default="auto",
+    show_default=True,
+    metavar="TIME",
+)
+OWN: Any = option(
+    "Use the blocks of this Python file, which is run.",
+    "--blocks",
+    type=click.Path(exists=True, dir_okay=False, path_type=Path),
+    metavar="FILE",
+)
+SET: Any = several(
+    "Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
+    "--set",
+    metavar="NAME=VALUE",
+    shell_complete=parameters,
+)
+PROBES: Any = several("Record one more signal; repeatable.", "--probe", **PORT)
+DURATION: Any = option('Run the graph this long, for example "2 s" (default: as the graph says).', metavar="TIME")
+QUIET: Any = flag("Show no progress bar.")
+JSON: Any = flag("Print the answer as JSON.", "--json")
 
 
 def file_argument(library: bool = False) -> Any:
@@ -138,47 +160,9 @@ def file_argument(library: bool = False) -> Any:
     return argument(type=LibraryFile(dir_okay=False, path_type=Path) if library else _FILE)
 
 
-def at_option() -> Any:
-    """Return the option for the operating point."""
-    text = 'Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.'
-    return option(text, default="auto", show_default=True, metavar="TIME")
-
-
 def band_option(help_text: str) -> Any:
     """Return the option for a band of frequency."""
     return option(help_text, nargs=2, metavar="FROM TO")
-
-
-def set_option() -> Any:
-    """Return the option for changed parameters."""
-    text = "Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable."
-    return several(text, "--set", metavar="NAME=VALUE", shell_complete=parameters)
-
-
-def probe_option() -> Any:
-    """Return the option for more probes."""
-    return several("Record one more signal; repeatable.", "--probe", **PORT)
-
-
-def blocks_option() -> Any:
-    """Return the option for own blocks."""
-    kind = click.Path(exists=True, dir_okay=False, path_type=Path)
-    return option("Use the blocks of this Python file, which is run.", "--blocks", type=kind, metavar="FILE")
-
-
-def json_option() -> Any:
-    """Return the option for an answer as JSON."""
-    return flag("Print the answer as JSON.", "--json")
-
-
-def quiet_option() -> Any:
-    """Return the option for a command without a progress bar."""
-    return flag("Show no progress bar.")
-
-
-def duration_option() -> Any:
-    """Return the option for the length of a run."""
-    return option('Run the graph this long, for example "2 s" (default: as the graph says).', metavar="TIME")
 
 
 def seed_option(source: str, what: str = "all random numbers") -> Any:
@@ -216,11 +200,11 @@ def plot_option(help_text: str) -> Any:
 class Answered(Request):
     """A command that knows own blocks, and answers as text or JSON."""
 
-    own: Path | None = blocks_option()
-    as_json: bool = json_option()
+    own: Path | None = OWN
+    as_json: bool = JSON
 
 
 class Changed(Answered):
     """A command of a graph whose parameters may be changed."""
 
-    changes: tuple[str, ...] = set_option()
+    changes: tuple[str, ...] = SET
