@@ -20,7 +20,7 @@ test: $(VENV)/installed-test
 test-all: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal --exhaustive
 
-FAST = tests/blocks/declaration tests/graphs tests/runner/commands/test_declarations.py tests/test_imports.py \
+FAST = tests/blocks/declaration tests/graphs tests/runner/commands/declarations tests/test_imports.py \
 	$(addprefix tests/documents/test_,ci.py claims.py decisions.py english.py stubs.py) \
 	--ignore tests/graphs/model/test_nesting.py
 
@@ -41,7 +41,7 @@ lint: $(VENV)/installed-dev
 	$(BIN)/mypy
 	$(BIN)/pyright --pythonpath $(BIN)/python
 	$(BIN)/lint-imports
-	@if command -v tsc > /dev/null; then tsc -p runner/output/live; \
+	@if command -v tsc > /dev/null; then tsc -p runner/live; \
 	else echo "skipped: types of the scripts of live pages, for want of tsc (npm install -g typescript)"; fi
 
 # The site, without warnings, into build/site/html; it needs no network to be read.

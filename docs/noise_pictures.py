@@ -14,7 +14,7 @@ from proofmass import Graph, NoiseBudget, noise, read_graph
 from proofmass.blocks import FlickerNoise, Sum, WhiteNoise
 from proofmass.graphs.model.graph import Wire
 from proofmass.runner.analysis.noise.plot import plot_noise
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 
 ROOT = Path(__file__).parents[1]
 PICTURES = ROOT / "docs" / "pictures"

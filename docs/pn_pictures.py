@@ -13,7 +13,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from docs.pn_runs import calibrate, library, sense_amplitude
-from proofmass.runner.output.plot import BLUE, ORANGE, save_figure
+from proofmass.runner.output.pictures import BLUE, ORANGE, save_figure
 from proofmass.runner.run.simulate import simulate
 
 PICTURES = Path(__file__).parent / "pictures"

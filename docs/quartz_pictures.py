@@ -17,7 +17,7 @@ from docs.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, distu
 from proofmass.blocks import Decimator
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.studies.ages import YEAR, recalibration_text
-from proofmass.runner.output.plot import BLUE, ORANGE, write_figure
+from proofmass.runner.output.pictures import BLUE, ORANGE, write_figure
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.shown.points import by_point
 from proofmass.runner.studies.whole.study import run_study

@@ -3,6 +3,8 @@
 import gc
 import os
 import sys
+from importlib import import_module
+from typing import Any
 
 import click
 
@@ -10,18 +12,64 @@ from proofmass.runner.commands.declarations.analysis import ANALYSES
 from proofmass.runner.commands.declarations.blocks import BLOCKS
 from proofmass.runner.commands.declarations.comparison import COMPARISONS
 from proofmass.runner.commands.declarations.design import DESIGN
-from proofmass.runner.commands.declarations.fit import fit
-from proofmass.runner.commands.declarations.graphs import cli
-from proofmass.runner.commands.declarations.live import live
+from proofmass.runner.commands.declarations.fit import FitRequest
+from proofmass.runner.commands.declarations.graphs import GRAPHS
+from proofmass.runner.commands.declarations.live import LiveRequest
+from proofmass.runner.commands.declarations.options import Request
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
+from proofmass.runner.host.versions import PROOFMASS
 
-__all__ = ["cli", "main"]
+__all__ = ["REQUESTS", "cli", "main"]
 
 _COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
+REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS, LiveRequest)
 
-for command in (*ANALYSES, *BLOCKS, *COMPARISONS, fit, *DESIGN, live):
-    cli.add_command(command)
+
+class Commands(click.Group):
+    """Commands with "did you mean"."""
+
+    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
+        try:
+            return super().resolve_command(ctx, args)
+        except click.UsageError:
+            # start-up time: a command imports what it needs itself
+            from proofmass.blocks.declaration.problem import did_you_mean
+
+            raise click.UsageError(
+                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'the commands')}", ctx
+            ) from None
+
+
+@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
+@click.version_option(PROOFMASS, prog_name="proofmass")
+@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error; allowed after the command too.")
+def cli(traceback: bool) -> None:
+    """Simulate inertial sensors and the loops around them, declared as block diagrams.
+
+    \b
+    proofmass new sensor.toml                 write a commented graph to start from
+    proofmass check sensor.toml               list everything that is wrong with it
+    proofmass run sensor.toml --out results   simulate it, write traces, plot and report
+
+    Exit codes: 0 done, 1 the model is wrong, 2 wrong usage, 3 the run failed, 130 interrupted.
+    """
+
+
+def _command(kind: type[Request]) -> click.Command:
+    """Return the command of a request; what it does is imported when it is called."""
+
+    def call(**options: Any) -> int:
+        module, _, function = kind.does.partition(".")
+        answer = getattr(import_module(f"proofmass.runner.commands.{module}"), function)
+        return int(answer(kind(**options)))
+
+    parameters = [row.of_click(name) for name, row in kind.rows()]
+    return click.Command(kind.command_name(), callback=call, params=parameters, help=kind.__doc__)
+
+
+for kind in REQUESTS:
+    cli.add_command(_command(kind))
 
 
 def main(arguments: list[str] | None = None) -> int:

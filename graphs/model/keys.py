@@ -1,8 +1,8 @@
 """The keys of a graph file and what they mean: what the reader takes, the schema describes and hints name."""
 
-from typing import NamedTuple
+from typing import NamedTuple, TypeGuard
 
-from proofmass.graphs.model.limits import LARGEST_RUN, LARGEST_SEED
+from proofmass.graphs.model.limits import LARGEST_RUN, LARGEST_SEED, LARGEST_STUDY
 
 
 class Text(NamedTuple):
@@ -18,11 +18,25 @@ class Integer(NamedTuple):
     highest: int
     default: int | None
 
+    def whole(self, value: object) -> TypeGuard[int]:
+        """Return whether a value is an integer at all."""
+        return isinstance(value, int) and not isinstance(value, bool)
+
+    def holds(self, value: object) -> bool:
+        """Return whether a value is an integer within the bounds."""
+        return self.whole(value) and self.lowest <= value <= self.highest
+
 
 PLAIN_KEYS: dict[str, Text | Integer] = {  # read, written, described and compared by this row alone
     "name": Text(),
     "description": Text(),
     "samples": Integer(1, LARGEST_RUN, None),
+    "seed": Integer(0, LARGEST_SEED, 0),
+}
+STUDY_INTEGERS = {"runs": Integer(1, LARGEST_STUDY, 100), "seed": Integer(0, LARGEST_SEED, 0)}
+TUNE_INTEGERS = {
+    "starts": Integer(1, 100, 4),
+    "samples": Integer(1, 100_000, 64),
     "seed": Integer(0, LARGEST_SEED, 0),
 }
 TOP_KEYS = {

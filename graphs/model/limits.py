@@ -16,6 +16,7 @@ NUMBER_LENGTH = 400
 TEXT_LENGTH = 400  # of a text that is read as a quantity, a name or a choice
 LARGEST_RUN = 10**12  # ticks
 LARGEST_SEED = 2**62
+LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
 BLOCKS = 10_000
 WIRES = 100_000
 ALL_FILES_BYTES = 4 << 20  # of a graph and its subgraphs together

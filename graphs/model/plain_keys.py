@@ -29,11 +29,11 @@ def _wrong_text(key: str, value: object, form: Text) -> Iterator[Problem]:
 
 def _wrong_integer(key: str, value: object, form: Integer) -> Iterator[Problem]:
     expected = f"an integer from {form.lowest} to {form.highest:g}"
-    if isinstance(value, bool) or not isinstance(value, int):
+    if not form.whole(value):
         hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
         message = "must be an integer"
         yield Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint, path=(key,))
-    elif not form.lowest <= value <= form.highest:
+    elif not form.holds(value):
         yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
 
 

@@ -18,8 +18,6 @@ from proofmass.graphs.model.keys import (
     PLAIN_KEYS,
     REQUIREMENT_KEYS,
     TOP_KEYS,
-    Integer,
-    Text,
 )
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
@@ -27,9 +25,9 @@ from proofmass.graphs.model.requirements import SPREAD
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.targets import CLOCK_OFFSET
 from proofmass.graphs.model.values import MOST_VALUES
-from proofmass.graphs.schema.study_schema import Schema, study_schema
+from proofmass.graphs.schema.study_schema import study_schema
+from proofmass.graphs.schema.tables import Schema, by_name, needs_one, plain, table
 from proofmass.graphs.schema.tune_schema import quantity_schema, tune_schema
-from proofmass.graphs.studies.study import LARGEST_STUDY
 
 FILE, STUDY_FILE = "graph file", "study file"  # names of their schemas
 _NUMBER = r"[+-]?(\d[\d_]*\.?\d*|\.\d+)([eE][+-]?\d+)?(/\d+)?"
@@ -64,20 +62,11 @@ def schema(own: Own | None = None) -> Schema:
     kinds = all_blocks(own)
     rate = _formulated({"type": "number", "exclusiveMinimum": 0})
     values: dict[str, Schema] = {
-        **{key: _plain(form) for key, form in PLAIN_KEYS.items()},
+        **{key: plain(form) for key, form in PLAIN_KEYS.items()},
         "rate": rate,
         "duration": _formulated({"type": "number", "minimum": 0}),
-        "values": {
-            "type": "object",
-            "maxProperties": MOST_VALUES,
-            "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-            "additionalProperties": _formulated({"type": "number"}),
-        },
-        "formulas": {
-            "type": "object",
-            "propertyNames": {"pattern": f"^{_PATH}$"},
-            "additionalProperties": {"$ref": "#/$defs/formula"},
-        },
+        "values": by_name(_formulated({"type": "number"}), f"^{NAME.pattern}$", maxProperties=MOST_VALUES),
+        "formulas": by_name({"$ref": "#/$defs/formula"}, f"^{_PATH}$"),
         "wires": {
             "type": "array",
             "maxItems": WIRES,
@@ -85,10 +74,7 @@ def schema(own: Own | None = None) -> Schema:
         },
         "probes": {"type": "array", "items": _probe()},
         "measures": _measures(),
-        "requirements": {
-            "type": "object",
-            "additionalProperties": _requirement(),
-        },
+        "requirements": by_name(_requirement()),
         "study": {"$ref": "#/$defs/study", "not": {"required": ["graph"]}},
         "tune": {"$ref": "#/$defs/tune"},
         "exports": {
@@ -97,18 +83,13 @@ def schema(own: Own | None = None) -> Schema:
             "additionalProperties": {"type": "string", "pattern": rf"^{_NAME}(\.{_NAME})*$"},
         },
         "integration": _integration(),
-        "loops": {
-            "type": "object",
-            "propertyNames": {"pattern": f"^{_PATH}$"},
-            "additionalProperties": _loop(),
-        },
-        "blocks": {
-            "type": "object",
-            "minProperties": 1,
-            "maxProperties": BLOCKS,
-            "propertyNames": {"pattern": f"^{_PATH}$"},
-            "additionalProperties": {"oneOf": [{"$ref": f"#/$defs/{quote(name)}"} for name in (*kinds, *_parts(rate))]},
-        },
+        "loops": by_name(_loop(), f"^{_PATH}$"),
+        "blocks": by_name(
+            {"oneOf": [{"$ref": f"#/$defs/{quote(name)}"} for name in (*kinds, *_parts(rate))]},
+            f"^{_PATH}$",
+            minProperties=1,
+            maxProperties=BLOCKS,
+        ),
     }
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
@@ -129,17 +110,10 @@ def schema(own: Own | None = None) -> Schema:
             "numbers": _numbers(),
             **{name: _block(kind, rate) for name, kind in kinds.items()},
             **_parts(rate),
-            "study": study_schema(LARGEST_STUDY),
+            "study": study_schema(),
             "tune": tune_schema(),
         },
     }
-
-
-def _plain(form: Text | Integer) -> Schema:
-    if isinstance(form, Text):
-        return {"type": "string", "maxLength": form.longest}
-    value = {"type": "integer", "minimum": form.lowest, "maximum": form.highest}
-    return value if form.default is None else value | {"default": form.default}
 
 
 def _block(kind: type[Block], rate: Schema) -> Schema:
@@ -167,11 +141,7 @@ def _integration() -> Schema:
     values["accuracy"] = {"type": "number", "minimum": FINEST, "maximum": COARSEST}
     values["substeps"] = {"type": "integer", "minimum": 1, "maximum": MOST_SUBSTEPS}
     values["event_tolerance"] = _quantity({"type": "number", "exclusiveMinimum": 0})
-    return {
-        "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in INTEGRATION_KEYS.items()},
-        "additionalProperties": False,
-    }
+    return table(values, INTEGRATION_KEYS)
 
 
 def _measures() -> Schema:
@@ -183,34 +153,20 @@ def _measures() -> Schema:
         "unit": _UNIT,
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
-    measure = {
-        "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_KEYS.items()},
-        "required": ["signal", "statistic"],
-        "additionalProperties": False,
-        "allOf": [
-            {
-                "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
-                "then": {
-                    "required": list(row.options),
-                    "properties": dict.fromkeys(sorted(OPTIONS.keys() - row.options.keys()), False),
-                },
-            }
-            for statistic, row in STATISTICS.items()
-        ],
-    }
-    values = {FORMULA: {"$ref": "#/$defs/formula"}, "unit": _UNIT}
-    of_others = {
-        "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in MEASURE_FORMULA_KEYS.items()},
-        "required": [FORMULA],
-        "additionalProperties": False,
-    }
-    return {
-        "type": "object",
-        "propertyNames": {"pattern": f"^{NAME.pattern}$"},
-        "additionalProperties": {"anyOf": [measure, {"$ref": "#/$defs/formula"}, of_others]},
-    }
+    suited = [
+        {
+            "if": {"properties": {"statistic": {"const": statistic}}, "required": ["statistic"]},
+            "then": {
+                "required": list(row.options),
+                "properties": dict.fromkeys(sorted(OPTIONS.keys() - row.options.keys()), False),
+            },
+        }
+        for statistic, row in STATISTICS.items()
+    ]
+    measure = table(values, MEASURE_KEYS, "signal", "statistic", allOf=suited)
+    formula: Schema = {"$ref": "#/$defs/formula"}
+    of_others = table({FORMULA: formula, "unit": _UNIT}, MEASURE_FORMULA_KEYS, FORMULA)
+    return by_name({"anyOf": [measure, formula, of_others]}, f"^{NAME.pattern}$")
 
 
 def _option(statistic: Statistic, key: str) -> Schema:
@@ -231,14 +187,13 @@ def _parts(rate: Schema) -> dict[str, Schema]:
     }
     inside = {"description": "A parameter that the graph exports, or one inside it by its path."}
     return {
-        "graph from a file": {
-            "type": "object",
-            "properties": {key: {"description": doc, **values[key]} for key, doc in PART_KEYS.items()},
-            "required": ["graph"],
-            "not": {"anyOf": [{"required": [key]} for key in ("kind", "blocks")]},
-            "patternProperties": {f"^{_PATH}$": inside},
-            "additionalProperties": False,
-        },
+        "graph from a file": table(
+            values,
+            PART_KEYS,
+            "graph",
+            patternProperties={f"^{_PATH}$": inside},
+            **{"not": {"anyOf": needs_one("kind", "blocks")}},
+        ),
         "graph": {
             "type": "object",
             "properties": {key: {"$ref": f"#/$defs/{quote(FILE)}/properties/{key}"} for key in TOP_KEYS}
@@ -251,12 +206,7 @@ def _parts(rate: Schema) -> dict[str, Schema]:
 def _loop() -> Schema:
     least = _quantity({"type": "number", "minimum": 0})
     values = {key: {"type": "string", "pattern": f"^{_SIGNAL}$"} if key == "open_at" else least for key in LOOP_KEYS}
-    return {
-        "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in LOOP_KEYS.items()},
-        "required": ["open_at"],
-        "additionalProperties": False,
-    }
+    return table(values, LOOP_KEYS, "open_at")
 
 
 def _parameter(parameter: Mapping[str, Any]) -> Schema:
@@ -311,19 +261,9 @@ def _requirement() -> Schema:
         for key in REQUIREMENT_KEYS
     }
     values["quantity"] = {"anyOf": [{"type": "string"}, quantity_schema({}, {})]}
-    tolerances: Schema = {
-        "type": "object",
-        "minProperties": 1,
-        "additionalProperties": {"type": ["number", "string", "array"]},
-    }
+    tolerances = by_name({"type": ["number", "string", "array"]}, minProperties=1)
     values["tolerances"] = {"anyOf": [{"const": SPREAD}, tolerances]}
-    return {
-        "type": "object",
-        "properties": {key: {"description": doc, **values[key]} for key, doc in REQUIREMENT_KEYS.items()},
-        "required": ["quantity"],
-        "anyOf": [{"required": [key]} for key in ("at_least", "at_most")],
-        "additionalProperties": False,
-    }
+    return table(values, REQUIREMENT_KEYS, "quantity", anyOf=needs_one("at_least", "at_most"))
 
 
 def _formulated(number: Schema) -> Schema:

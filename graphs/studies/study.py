@@ -15,7 +15,8 @@ from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
 from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.graphs.model.keys import STUDY_INTEGERS
+from proofmass.graphs.model.limits import LARGEST_STUDY
 from proofmass.graphs.studies.ageing import Drift
 from proofmass.graphs.studies.changes import Change
 from proofmass.graphs.studies.correlation import Correlation
@@ -24,7 +25,6 @@ from proofmass.graphs.studies.distributions import Spread
 from proofmass.graphs.studies.epochs import Recalibration
 from proofmass.graphs.studies.study_tables import Limit
 
-LARGEST_STUDY = 2**32  # runs times epochs: a word of the counter of the noise
 AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
@@ -218,11 +218,11 @@ class Study:
 
 def bad_numbers(study: Study) -> Iterator[Problem]:
     """Problems of how many runs a study has, and of what a run leaves."""
-    for key, value, least, most in (("runs", study.runs, 1, LARGEST_STUDY), ("seed", study.seed, 0, LARGEST_SEED)):
-        whole = isinstance(value, int) and not isinstance(value, bool)
-        if not whole or not least <= value <= most:
-            message = "out of range" if whole else "must be an integer"
-            expected = f"an integer from {least:,} to {most:,}"
+    for key, form in STUDY_INTEGERS.items():
+        value = getattr(study, key)
+        if not form.holds(value):
+            message = "out of range" if form.whole(value) else "must be an integer"
+            expected = f"an integer from {form.lowest:,} to {form.highest:,}"
             yield Problem(message=message, key=key, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
@@ -15,6 +15,7 @@ from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
 from proofmass.graphs.studies.build import Study
+from proofmass.graphs.studies.table_entries import placed, unknown_keys
 from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
@@ -100,11 +101,7 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
     if not isinstance(table, dict):
         hint = 'add [study] and below it runs = 100, or write a file of its own: graph = "FILE.toml"'
         raise ModelError([Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint)])
-    problems = [
-        Refusal("unknown key", did_you_mean(key, allowed, "the keys")).problem(key, key, path=(key,))
-        for key in table
-        if key not in allowed
-    ]
+    problems = list(unknown_keys(table, allowed))
     given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
     studies = dict[str, Study]()
     try:
@@ -118,6 +115,5 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
         path = tuple(key.split(".", 1))
         problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint, path=path))
     if problems:
-        placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
-        raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line))[:PROBLEMS])
+        raise ModelError(placed(problems, place)[:PROBLEMS])
     return studies

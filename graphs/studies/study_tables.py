@@ -90,8 +90,8 @@ class StudyTables:
     """Reads the tables of a study and collects what is wrong with them."""
 
     def __init__(self, graph: Graph, margins: object = "", docs: Mapping[str, str] = STUDY_KEYS) -> None:
-        self.docs = docs  # of its tables
         self.graph, self.flat, self.dependence = graph, flatten(graph), Dependence(graph)
+        self.docs = docs  # of the tables
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
         self.margins = self._operating_point(margins)
@@ -111,7 +111,7 @@ class StudyTables:
     def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
         entries: dict[str, Entry] = {}
-        for key, entry in self._entries(table, given):
+        for key, entry in self.entries(table, given):
             name = self._flat_name(key)
             try:
                 unit = self._unit_of(key, name)
@@ -172,60 +172,44 @@ class StudyTables:
 
     def missions(self, given: object, folder: str) -> Mapping[str, Mission]:
         """Histories of temperature, by name; their files are beside the study."""
-        missions: dict[str, Mission] = {}
-        for name, entry in self._entries("missions", given):
-            try:
-                missions[name] = read_mission(entry, folder)
-            except Refusal as error:
-                self.refuse(error, "missions", name)
-        return missions
+        return self.read("missions", given, lambda name, entry: read_mission(entry, folder))
 
     def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
         """Changes of measures, which limits may name."""
-        changes: dict[str, Change] = {}
-        for name, entry in self._entries("changes", given):
-            try:
-                if not NAME.fullmatch(name):
-                    raise Refusal("not a name", got=shown(name), expected=EXPECTED_NAME)
-                if name in self._units:
-                    raise Refusal("there is a measure of that name", got=shown(name))
-                changes[name] = read_change(entry, self._units, ages, calibrated)
-            except Refusal as error:
-                self.refuse(error, "changes", name)
+
+        def read(name: str, entry: object) -> Change:
+            if not NAME.fullmatch(name):
+                raise Refusal("not a name", got=shown(name), expected=EXPECTED_NAME)
+            if name in self._units:
+                raise Refusal("there is a measure of that name", got=shown(name))
+            return read_change(entry, self._units, ages, calibrated)
+
+        changes = self.read("changes", given, read)
         self._units |= {n: "1" if c.relative else self._units[c.measure] for n, c in changes.items()}
-        return MappingProxyType(changes)
+        return changes
 
     def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
         """Limits of measures."""
-        limits: dict[str, Limit] = {}
-        for name, entry in self._entries("limits", given):
-            try:
-                unit = self._unit(name)
-                table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
-                start = _start(table, ages)
-                table = {key: value for key, value in table.items() if key != "from"}
-                if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
-                    table = {key: _verdict(table, key) for key in table}
-                units = {key: "1" if key == "change" else unit for key in table}
-                table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
-                least = {key: 0.0 if key == "change" else -math.inf for key in table}
-                limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
-                if limit.at_least > limit.at_most:
-                    raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
-                limits[name] = limit
-            except Refusal as error:
-                self.refuse(error, "limits", name)
-        return MappingProxyType(limits)
+        return self.read("limits", given, lambda name, entry: self._limit(name, entry, ages))
+
+    def _limit(self, name: str, entry: object, ages: Sequence[float]) -> Limit:
+        unit = self._unit(name)
+        table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
+        start = _start(table, ages)
+        table = {key: value for key, value in table.items() if key != "from"}
+        if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
+            table = {key: _verdict(table, key) for key in table}
+        units = {key: "1" if key == "change" else unit for key in table}
+        table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
+        least = {key: 0.0 if key == "change" else -math.inf for key in table}
+        limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
+        if limit.at_least > limit.at_most:
+            raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
+        return limit
 
     def stop(self, given: object) -> Mapping[str, float]:
         """Half widths of confidence intervals, each in the unit of its measure."""
-        widths: dict[str, float] = {}
-        for name, entry in self._entries("stop", given):
-            try:
-                widths[name] = read_quantity({name: entry}, name, self._unit(name), at_least=0.0)
-            except Refusal as error:
-                self.refuse(error, "stop", *(() if error.key else (name,)))
-        return MappingProxyType(widths)
+        return self.read("stop", given, lambda name, entry: read_quantity({name: entry}, name, self._unit(name), 0.0))
 
     def design(self, name: object, spread: Mapping[str, Spread]) -> str:
         """Return the design by which sensors are drawn."""
@@ -239,7 +223,7 @@ class StudyTables:
     def correlation(self, given: object, spread: Mapping[str, Spread], design: object) -> Correlation:
         """Coefficients between parameters that are spread normally."""
         pairs = []
-        for key, others in self._entries("correlation", given):
+        for key, others in self.entries("correlation", given):
             try:
                 if not isinstance(others, Mapping):
                     raise Refusal("must be a table", got=shown(others), hint='write { "adc.reference" = 0.5 }')
@@ -274,7 +258,18 @@ class StudyTables:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units
 
-    def _entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
+    def read(self, table: str, given: object, read: Callable[[str, Any], Entry]) -> Mapping[str, Entry]:
+        """Read the entries of a table by name, and note those that are refused."""
+        entries: dict[str, Entry] = {}
+        for name, entry in self.entries(table, given):
+            try:
+                entries[name] = read(name, entry)
+            except Refusal as error:
+                self.refuse(error, table, *(() if error.key == name else (name,)))
+        return MappingProxyType(entries)
+
+    def entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
+        """Yield the entries of a table; what is no table is refused."""
         if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
             self.refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 from typing import Any
 
-from proofmass.graphs.files.toml_writer import quoted, write_graph
+from proofmass.graphs.files.toml_writer import inline, quoted, write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.ageing import Drift
 from proofmass.graphs.studies.changes import CALIBRATION, Change
@@ -38,7 +38,7 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     }
     for name, table in tables.items():
         if table:
-            lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {_value(entry)}" for key, entry in table.items())]
+            lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {inline(entry)}" for key, entry in table.items())]
     return f"{write_graph(graph or study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
 
 
@@ -99,13 +99,3 @@ def _limit(limit: Limit) -> dict[str, Any]:
 
 def _finite(numbers: Mapping[str, float]) -> dict[str, float]:
     return {name: number for name, number in numbers.items() if math.isfinite(number)}
-
-
-def _value(value: Any) -> str:
-    if isinstance(value, dict):
-        return "{ " + ", ".join(f"{quoted(k)} = {_value(v)}" for k, v in value.items()) + " }"
-    if isinstance(value, list | tuple):
-        return "[" + ", ".join(map(_value, value)) + "]"
-    if isinstance(value, str):
-        return quoted(value)
-    return ("true" if value else "false") if isinstance(value, bool) else repr(value)

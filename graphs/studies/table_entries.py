@@ -1,11 +1,12 @@
 """Entries of the tables of a study: read from texts, numbers and lists, and refused with key, value and cure."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
+from proofmass.graphs.model.graph import Place
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:
@@ -16,6 +17,19 @@ def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mappi
         if key not in keys:
             raise Refusal("unknown key", key=str(key), got=shown(key), hint=did_you_mean(str(key), keys, "the keys"))
     return table
+
+
+def unknown_keys(table: Mapping[str, Any], keys: Collection[str]) -> Iterator[Problem]:
+    """Yield a problem for each key of a table of a file that is not known."""
+    for key in table:
+        if key not in keys:
+            yield Refusal("unknown key", did_you_mean(key, keys, "the keys")).problem(key, key, path=(key,))
+
+
+def placed(problems: Iterable[Problem], place: Place) -> list[Problem]:
+    """Return problems with their files and lines, in their order; those of the file itself come first."""
+    found = [problem if problem.file else problem.at(*place.find(problem.path)) for problem in problems]
+    return sorted(found, key=lambda problem: (problem.file != place.file, problem.file, problem.line))
 
 
 def read_flag(table: Mapping[str, Any], key: str) -> bool:

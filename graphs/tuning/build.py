@@ -5,13 +5,12 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
-from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_KEYS
-from proofmass.graphs.model.limits import LARGEST_SEED
+from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_INTEGERS, TUNE_KEYS, Integer
 from proofmass.graphs.model.loops import read_moment, read_requirement
 from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
@@ -23,8 +22,6 @@ from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 Tables = Mapping[str, Any]
 NOTHING: Tables = MappingProxyType({})
 SCALES = ("linear", "logarithmic")
-STARTS, SAMPLES = 4, 64
-MOST_STARTS, MOST_SAMPLES = 100, 100_000
 _WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by default
 
 
@@ -37,9 +34,9 @@ def tuning_of(
     tolerances: Tables = NOTHING,
     ages: object = (),
     at: object = "",
-    starts: object = STARTS,
-    samples: object = SAMPLES,
-    seed: object = 0,
+    starts: object = TUNE_INTEGERS["starts"].default,
+    samples: object = TUNE_INTEGERS["samples"].default,
+    seed: object = TUNE_INTEGERS["seed"].default,
     study: Study | None = None,
     place: Place = NOWHERE,
 ) -> Tuning:
@@ -56,17 +53,16 @@ def tuning_of(
         if isinstance(goal.quantity, YieldOf) and study is None:
             hint = "add [study] with spread and limits to the file"
             read.refuse(Refusal("a yield is wanted, and there is no study with limits", hint), "goals", name)
-    own_points = {str(name): read.parameters(f"points.{name}", table, _value) for name, table in _named(read, points)}
+    own_points = {
+        name: read.parameters(f"points.{name}", table, _value) for name, table in read.entries("points", points)
+    }
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
     for key, entries, example in (("free", frees, _FREE), ("goals", wanted, _GOAL)):
         if not entries and not read.problems:
             read.refuse(Refusal(f"names no {key}", example), key)
     moment = read.moment(at)
-    numbers = {
-        "starts": read.count("starts", starts, 1, MOST_STARTS),
-        "samples": read.count("samples", samples, 1, MOST_SAMPLES),
-        "seed": read.count("seed", seed, 0, LARGEST_SEED),
-    }
+    given = {"starts": starts, "samples": samples, "seed": seed}
+    numbers = {key: read.count(key, given[key], form) for key, form in TUNE_INTEGERS.items()}
     own_ages = read.ages_of(ages, study, wanted)
     cases = max(1, len(own_points)) * max(1, len(own_ages)) * 2 ** len(corners)
     if cases > MOST_POINTS:
@@ -101,13 +97,7 @@ class _Tables(StudyTables):
 
     def goals(self, given: object) -> Mapping[str, Goal]:
         """Read the goals."""
-        read: dict[str, Goal] = {}
-        for name, entry in self._entries("goals", given):
-            try:
-                read[name] = self._goal(entry)
-            except Refusal as error:
-                self.refuse(error, "goals", name)
-        return MappingProxyType(read)
+        return self.read("goals", given, lambda name, entry: self._goal(entry))
 
     def _goal(self, entry: object) -> Goal:
         table = checked_table(entry, {**QUANTITY_KEYS, **GOAL_KEYS}, _GOAL)
@@ -152,12 +142,12 @@ class _Tables(StudyTables):
             self.refuse(error, "at")
         return ""
 
-    def count(self, key: str, value: object, least: int, most: int) -> int:
+    def count(self, key: str, value: object, form: Integer) -> int:
         """Read an integer."""
-        if isinstance(value, bool) or not isinstance(value, int) or not least <= value <= most:
-            expected = f"an integer from {least} to {most:g}"
+        if not form.whole(value) or not form.holds(value):
+            expected = f"an integer from {form.lowest} to {form.highest:g}"
             self.refuse(Refusal("out of range", got=shown(value), expected=expected), key)
-            return least
+            return form.lowest
         return value
 
 
@@ -208,17 +198,3 @@ def _tolerance(entry: object) -> float:
     if value >= 1.0:
         raise Refusal("is no tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
     return value
-
-
-def _named(read: _Tables, points: object) -> Iterator[tuple[str, object]]:
-    if not isinstance(points, Mapping):
-        read.refuse(Refusal("must be a table", TUNE_KEYS["points"], got=shown(points)), "points")
-        return
-    yield from points.items()
-
-
-def unknown_keys(table: Mapping[str, Any], allowed: Mapping[str, str]) -> Iterator[Problem]:
-    """Yield the keys of a table that are not known."""
-    for key in table:
-        if key not in allowed:
-            yield Refusal("unknown key", did_you_mean(key, allowed, "the keys")).problem(key, key, path=(key,))

@@ -11,7 +11,8 @@ from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
 from proofmass.graphs.studies.study_reader import STUDY, study_of_table
-from proofmass.graphs.tuning.build import tuning_of, unknown_keys
+from proofmass.graphs.studies.table_entries import placed, unknown_keys
+from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Tuning
 
 TUNE = "tune"
@@ -58,8 +59,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     except ModelError as error:
         problems += error.problems
     if problems or tuning is None:
-        placed = [p if p.file else p.at(*place.find(p.path)) for p in problems]
-        raise ModelError(sorted(placed, key=lambda p: (p.file != place.file, p.file, p.line)))
+        raise ModelError(placed(problems, place))
     return tuning
 
 

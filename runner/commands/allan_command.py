@@ -1,7 +1,5 @@
 """The command `allan`: deviations over averaging time, and the coefficients of noise."""
 
-from pathlib import Path
-
 import numpy as np
 
 from proofmass.runner.analysis.allan.deviations import Allan, Curve, allan
@@ -10,26 +8,24 @@ from proofmass.runner.analysis.allan.field_units import field_unit, in_field_uni
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import Level
 from proofmass.runner.analysis.allan.plot import plot_allan
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.analysis import AllanRequest
 from proofmass.runner.commands.exit_codes import DONE
-from proofmass.runner.commands.series_source import SignalRequest, quantity, signal_of
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.commands.series_source import quantity, signal_of
 
 _MISFIT = 6.0  # dB, by which the density of a few lines may be off
 
 
-def show_allan(request: SignalRequest, picture: Path | None, tau: str | None, confidence: str) -> int:
+def show_allan(request: AllanRequest) -> int:
     """Show the Allan deviation of a signal and return the exit code."""
-    seconds = quantity("--tau", tau, "s") if tau else None
-    error = quantity("--confidence", confidence, "1")
+    seconds = quantity("--tau", request.tau, "s") if request.tau else None
+    error = quantity("--confidence", request.confidence, "1")
     result = allan(signal_of(request))
     needed = duration(result, seconds, error) if seconds is not None else None
-    if request.as_json:
-        print_json(result.as_data() | ({"needed": needed.as_data()} if needed else {}))
-    else:
-        print_text([allan_text(result), *([duration_text(needed)] if needed else [])])
-    if picture is not None:
-        print_file(save_figure(plot_allan(result), picture), request.as_json)
+    more = {"needed": needed.as_data()} if needed else {}
+    lines = [allan_text(result), *([duration_text(needed)] if needed else [])]
+    print_answer(request.as_json, lambda: result.as_data() | more, lines)
+    print_picture(lambda: plot_allan(result), request.picture, request.as_json)
     return DONE
 
 

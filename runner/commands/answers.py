@@ -1,7 +1,7 @@
 """Answers of commands: text for people or JSON for programs, then the files that were written."""
 
 import os
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +11,8 @@ from proofmass.runner.commands.exit_codes import INTERRUPTED
 from proofmass.runner.output.json_text import json_text
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from proofmass.blocks.declaration.problem import Problem
 
 
@@ -31,6 +33,23 @@ def print_problem(problem: "Problem", err: bool = True) -> None:
 def print_json(data: Any) -> None:
     """Print plain data as JSON."""
     click.echo(json_text(data))
+
+
+def print_answer(as_json: bool, data: Callable[[], Any], lines: Iterable[str]) -> None:
+    """Print plain data as JSON for a program, or lines for people."""
+    if as_json:
+        print_json(data())
+    else:
+        print_text(lines)
+
+
+def print_picture(draw: Callable[[], "Figure"], path: Path | None, as_json: bool = False) -> None:
+    """Write a picture where a file is named for it, and say so."""
+    if path is not None:
+        # start-up time: few answers are drawn
+        from proofmass.runner.output.pictures import save_figure
+
+        print_file(save_figure(draw(), path), as_json)
 
 
 def print_text(lines: Iterable[str], err: bool = False) -> None:

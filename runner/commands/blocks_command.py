@@ -1,8 +1,6 @@
 """The command `blocks`: all kinds by family, those that words describe, or one with its equation and an example."""
 
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
@@ -11,21 +9,11 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.declarations.blocks import BlocksRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.describe import block_text
 from proofmass.runner.output.text_table import text_table
-
-
-@dataclass(frozen=True)
-class BlocksRequest:
-    """Request of `proofmass blocks`."""
-
-    kind: str | None
-    words: str | None
-    example: bool
-    own: Path | None
-    as_json: bool
 
 
 def show_blocks(request: BlocksRequest) -> int:

@@ -1,7 +1,5 @@
 """The command `check`: everything that is wrong with a file, and whether it is ready to run."""
 
-from pathlib import Path
-
 import click
 
 from proofmass.blocks.declaration.problem import Problem
@@ -10,6 +8,7 @@ from proofmass.graphs.model.flatten import flatten, parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_problem, print_text
+from proofmass.runner.commands.declarations.graphs import CheckRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
@@ -20,9 +19,11 @@ from proofmass.runner.output.text_table import text_table
 _VALUES = 40  # that are shown
 
 
-def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
+def check_graph(request: CheckRequest) -> int:
     """Check a graph or study, print its problems and notes, and return the exit code."""
-    graph, problems, study = check_file(path, own_blocks(own), lambda graph: changed(graph, changes))
+    graph, problems, study = check_file(
+        request.graph, own_blocks(request.own), lambda graph: changed(graph, request.changes)
+    )
     alone = graph is not None and not _wrong(problems) and runs_alone(flatten(graph))
     if graph is not None and alone:
         from proofmass.runner.studies.whole.ready import unready  # start-up time: NumPy
@@ -34,17 +35,17 @@ def check_graph(path: Path, changes: tuple[str, ...], own: Path | None, as_json:
 
             problems += missed_margins(graph)
     wrong = _wrong(problems)
-    if as_json:
+    if request.as_json:
         print_json([problem.as_data() for problem in problems])
         return WRONG_MODEL if wrong else DONE
     for problem in problems:
         print_problem(problem, err=not problem.note)
     if graph is None or wrong:
         print_codes(wrong)
-        click.echo(f"{count(len(wrong), 'problem')} in {path}", err=True)
+        click.echo(f"{count(len(wrong), 'problem')} in {request.graph}", err=True)
         return WRONG_MODEL
     ready = "ready to run" if alone else "ready to be a part of other graphs"
-    click.echo(f"{path}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
+    click.echo(f"{request.graph}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
     print_text(_values(graph))
     return DONE
 

@@ -7,7 +7,6 @@ exponential). Correlated with a maximal-length sequence of N chips the sums are 
 is the constant that the autocorrelation of -1 beside the peak leaves in every cell (Sarraf et al. 2012, eq. 2 and 3).
 """
 
-import io
 import sys
 from html import escape
 from importlib.resources import as_file
@@ -23,6 +22,8 @@ from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
+from proofmass.runner.output.page import picture
+from proofmass.runner.output.pictures import BLUE, GRID, ORANGE, save_figure, sheet
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
 
@@ -94,32 +95,24 @@ def table(verdict: Verdict, finer: Verdict) -> list[str]:
     return lines
 
 
-def picture(verdict: Verdict) -> Any:
+def drawn(verdict: Verdict) -> Any:
     """Estimated and analytic response, and the error of each cell."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8.0, 6.0), layout="constrained")
-    above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
-    cells = np.arange(len(verdict.measured))
-    above.vlines(cells, 0.0, verdict.analytic, color="#bbbbbb")
-    above.plot(cells, verdict.analytic, "o", color="#0072b2", markersize=9, fillstyle="none", label="analytic")
-    above.plot(cells, verdict.measured, "x", color="#d55e00", label="estimated by the correlation cells")
-    above.set_ylabel("sum of a period [codes]")
-    above.set_title("Impulse response of the accelerometer by its PN self-test")
-    above.legend()
-    below.axhline(0.0, color="#bbbbbb")
-    below.bar(cells, 100.0 * verdict.error, color="#d55e00")
-    below.set_ylabel("error [%]")
-    below.set_xlabel("cell: lag in chips")
-    below.set_xticks(cells)
+    with sheet(8.0, 6.0, "Impulse response of the accelerometer by its PN self-test") as figure:
+        above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))
+        cells = np.arange(len(verdict.measured))
+        above.vlines(cells, 0.0, verdict.analytic, color=GRID)
+        above.plot(cells, verdict.analytic, "o", color=BLUE, markersize=9, fillstyle="none", label="analytic")
+        above.plot(cells, verdict.measured, "x", color=ORANGE, label="estimated by the correlation cells")
+        above.set_ylabel("sum of a period [codes]")
+        above.legend()
+        below.axhline(0.0, color=GRID)
+        below.bar(cells, 100.0 * verdict.error, color=ORANGE)
+        below.set(xlabel="cell: lag in chips", ylabel="error [%]", xticks=cells)
     return figure
 
 
 def main(out: Path) -> int:
     """Run the self-test, print the comparison, write the report files; 0 when every cell is within 1 %."""
-    from proofmass.runner.output.plot import save_figure, write_figure  # matplotlib
-
     with as_file(library_file(GRAPH)) as path:
         graph = read_graph(path)
     with progress(quiet=False) as bar:
@@ -132,11 +125,9 @@ def main(out: Path) -> int:
     print("\n".join(table(verdict, finer)))
     good = bool((np.abs(verdict.error[1:11]) <= 0.01).all())
     print(f"self-test {'passed' if good else 'FAILED'}: cells 1 to 10 within 1 % of the analytic response\n")
-    figure = picture(verdict)
+    figure = drawn(verdict)
     pictures = [save_figure(figure, out / f"impulse_response.{ending}").name for ending in ("svg", "png")]
-    drawn = io.BytesIO()
-    write_figure(figure, drawn, "svg")
-    fragment = f"<figure><svg{drawn.getvalue().decode().partition('<svg')[2]}</figure>"
+    fragment = f'<div class="wide">{picture(figure, "impulse response")}</div>'
     lines = escape("\n".join(table(verdict, finer)))
     names = write_run(result, out, ("netcdf",), [("Impulse response", f"{fragment}\n<pre>{lines}</pre>")])
     print(f"written to {out}: {', '.join([*names, *pictures])}")

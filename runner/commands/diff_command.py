@@ -1,12 +1,12 @@
 """The command `diff`: two graphs, two runs or two studies, compared by what they mean."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.declarations.comparison import DiffRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.comparison.files import file_differences
@@ -16,19 +16,6 @@ from proofmass.runner.comparison.tables import Table, difference_table, run_tabl
 from proofmass.runner.studies.kept.folder import STUDY_FILE, kept_result
 
 GRAPH, RUN, OF_STUDY = "graph", "run", "study"
-
-
-@dataclass(frozen=True)
-class DiffRequest:
-    """A call of `proofmass diff`."""
-
-    before: Path
-    after: Path
-    relative: float
-    absolute: float
-    page: Path | None
-    own: Path | None
-    as_json: bool
 
 
 def show_differences(request: DiffRequest) -> int:
@@ -43,10 +30,7 @@ def show_differences(request: DiffRequest) -> int:
         raise ModelError([Problem(message="cannot be compared", file=str(request.after), got=got, hint=hint)])
     data, tables, same = _compared(kinds[0], request, own)
     verdict = f"{request.before} and {request.after}: " + _verdict(kinds[0], same=same)
-    if request.as_json:
-        print_json(data)
-    else:
-        print_text([*text_of(tables), verdict])
+    print_answer(request.as_json, lambda: data, [*text_of(tables), verdict])
     if request.page is not None:
         save_tables(request.page, "Differences", verdict, tables)
         print_file(request.page, request.as_json)

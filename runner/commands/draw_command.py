@@ -1,8 +1,6 @@
 """The command `draw`: the block diagram of a graph as SVG, Mermaid or DOT."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
@@ -12,26 +10,13 @@ from proofmass.graphs.drawing.diagram_data import diagram_data
 from proofmass.graphs.drawing.text_forms import dot, mermaid
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_json, write_or_print
+from proofmass.runner.commands.declarations.graphs import DrawRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 
 _TEXTS = {"mermaid": mermaid, "dot": dot}
 _BY_ENDING = {".svg": "svg", ".mmd": "mermaid", ".mermaid": "mermaid", ".dot": "dot", ".gv": "dot"}
 _ALL = "all"
-
-
-@dataclass(frozen=True)
-class DrawRequest:
-    """A call of `proofmass draw`."""
-
-    graph: Path
-    output: Path | None
-    form: str | None
-    unfold: tuple[str, ...]
-    overlay: str | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def draw_graph(request: DrawRequest) -> int:

@@ -5,18 +5,19 @@ import click
 from proofmass.blocks.declaration.explanations import EXPLANATIONS, Explanation
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.declarations.blocks import ExplainRequest
 from proofmass.runner.commands.exit_codes import DONE
 
 
-def explain_codes(codes: tuple[str, ...], as_json: bool) -> int:
+def explain_codes(request: ExplainRequest) -> int:
     """Print the entries of codes, or a list of all, and return the exit code; raises `click.UsageError`."""
     known = {entry.code: entry for entry in EXPLANATIONS}
-    wanted = [code.upper() for code in codes]
+    wanted = [code.upper() for code in request.code]
     for code in wanted:
         if code not in known:
             raise click.UsageError(f"there is no code {code}; {did_you_mean(code, known, 'the codes')}")
     entries = [known[code] for code in wanted or known]
-    if as_json:
+    if request.as_json:
         print_json([entry._asdict() for entry in entries])
     elif wanted:
         print_text(["\n\n".join(_told(entry) for entry in entries)])

@@ -13,7 +13,7 @@ from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.design.fit.fit import Fit, FitReport
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 
 MODELS = (  # kinds that take coefficients without being named, beside subgraphs that export a1, b1, a2 and b2
     "DoubleExponentialModel",
@@ -42,10 +42,7 @@ def write_coefficients(report: FitReport, target: Path, names: Sequence[str], ow
         message = "nothing was written: the readings do not determine the two exponentials"
         raise ModelError([reason, Problem(message=message, file=str(target))])
     with_parameters(graph, values)  # refuses units that do not fit
-    text = edit_file(target, values)
-    with whole_file(target) as file:
-        file.write(text.encode("utf-8"))
-    return target
+    return write_whole(target, edit_file(target, values))
 
 
 def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, float | str]:

@@ -1,56 +1,23 @@
 """The command `fit` of a graph to recordings: read, fit, show, draw, write the parameters into a graph file."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
 from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
-from proofmass.runner.design.identification.fitted import Fitted, fit
+from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
-from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.export import write_whole
+from proofmass.runner.output.pictures import save_figure
 
 
-@dataclass(frozen=True)
-class RecordingsRequest:
-    """A call of `proofmass fit` with recordings."""
-
-    source: Path
-    files: tuple[Path, ...]
-    inputs: tuple[str, ...]
-    outputs: tuple[str, ...]
-    free: tuple[str, ...]
-    offsets: tuple[str, ...]
-    delays: tuple[str, ...]
-    levels: tuple[str, ...]
-    loss: str
-    tries: int
-    skip: str
-    gaps: str
-    interpolated: bool
-    plot: Path | None
-    target: Path | None
-    changes: tuple[str, ...]
-    seed: int | None
-    quiet: bool
-    own: Path | None
-    as_json: bool
-
-    def __post_init__(self) -> None:
-        if not self.files:
-            raise click.UsageError("--free needs --data, the recordings to fit to")
-        if not self.outputs:
-            raise click.UsageError("name what was recorded: --output BLOCK.PORT=COLUMN")
-
-
-def fit_recordings(request: RecordingsRequest) -> int:
+def fit_recordings(request: FitRequest) -> int:
     """Fit a graph to recordings; exit code 1 if they do not determine every parameter."""
     graph = graph_of(request.source, request.own, request.changes)
     with progress(request.quiet or request.as_json, "run") as bar:
@@ -60,14 +27,8 @@ def fit_recordings(request: RecordingsRequest) -> int:
             inputs=_mapped("--input", request.inputs),
             outputs=_mapped("--output", request.outputs),
             free=_bounds(request.free),
-            offsets=request.offsets,
-            delays=request.delays,
-            levels=request.levels,
-            loss=request.loss,
+            **request.some("offsets", "delays", "levels", "loss", "skip", "gaps", "interpolated"),
             starts=request.tries,
-            skip=request.skip,
-            gaps="split" if request.gaps == "split" else "refuse",
-            interpolated=request.interpolated,
             seed=request.seed or 0,
             progress=bar,
         )
@@ -75,23 +36,13 @@ def fit_recordings(request: RecordingsRequest) -> int:
     if request.plot is not None:
         paths.append(save_figure(plot_fitted(fitted), request.plot))
     if request.target is not None and fitted.determined:
-        paths.append(_written(fitted, request.target))
-    if request.as_json:
-        print_json({"graph": graph.name} | fitted.as_data())
-    else:
-        print_text([fitted_text(fitted)])
+        paths.append(write_whole(request.target, edit_file(request.target, fitted.changes)))
+    print_answer(request.as_json, lambda: {"graph": graph.name} | fitted.as_data(), [fitted_text(fitted)])
     for path in paths:
         print_file(path, request.as_json)
     if request.target is not None and not fitted.determined:
         click.echo("nothing was written: the recordings do not determine every parameter", err=True)
     return INTERRUPTED if fitted.interrupted else DONE if fitted.determined else WRONG_MODEL
-
-
-def _written(fitted: Fitted, target: Path) -> Path:
-    text = edit_file(target, fitted.changes)
-    with whole_file(target) as file:
-        file.write(text.encode("utf-8"))
-    return target
 
 
 def _mapped(option: str, texts: Sequence[str]) -> dict[str, str]:

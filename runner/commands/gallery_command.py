@@ -6,25 +6,21 @@ from textwrap import wrap
 from typing import Any
 
 from proofmass.graphs.files.gallery import PARTS, Exhibit, exhibit, exhibits
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import print_answer
+from proofmass.runner.commands.declarations.blocks import GalleryRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.output.text_table import text_table
 
 WIDTH = 110  # of a description, in letters
 
 
-def show_gallery(name: str | None, as_json: bool) -> int:
+def show_gallery(request: GalleryRequest) -> int:
     """List all exhibits, or show one, and return the exit code."""
-    if name is not None:
-        chosen = exhibit(name)
-        if as_json:
-            print_json(_facts(chosen))
-        else:
-            print_text(_about(chosen))
-    elif as_json:
-        print_json([_facts(chosen) for chosen in exhibits()])
+    if request.name is not None:
+        chosen = exhibit(request.name)
+        print_answer(request.as_json, lambda: _facts(chosen), _about(chosen))
     else:
-        print_text(_list())
+        print_answer(request.as_json, lambda: [_facts(chosen) for chosen in exhibits()], _list())
     return DONE
 
 

@@ -3,34 +3,22 @@
 import threading
 import time
 import webbrowser
-from dataclasses import dataclass
-from pathlib import Path
 
 import click
 
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_problem
+from proofmass.runner.commands.declarations.live import LiveRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.live_study import has_study, live_study
-from proofmass.runner.commands.live_tabs import TABS
+from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.live.server import LiveServer
+from proofmass.runner.live.session import Session
+from proofmass.runner.live.study import has_study, live_study
+from proofmass.runner.live.watch import watch
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.live.server import LiveServer
-from proofmass.runner.output.live.session import Session
-from proofmass.runner.output.live.watch import watch
-
-
-@dataclass(frozen=True)
-class LiveRequest:
-    """A call of `proofmass live`."""
-
-    graph: Path
-    changes: tuple[str, ...]
-    probes: tuple[str, ...]
-    browser: bool
-    own: Path | None
-    study: Path | None
 
 
 def serve_live(request: LiveRequest) -> int:
@@ -41,8 +29,8 @@ def serve_live(request: LiveRequest) -> int:
 
     source = request.study or (request.graph if has_study(request.graph) else None)
     more = tuple(file for file in (request.own, source) if file is not None)
-    study = live_study(source, request.own) if source is not None else None
-    session = Session(request.graph, load, TABS, more, study)
+    study = None if source is None else live_study(source, lambda: read_study(source, own_blocks(request.own)))
+    session = Session(request.graph, load, more, study)
     _report(session)
     server = LiveServer(session)
     click.echo(f"{request.graph} is live at {server.url}\nCtrl-C ends it.")

@@ -1,7 +1,8 @@
 """The command `margins`: linearise a graph, show its margins, sensitivities or limit cycles, draw them."""
 
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator, Mapping
+from functools import partial
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,43 +14,25 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.analysis.margins.text import margins_text, sensitivity_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.several_loops import show_over, show_together
-from proofmass.runner.commands.texts.margins import margins_text
-from proofmass.runner.commands.texts.sensitivity import sensitivities, sensitivity_text
-from proofmass.runner.output.plot import save_figure
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
     from proofmass.runner.analysis.margins.second_opinion import SecondOpinion
-    from proofmass.runner.analysis.margins.sensitivity import Sensitivity
-
-
-@dataclass(frozen=True)
-class MarginsRequest:
-    """A call of `proofmass margins`."""
-
-    graph: Path
-    loop: str
-    at: str
-    sensitivity: tuple[str, str] | None
-    gains: tuple[str, ...]
-    amplitudes: tuple[str, ...]
-    limit_cycle: str
-    together: bool
-    others: tuple[str, ...]
-    over: str
-    picture: Path | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def show_margins(request: MarginsRequest) -> int:
@@ -68,23 +51,34 @@ def show_margins(request: MarginsRequest) -> int:
         points = OperatingPoints(planned, request.at, bar)
         answers = _answers(points, request)
     loops = {name: answer for name, answer in answers.items() if isinstance(answer, Margins)}
-    quantities = sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
-    if request.as_json:
-        data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
-        data |= {"python_control": [opinion.as_data() for opinion in _opinions(loops)]}
-        print_json(data | ({"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}))
-    else:
-        print_text(map(margins_text, loops.values()))
-        print_text(map(sensitivity_text, quantities))
-        print_text(map(str, _opinions(loops)))
+    quantities = _sensitivities(points, loops, *request.sensitivity) if request.sensitivity else []
+    data = {"graph": graph.name, "loops": [margins.as_data() for margins in loops.values()]}
+    data |= {"sensitivities": [quantity.as_data() for quantity in quantities]} if quantities else {}
+    texts = chain(
+        map(margins_text, loops.values()), map(sensitivity_text, quantities), (str(one) for one in _opinions(loops))
+    )
+    print_answer(request.as_json, lambda: data | {"python_control": [one.as_data() for one in _opinions(loops)]}, texts)
     if request.picture is not None:
-        for path in _draw(request.picture, loops, quantities):
-            print_file(path, request.as_json)
+        _draw(request.picture, loops, quantities, request.as_json)
     problems = [problem for error in answers.values() if isinstance(error, ModelError) for problem in error.problems]
     problems += missed(planned, loops)
     if problems:
         raise ModelError(problems)
     return DONE
+
+
+def _sensitivities(
+    points: OperatingPoints, loops: Mapping[str, Margins], source: str, target: str
+) -> list[Sensitivity]:
+    """Return scale factor and bias from one output to another, and the margins of loops, with their derivatives."""
+    planned = points.plan
+    ends = node_of(planned, source), node_of(planned, target)
+    quantities = list(points.answered(lambda about: transfer_sensitivities(about, *ends)))
+    for margins in loops.values():
+        if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
+            node = node_of(planned, margins.open_at)
+            quantities += margin_sensitivities(planned, margins, points.loop(node, by_parameters=True))
+    return quantities
 
 
 def _opinions(loops: dict[str, Margins]) -> "Iterator[SecondOpinion]":
@@ -98,13 +92,10 @@ def _opinions(loops: dict[str, Margins]) -> "Iterator[SecondOpinion]":
 
 def _show_limit_cycles(graph: Graph, request: MarginsRequest) -> int:
     # start-up time: only this option needs it
-    from proofmass.runner.commands.texts.limit_cycles import limit_cycles, limit_cycles_data, limit_cycles_lines
+    from proofmass.runner.analysis.limit_cycles.text import limit_cycles, limit_cycles_data, limit_cycles_lines
 
     cycles = limit_cycles(graph, request.limit_cycle)
-    if request.as_json:
-        print_json(limit_cycles_data(graph, cycles))
-    else:
-        print_text(limit_cycles_lines(cycles))
+    print_answer(request.as_json, lambda: limit_cycles_data(graph, cycles), limit_cycles_lines(cycles))
     return DONE
 
 
@@ -140,11 +131,10 @@ def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Marg
     return margins_or_reasons(points, request.loop)
 
 
-def _draw(picture: Path, loops: dict[str, Margins], quantities: "list[Sensitivity]") -> list[Path]:
-    """A picture of each loop, and of the parameters; with their names in the file's name if there are several."""
-
-    figures = {name: plot_margins(margins) for name, margins in loops.items()}
+def _draw(picture: Path, loops: dict[str, Margins], quantities: list[Sensitivity], as_json: bool) -> None:
+    """Draw each loop, and the parameters; with their names in the file's name if there are several."""
+    figures: dict[str, Callable[[], Figure]] = {name: partial(plot_margins, loop) for name, loop in loops.items()}
     if quantities:
-        figures["sensitivity"] = plot_sensitivities(quantities)
-    names = [picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}") for name in figures]
-    return [save_figure(figure, path) for figure, path in zip(figures.values(), names, strict=True)]
+        figures["sensitivity"] = partial(plot_sensitivities, quantities)
+    for name, draw in figures.items():
+        print_picture(draw, picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}"), as_json)

@@ -2,7 +2,6 @@
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
 from pathlib import Path
 
 import click
@@ -10,13 +9,15 @@ import click
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_variants
 from proofmass.runner.commands.answers import (
-    print_file,
+    print_answer,
     print_files,
     print_interruption,
     print_json,
+    print_picture,
     print_problem,
     print_text,
 )
+from proofmass.runner.commands.declarations.graphs import MontecarloRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -25,8 +26,6 @@ from proofmass.runner.commands.run_files import need_for, usual_format, write_ru
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.commands.study_files import write_study
-from proofmass.runner.commands.texts.study import study_text
-from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.commands.variants_command import (
     compared,
     comparison_data,
@@ -35,47 +34,16 @@ from proofmass.runner.commands.variants_command import (
     write_comparison,
 )
 from proofmass.runner.comparison.tables import text_of
-from proofmass.runner.output.plot import save_figure
-from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.output.times import time_text
 from proofmass.runner.run.result import Result
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.plot import plot_study
+from proofmass.runner.studies.shown.text import study_text
 from proofmass.runner.studies.whole.ready import study_notes
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
 
-@dataclass(frozen=True)
-class StudyRequest:
-    """A call of `proofmass montecarlo`."""
-
-    study: Path
-    runs: int | None
-    seed: int | None
-    engine: EngineName
-    changes: tuple[str, ...]
-    out: Path | None
-    threads: int | None
-    lanes: int | None
-    dask: str | None
-    formats: tuple[str, ...]
-    picture: Path | None
-    report: bool
-    repair: bool
-    run: int | None
-    epoch: int
-    quiet: bool
-    own: Path | None
-    variant: str | None
-    as_json: bool
-
-    def __post_init__(self) -> None:
-        if self.repair and self.out is None:
-            raise click.UsageError("--repair needs --out: the folder of the study")
-        if self.dask is not None and self.threads is not None:
-            raise click.UsageError("give --threads or --dask, not both: Dask's workers have threads of their own")
-
-
-def run_montecarlo(request: StudyRequest) -> int:
+def run_montecarlo(request: MontecarloRequest) -> int:
     """Run a study, or replay one of its runs, and return the exit code."""
     studies = read_variants(request.study, own_blocks(request.own), lambda graph: changed(graph, request.changes))
     studies = {name: study for name, study in studies.items() if request.variant in (None, name)}
@@ -90,68 +58,59 @@ def run_montecarlo(request: StudyRequest) -> int:
             raise click.UsageError("--plot is of a study, --run repeats one sensor: --out FOLDER has its plot")
         return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
     if len(studies) == 1:
-        return _run_one(request, next(iter(studies.values())))[0]
+        return _run_one(request, next(iter(studies.values())), request.out)[0]
     return _run_variants(request, studies)
 
 
-def _run_variants(request: StudyRequest, studies: Mapping[str, Study]) -> int:
+def _run_variants(request: MontecarloRequest, studies: Mapping[str, Study]) -> int:
     """Run each variant in a folder of its own, and compare them with the first."""
     results = dict[str, StudyResult]()
     for name, study in studies.items():
         out = None if request.out is None else folder_of(request.out, name)
         if not request.as_json:
             print_text([f"variant {name}", ""])
-        code, results[name] = _run_one(replace(request, out=out), study, alone=False)
+        code, results[name] = _run_one(request, study, out, alone=False)
         if code != DONE:
             return code
     comparisons = compared(results)
-    if request.as_json:
-        variants = {name: study_data(result) for name, result in results.items()}
-        print_json({"variants": variants, "compared": comparison_data(comparisons)})
-    else:
-        print_text(["", *text_of(comparison_tables(results, comparisons))])
+    data = {"variants": {name: study_data(result) for name, result in results.items()}}
+    data |= {"compared": comparison_data(comparisons)}
+    print_answer(request.as_json, lambda: data, ["", *text_of(comparison_tables(results, comparisons))])
     if request.out is not None:
         print_files(request.out, write_comparison(results, comparisons, request.out), request.as_json)
     return DONE
 
 
-def _run_one(request: StudyRequest, study: Study, alone: bool = True) -> tuple[int, StudyResult]:
-    """Run one study, show and write it; return the exit code and the result."""
+def _run_one(request: MontecarloRequest, study: Study, out: Path | None, alone: bool = True) -> tuple[int, StudyResult]:
+    """Run one study, show it, write it to a folder; return the exit code and the result."""
     for note in study_notes(study):
         print_problem(note)
     with progress(request.quiet or request.as_json, "run") as bar:
         result = run_study(
             study,
-            runs=request.runs,
-            seed=request.seed,
-            engine=request.engine,
-            lanes=request.lanes,
-            threads=request.threads,
-            dask=request.dask,
-            folder=request.out,
+            **request.some("runs", "seed", "engine", "lanes", "threads", "dask", "repair"),
+            folder=out,
             progress=bar,
-            repair=request.repair,
         )
     if not request.as_json:
         print_text([study_text(result)])
     elif alone:
         print_json(study_data(result))
     if result.interrupted:
-        return _interrupted(result, request.out), result
-    if request.picture is not None and alone:
-        print_file(save_figure(plot_study(result), request.picture), request.as_json)
-    if request.out is not None:
+        return _interrupted(result, out), result
+    print_picture(lambda: plot_study(result), request.picture if alone else None, request.as_json)
+    if out is not None:
         began = time.perf_counter()
         with working(request.quiet or request.as_json, "writing") as say:
-            names = write_study(result, request.out, request.formats, request.report, say)
-        print_files(request.out, names, request.as_json)
+            names = write_study(result, out, request.formats, request.report, say)
+        print_files(out, names, request.as_json)
         if not request.as_json:
             what = "tables, pictures and report" if request.report else "tables"
             print_text([f"{what}: {time_text(time.perf_counter() - began)}"])
     return DONE, result
 
 
-def _show_replay(result: Result, request: StudyRequest) -> int:
+def _show_replay(result: Result, request: MontecarloRequest) -> int:
     show_run(result, request.as_json)
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)

@@ -6,16 +6,17 @@ import click
 
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit
 from proofmass.graphs.files.library import library_file
+from proofmass.runner.commands.declarations.blocks import NewRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.schema_command import SCHEMA_FILE, write_schema_file
 
 
-def write_new_graph(path: Path, name: str | None) -> int:
+def write_new_graph(request: NewRequest) -> int:
     """Write a graph, and what it names beside it, to files that do not exist yet, and return the exit code.
 
     The first line of a graph names its schema, which is written too where there is none.
     """
-    copied = exhibit(name) if name is not None else None
+    path, copied = request.file, exhibit(request.name) if request.name is not None else None
     beside = {path.parent / file: library_file(file) for file in copied.beside} if copied else {}
     sources = {path: copied.path if copied else library_file(TEMPLATE)} | beside
     existing = [str(target) for target in sources if target.exists() or target.is_symlink()]

@@ -1,28 +1,13 @@
 """The command `noise-model`: the noise of a data sheet as blocks."""
 
-from dataclasses import dataclass
-
 import click
 
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.noise.data_sheet import noise_blocks_of
+from proofmass.runner.commands.declarations.analysis import NoiseModelRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import quantity
-
-
-@dataclass(frozen=True)
-class NoiseModelRequest:
-    """Request of `proofmass noise-model`: figures of a data sheet, as they are written there."""
-
-    density: str | None
-    white: str | None
-    bias_instability: str | None
-    flat: bool
-    wander: str | None
-    longest: str
-    rate: str
-    unit: str
 
 
 def write_noise_model(request: NoiseModelRequest) -> int:

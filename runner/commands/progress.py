@@ -7,7 +7,7 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 
-from proofmass.runner.commands.texts.times import time_text
+from proofmass.runner.output.times import time_text
 
 ROWS = 8  # of results so far, at most
 

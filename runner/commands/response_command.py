@@ -1,43 +1,23 @@
 """The command `response`: from one output to another, by the linearisation and by simulation."""
 
 import math
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
 
 import click
 import numpy as np
 
+from proofmass.runner.analysis.margins.text import seconds_text
 from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import Response, response
 from proofmass.runner.analysis.response.simulated import Simulated
 from proofmass.runner.analysis.response.step import StepFigures
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.analysis import ResponseRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
-from proofmass.runner.commands.texts.margins import seconds_text
-from proofmass.runner.output.plot import save_figure
 
 _ROWS = 8  # of the linear response without a simulation
-
-
-@dataclass(frozen=True)
-class ResponseRequest:
-    """Request of `proofmass response`."""
-
-    graph: Path
-    input: str
-    output: str
-    stimulus: Any
-    amplitude: str | None
-    band: tuple[str, str] | None
-    at: str
-    picture: Path | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def show_response(request: ResponseRequest) -> int:
@@ -56,12 +36,8 @@ def show_response(request: ResponseRequest) -> int:
             band=band_of(request.band),
             progress=bar,
         )
-    if request.as_json:
-        print_json(answer.as_data())
-    else:
-        print_text(response_lines(answer))
-    if request.picture is not None:
-        print_file(save_figure(plot_response(answer), request.picture), request.as_json)
+    print_answer(request.as_json, answer.as_data, response_lines(answer))
+    print_picture(lambda: plot_response(answer), request.picture, request.as_json)
     return DONE
 
 

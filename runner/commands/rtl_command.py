@@ -1,49 +1,29 @@
 """The command `rtl`: the digital part of a graph as Verilog, with a test bench and a report."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.declarations.graphs import RtlRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.output.text_table import text_table
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
-from proofmass.runner.rtl.bench.report import cost_text, report_data, save_report
-from proofmass.runner.rtl.bench.simulators import Played, Simulator, need_simulator, play
+from proofmass.runner.rtl.bench.report import report_data, save_report
+from proofmass.runner.rtl.bench.simulators import Played, need_simulator, play
+from proofmass.runner.rtl.bench.text import module_lines, proof_lines
 from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.proof.proof import Proof
 from proofmass.runner.rtl.proof.prove_machine import proofs_data, prove_machine
-from proofmass.runner.rtl.proof.smt_solver import SOLVER
 from proofmass.runner.rtl.text.amaranth import amaranth_files
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.tools.synth import Family, Resources, synthesized
-
-_PROOF_HEAD = ("module", "goals", "proved", "seconds", "solver")
-
-
-@dataclass(frozen=True)
-class RtlRequest:
-    """A call of `proofmass rtl`."""
-
-    graph: Path
-    names: tuple[str, ...]
-    out: Path
-    ticks: int | None
-    keep_adders: bool
-    amaranth: bool
-    simulators: tuple[Simulator, ...]
-    prove: bool
-    family: Family | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 @dataclass(frozen=True)
@@ -114,21 +94,3 @@ def _resources(machine: Machine, verilog: str, family: Family | None) -> dict[st
         return {}
     modules = dict.fromkeys((*(module.name for module in machine.modules), top_name(machine)))
     return {name: synthesized(verilog, name, family) for name in modules}
-
-
-def module_lines(report: dict[str, Any]) -> Iterator[str]:
-    """Yield the cost of each module of a report."""
-    for module in report["modules"]:
-        yield f"{module['name']}: {cost_text(module['cost'])}"
-
-
-def proof_lines(proofs: Sequence[Proof]) -> Iterator[str]:
-    """Yield a table of proofs, and what is not proved."""
-    if not proofs:
-        return
-    rows = [(p.name, str(p.goals), str(p.proved), f"{p.seconds:.1f}", SOLVER) for p in proofs]
-    yield from text_table([_PROOF_HEAD, *rows], left=(0, len(_PROOF_HEAD) - 1))
-    for proof in proofs:
-        yield from (f"{proof.name}.{name}: undecided" for name in proof.undecided)
-        yield from (f"{proof.name}.{fault}" for fault in proof.faults)
-        yield from (f"{proof.name}.{example}" for example in proof.counter_examples)

@@ -1,7 +1,7 @@
 """The command `run`: read a graph, change it, simulate it, show and write the result."""
 
 import time
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -10,7 +10,8 @@ import click
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_file, print_files, print_interruption, print_problem, print_text
+from proofmass.runner.commands.answers import print_files, print_interruption, print_picture, print_problem, print_text
+from proofmass.runner.commands.declarations.graphs import RunRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import PREPARING, progress, working
@@ -18,10 +19,9 @@ from proofmass.runner.commands.run_files import need_for, usual_format, write_ru
 from proofmass.runner.commands.run_text import show_run
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.json_text import json_text
-from proofmass.runner.output.plot import save_plot
+from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.checkpoint import is_interrupted
-from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.saturation_notes import saturation_notes
 from proofmass.runner.run.simulate import RunOptions, simulate_plan, ticks_of
@@ -29,56 +29,6 @@ from proofmass.runner.run.trace_size import size_text
 
 if TYPE_CHECKING:
     from proofmass.runner.run.profile import Profile
-
-
-@dataclass(frozen=True)
-class RunRequest:
-    """A call of `proofmass run`."""
-
-    graph: Path
-    duration: str | None
-    samples: int | None
-    seed: int | None
-    engine: EngineName
-    changes: tuple[str, ...]
-    probes: tuple[str, ...]
-    out: Path | None
-    formats: tuple[str, ...]
-    picture: Path | None
-    live: bool
-    budgets: tuple[str, ...]
-    resume: bool
-    restart: bool
-    swept: tuple[str, ...]
-    zipped: bool
-    measures: tuple[str, ...]
-    show_source: bool
-    profile: bool
-    quiet: bool
-    own: Path | None
-    as_json: bool
-
-    def __post_init__(self) -> None:
-        if self.duration is not None and self.samples is not None:
-            raise click.UsageError("give --duration or --samples, not both")
-        if self.resume and self.out is None:
-            raise click.UsageError("--resume needs --out, the folder of the interrupted run")
-        if self.resume and self.restart:
-            raise click.UsageError("give --resume or --restart, not both")
-        if self.swept and (self.resume or self.show_source or self.live or self.picture or self.engine == "cxxrtl"):
-            raise click.UsageError("--sweep goes without --resume, --show-source, --plot, --live and --engine cxxrtl")
-        if self.profile and (self.swept or self.resume or self.show_source or self.engine not in ("auto", "compiled")):
-            raise click.UsageError(
-                "--profile goes without --sweep, --resume, --show-source and other engines: it times"
-            )
-        if (self.zipped or self.measures) and not self.swept:
-            raise click.UsageError("--zip and --measure need --sweep")
-        if self.live and self.out is None:
-            raise click.UsageError("--live needs --out, the folder to write to")
-        if self.budgets and self.out is None:
-            raise click.UsageError("--noise needs --out, the folder of the report")
-        if self.formats and self.out is None:
-            raise click.UsageError("--format needs --out, the folder to write to")
 
 
 def run_graph(request: RunRequest) -> int:
@@ -106,8 +56,7 @@ def run_graph(request: RunRequest) -> int:
     show_run(result, request.as_json, profiled)
     if result.interrupted:
         return _interrupted(result, request.out)
-    if request.picture is not None:
-        print_file(save_plot(result, request.picture), request.as_json)
+    print_picture(lambda: plot_traces(result), request.picture, request.as_json)
     if request.out is not None:
         print_files(request.out, names, request.as_json)
     return DONE
@@ -120,13 +69,11 @@ def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Resul
         request.out.mkdir(parents=True, exist_ok=True)
     with progress(request.quiet or request.as_json) as bar:
         options = RunOptions(
-            request.duration,
-            request.samples,
-            request.seed,
-            "compiled",
-            request.out,
-            bar,
-            False if request.out else None,
+            **request.some("duration", "samples", "seed"),
+            engine="compiled",
+            folder=request.out,
+            progress=bar,
+            resume=False if request.out else None,
         )
         result, profiled = profile(graph, options)
     return result, profiled.with_phase("read", reading, first=True)
@@ -143,25 +90,14 @@ def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tu
     budgets = [noise(graph, output) for output in outputs]
     text = json_text([budget.as_data() for budget in budgets])
     (out / "noise.json").write_text(text + "\n", encoding="utf-8")
-    return [noise_section(budget, 1 + i) for i, budget in enumerate(budgets)], ["noise.json"]
+    return [noise_section(budget) for budget in budgets], ["noise.json"]
 
 
 def _swept(graph: Graph, request: RunRequest) -> int:
     # for start-up time: only --sweep needs it
     from proofmass.runner.commands.sweep_command import run_sweep
 
-    return run_sweep(
-        graph,
-        request.swept,
-        request.measures,
-        request.out,
-        zipped=request.zipped,
-        duration=request.duration,
-        samples=request.samples,
-        seed=request.seed,
-        engine=request.engine,
-        as_json=request.as_json,
-    )
+    return run_sweep(graph, request)
 
 
 def _show_source(graph: Graph) -> int:
@@ -178,10 +114,7 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
         if is_interrupted(request.out) and not request.restart:
             click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
     options = RunOptions(
-        duration=request.duration,
-        samples=request.samples,
-        seed=request.seed,
-        engine=request.engine,
+        **request.some("duration", "samples", "seed", "engine"),
         folder=request.out,
         resume=True if request.resume else False if request.restart else None,
     )

@@ -46,6 +46,6 @@ def write_run(
 
 
 def _live_part(result: Result) -> LivePart:
-    from proofmass.runner.output.live.model import live_model, live_part  # start-up time: few reports carry WebAssembly
+    from proofmass.runner.live.model import live_model, live_part  # start-up time: few reports carry WebAssembly
 
     return live_part(result.graph, live_model(result.graph, result.planned_ticks, result.seed))

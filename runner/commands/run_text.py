@@ -8,9 +8,9 @@ from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
-from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
+from proofmass.runner.output.times import time_text
 from proofmass.runner.plan.measuring import FORMULA
 from proofmass.runner.run.result import Result
 
@@ -28,8 +28,6 @@ def show_run(result: Result, as_json: bool, profiled: "Profile | None" = None) -
         return
     print_text(run_lines(result))
     if profiled:
-        from proofmass.runner.commands.texts.profile import profile_lines  # few runs are profiled
-
         print_text(profile_lines(profiled))
 
 
@@ -69,6 +67,27 @@ def run_data(result: Result) -> dict[str, Any]:
         "measures": {name: measure.as_data() for name, measure in result.measures.items()},
         **result.provenance,
     }
+
+
+def profile_lines(profile: "Profile") -> Iterator[str]:
+    """Yield the time of each phase, then that of each part of a tick alone."""
+    whole = sum(profile.phases.values())
+    notes = {"compile": "kept from an earlier run: loaded only" if profile.compiled_before else ""}
+    rows = [
+        (name, time_text(seconds), f"{100 * seconds / whole:.1f} %", notes.get(name, ""))
+        for name, seconds in profile.phases.items()
+    ]
+    yield from ("", *text_table([("phase", "time", "share", ""), *rows], left=(0, 3)), "")
+    alone = sum(part.nanoseconds for part in profile.parts)
+    parts = [
+        (part.name, f"{part.nanoseconds:.1f}", f"{part.error:.1f}", f"{100 * part.nanoseconds / (alone or 1.0):.1f} %")
+        for part in profile.parts
+    ]
+    head = ("part of a tick", "ns a tick", "±", "share")
+    yield from text_table([head, *parts], left=(0,))
+    why = ", since a processor overlaps them" if alone > profile.tick else ", its start and end included"
+    yield f"each part alone, {alone:.1f} ns together; the loop takes {profile.tick:.1f} ns a tick{why}"
+    yield f"timed over {profile.ticks:,} ticks; the clock's own {profile.clock:.1f} ns are taken off each part"
 
 
 def _row(row: dict[str, Any], shown_in: str) -> tuple[str, ...]:

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from proofmass.graphs.schema.schema import schema
 from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.declarations.graphs import SchemaRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 
@@ -16,7 +17,7 @@ def write_schema_file(path: Path, own: Path | None) -> None:
     path.write_text(json.dumps(schema(own_blocks(own))) + "\n", encoding="utf-8")  # without space, a third of the size
 
 
-def write_schema(output: Path | None, own: Path | None) -> int:
+def write_schema(request: SchemaRequest) -> int:
     """Write the schema to a file, or print it, and return the exit code."""
-    write_or_print(json.dumps(schema(own_blocks(own)), indent=2), output)
+    write_or_print(json.dumps(schema(own_blocks(request.own)), indent=2), request.output)
     return DONE

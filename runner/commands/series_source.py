@@ -1,9 +1,5 @@
 """Source of the signal of an analysis: a run of a graph, or a recording."""
 
-from dataclasses import dataclass
-from pathlib import Path
-from typing import Any
-
 import click
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -11,29 +7,14 @@ from proofmass.blocks.declaration.units import UnitError, convert
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.series import Series, of_trace, read_series
+from proofmass.runner.commands.declarations.analysis import OfSignal
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 
 _OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "changes": "set", "own": "blocks"}
 
 
-@dataclass(frozen=True)
-class SignalRequest:
-    """Signal that a command is to look at."""
-
-    source: Path
-    probe: str
-    skip: str
-    duration: str | None
-    samples: int | None
-    seed: int | None
-    engine: Any
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
-
-
-def signal_of(request: SignalRequest) -> Series:
+def signal_of(request: OfSignal) -> Series:
     """Return the signal without what is to be skipped."""
     whole = _simulated(request) if request.source.suffix == ".toml" else _recorded(request)
     return whole.behind(quantity("--skip", request.skip, "s"))
@@ -57,14 +38,14 @@ def band_of(texts: tuple[str, str] | None) -> tuple[float, float] | None:
     return low, high
 
 
-def _recorded(request: SignalRequest) -> Series:
+def _recorded(request: OfSignal) -> Series:
     for field, option in _OF_GRAPHS.items():
         if getattr(request, field):
             raise click.UsageError(f"--{option} is for a graph; {request.source.name} is read as a recording")
     return read_series(request.source, request.probe)
 
 
-def _simulated(request: SignalRequest) -> Series:
+def _simulated(request: OfSignal) -> Series:
     # start-up time: only graphs are run, recordings are read
     from proofmass.runner.run.simulate import simulate
 
@@ -72,14 +53,7 @@ def _simulated(request: SignalRequest) -> Series:
         raise click.UsageError("give --duration or --samples, not both")
     graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
     with progress(request.as_json) as bar:
-        result = simulate(
-            graph,
-            duration=request.duration,
-            samples=request.samples,
-            seed=request.seed,
-            engine=request.engine,
-            progress=bar,
-        )
+        result = simulate(graph, **request.some("duration", "samples", "seed", "engine"), progress=bar)
     return of_trace(result[graph.probes[0].signal])
 
 

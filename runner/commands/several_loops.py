@@ -17,9 +17,8 @@ from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
-from proofmass.runner.output.plot import save_figure
 from proofmass.runner.output.text_table import text_table
 
 POINTS = 9
@@ -28,12 +27,8 @@ POINTS = 9
 def show_together(graph: Graph, loops: tuple[str, ...], at: str, picture: Path | None, as_json: bool) -> int:
     """Show the disk margin of several loops at once; exit code 1 if they are not stable."""
     together = margins_together(graph, loops, at=at)
-    if as_json:
-        print_json({"graph": graph.name} | together.as_data())
-    else:
-        print_text(_together_lines(together))
-    if picture is not None:
-        print_file(save_figure(plot_together(together), picture), as_json)
+    print_answer(as_json, lambda: {"graph": graph.name} | together.as_data(), _together_lines(together))
+    print_picture(lambda: plot_together(together), picture, as_json)
     return DONE if together.margin is not None else WRONG_MODEL
 
 
@@ -81,12 +76,8 @@ def show_over(source: Graph | Study, over: str, loop: str, at: str, picture: Pat
         name, by_age = source.graph.name, margins_over_age(source, loop=loop, at=at)
     else:
         name, by_age = source.name, _over(source, over, loop, at)
-    if as_json:
-        print_json({"graph": name} | by_age.as_data())
-    else:
-        print_text(_over_lines(by_age))
-    if picture is not None:
-        print_file(save_figure(plot_over(by_age), picture), as_json)
+    print_answer(as_json, lambda: {"graph": name} | by_age.as_data(), _over_lines(by_age))
+    print_picture(lambda: plot_over(by_age), picture, as_json)
     return DONE if all(m.stable for loops in by_age.margins for m in loops.values()) else WRONG_MODEL
 
 
@@ -99,7 +90,7 @@ def _over(graph: Graph, over: str, loop: str, at: str) -> MarginsOver:
         raise wrong
     if colon and not (count.strip().isdigit() and 1 <= int(count) <= 1000):
         raise wrong
-    read = StudyTables(checked(graph), "")
+    read = StudyTables(checked(graph))
     both = read.parameters("over", {name.strip(): (low, high)}, _ends)
     if read.problems:
         raise ModelError([graph.placed(problem) for problem in read.problems])

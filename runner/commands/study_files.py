@@ -5,7 +5,7 @@ from pathlib import Path
 
 from proofmass.runner.commands.run_files import usual_format
 from proofmass.runner.commands.study_data import study_data
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.kept.ledger import FILE as LEDGER
@@ -25,7 +25,7 @@ def write_study(
     forms = tuple(dict.fromkeys((usual_format("xarray"), *formats)))
     influences = StudyInfluences(result)
     steps: list[tuple[str, Callable[[], list[str]]]] = [
-        ("study.json", lambda: [_save_json(result, out / "study.json")]),
+        ("study.json", lambda: [write_whole(out / "study.json", json_text(study_data(result)) + "\n").name]),
         *((form, lambda form=form: [tables[form](result, out / f"study.{ENDINGS[form]}").name]) for form in forms),
     ]
     if report:
@@ -39,9 +39,3 @@ def write_study(
         say(f"writing {name}, {number} of {len(steps)}")
         names += write()
     return names
-
-
-def _save_json(result: StudyResult, path: Path) -> str:
-    with whole_file(path) as file:
-        file.write((json_text(study_data(result)) + "\n").encode())
-    return path.name

@@ -2,11 +2,11 @@
 
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_files
+from proofmass.runner.commands.declarations.graphs import RunRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.swept_values import sweeps
 from proofmass.runner.output.counts import count
@@ -14,19 +14,16 @@ from proofmass.runner.output.sweeps import plot_sweep, save_sweep_csv, sweep_lin
 from proofmass.runner.run.sweep import Sweep, sweep
 
 
-def run_sweep(graph: Graph, swept: tuple[str, ...], measures: tuple[str, ...], out: Path | None, **options: Any) -> int:
+def run_sweep(graph: Graph, request: RunRequest) -> int:
     """Run a graph at each point, show its measures, write table and curves, and return the exit code."""
-    as_json = options.pop("as_json")
-    names = _measures(graph, measures)
-    result = sweep(graph, sweeps(swept), **options)
-    if as_json:
-        print_json({"graph": graph.name, "units": result.measures, "points": result.rows(names)})
-    else:
-        engine = result.results[0].provenance["engine"]
-        print_text([f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine", ""])
-        print_text(sweep_lines(result, names))
-    if out is not None:
-        print_files(out, _write(result, names, out), as_json)
+    names = _measures(graph, request.measures)
+    result = sweep(graph, sweeps(request.swept), **request.some("zipped", "duration", "samples", "seed", "engine"))
+    engine = result.results[0].provenance["engine"]
+    head = f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine"
+    data = {"graph": graph.name, "units": result.measures, "points": result.rows(names)}
+    print_answer(request.as_json, lambda: data, [head, "", *sweep_lines(result, names)])
+    if request.out is not None:
+        print_files(request.out, _write(result, names, request.out), request.as_json)
     return DONE
 
 
@@ -48,7 +45,7 @@ def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
 
 def _write(result: Sweep, names: Sequence[str], out: Path) -> list[str]:
     # for start-up time: only a sweep with --out is drawn
-    from proofmass.runner.output.plot import save_figure
+    from proofmass.runner.output.pictures import save_figure
 
     out.mkdir(parents=True, exist_ok=True)
     save_sweep_csv(result, names, out / "sweep.csv")

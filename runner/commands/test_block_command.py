@@ -6,6 +6,7 @@ from pathlib import Path
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.declarations.blocks import TestBlockRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.contract.contract import Report, check_block
@@ -15,14 +16,14 @@ from proofmass.runner.output.text_table import text_table
 _INDENT = "    "
 
 
-def test_blocks(file: Path, names: Sequence[str], as_json: bool) -> int:
+def test_blocks(request: TestBlockRequest) -> int:
     """Check blocks of a file, print what each check says, and return the exit code."""
     reports = []
-    for kind in _chosen(file, names):
+    for kind in _chosen(request.file, request.kind):
         reports.append(check_block(kind))
-        if not as_json:
+        if not request.as_json:
             print_text(_lines(reports[-1]))
-    if as_json:
+    if request.as_json:
         print_json([report.as_data() for report in reports])
     else:
         print_text([_summary(reports)])

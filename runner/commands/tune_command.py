@@ -1,7 +1,6 @@
 """The command `tune`: find parameters that meet the goals of a graph, show what binds, write them into a graph file."""
 
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 
 import click
 
@@ -10,7 +9,8 @@ from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.tuning.reader import tuning_of_table
 from proofmass.graphs.tuning.tuning import Tuning
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_file, print_picture
+from proofmass.runner.commands.declarations.design import TuneRequest
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -18,24 +18,7 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
 from proofmass.runner.design.tune.tune import Tuned, tune
-from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import save_figure
-
-
-@dataclass(frozen=True)
-class TuneRequest:
-    """A call of `proofmass tune`."""
-
-    graph: Path
-    target: Path | None
-    picture: Path | None
-    starts: int | None
-    samples: int | None
-    seed: int | None
-    changes: tuple[str, ...]
-    quiet: bool
-    own: Path | None
-    as_json: bool
+from proofmass.runner.output.export import write_whole
 
 
 def show_tuning(request: TuneRequest) -> int:
@@ -43,12 +26,8 @@ def show_tuning(request: TuneRequest) -> int:
     tuning = _numbers(_tuning(request), request)
     with progress(request.quiet or request.as_json, "point") as bar:
         tuned = tune(tuning, progress=bar)
-    if request.as_json:
-        print_json({"graph": tuning.graph.name} | tuned.as_data())
-    else:
-        print_text([tuned_text(tuned)])
-    if request.picture is not None:
-        print_file(save_figure(plot_tuned(tuned), request.picture), request.as_json)
+    print_answer(request.as_json, lambda: {"graph": tuning.graph.name} | tuned.as_data(), [tuned_text(tuned)])
+    print_picture(lambda: plot_tuned(tuned), request.picture, request.as_json)
     if request.target is not None:
         _write(tuned, request)
         print_file(request.target, request.as_json)
@@ -64,12 +43,8 @@ def _tuning(request: TuneRequest) -> Tuning:
 
 
 def _numbers(tuning: Tuning, request: TuneRequest) -> Tuning:
-    return replace(
-        tuning,
-        starts=tuning.starts if request.starts is None else request.starts,
-        samples=tuning.samples if request.samples is None else request.samples,
-        seed=tuning.seed if request.seed is None else request.seed,
-    )
+    asked = {name: getattr(request, name) for name in ("starts", "samples", "seed")}
+    return replace(tuning, **{name: number for name, number in asked.items() if number is not None})
 
 
 def _write(tuned: Tuned, request: TuneRequest) -> None:
@@ -78,6 +53,4 @@ def _write(tuned: Tuned, request: TuneRequest) -> None:
         message = "nothing was written: no parameters meet all hard goals"
         raise ModelError([Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound")])
     assert request.target is not None
-    text = edit_file(request.graph, tuned.changes)
-    with whole_file(request.target) as file:
-        file.write(text.encode("utf-8"))
+    write_whole(request.target, edit_file(request.graph, tuned.changes))

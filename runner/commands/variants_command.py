@@ -7,10 +7,10 @@ from typing import Any
 
 from proofmass.runner.comparison.studies import StudyComparison, compare_studies
 from proofmass.runner.comparison.tables import Table, save_tables, study_tables
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.variant_curves import variant_charts
+from proofmass.runner.studies.shown.curves import variant_pictures
 
 PAGE, DATA = "variants.html", "variants.json"
 
@@ -49,9 +49,8 @@ def write_comparison(
     results: Mapping[str, StudyResult], comparisons: Mapping[str, StudyComparison], out: Path
 ) -> list[str]:
     """Write the comparison as a page and as data; returns the names of the files."""
-    with whole_file(out / DATA) as file:
-        file.write((json_text(comparison_data(comparisons), indent=1) + "\n").encode())
+    write_whole(out / DATA, json_text(comparison_data(comparisons), indent=1) + "\n")
     title = f"{next(iter(results.values())).study.graph.name}: variants"
     verdict = "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
-    save_tables(out / PAGE, title, verdict, comparison_tables(results, comparisons), variant_charts(results))
+    save_tables(out / PAGE, title, verdict, comparison_tables(results, comparisons), variant_pictures(results))
     return [DATA, PAGE]

@@ -1,37 +1,18 @@
 """The command `verify`: requirements and golden results of a graph."""
 
-from dataclasses import dataclass
-from pathlib import Path
-
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import STUDY, graph_of_study, is_study, study_of_table
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_file, print_text
+from proofmass.runner.commands.declarations.comparison import VerifyRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.counts import count
-from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.verification.golden import compared, golden_file, read_golden, record
 from proofmass.runner.verification.verify import Finding, Measurements, verify
 from proofmass.runner.verification.written import findings_text, save_findings_page, save_junit
-
-
-@dataclass(frozen=True)
-class VerifyRequest:
-    """A call of `proofmass verify`."""
-
-    graph: Path
-    runs: int | None
-    engine: EngineName
-    golden: Path | None
-    record: bool
-    junit: Path | None
-    page: Path | None
-    changes: tuple[str, ...]
-    own: Path | None
-    as_json: bool
 
 
 def verify_graph(request: VerifyRequest) -> int:
@@ -60,12 +41,8 @@ def _read(request: VerifyRequest) -> tuple[Graph, Study | None]:
 
 
 def _write(request: VerifyRequest, name: str, findings: list[Finding]) -> None:
-    if request.as_json:
-        print_json(
-            {"graph": name, "met": all(f.met for f in findings), "requirements": [f.as_data() for f in findings]}
-        )
-    else:
-        print_text(findings_text(findings))
+    data = {"graph": name, "met": all(f.met for f in findings), "requirements": [f.as_data() for f in findings]}
+    print_answer(request.as_json, lambda: data, findings_text(findings))
     for path, save in ((request.junit, save_junit), (request.page, save_findings_page)):
         if path is not None:
             save(path, name, findings)

@@ -1,8 +1,7 @@
 """The command `worst`: how bad margins, noise, scale factors and measures can get within tolerances."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, replace
-from pathlib import Path
+from dataclasses import replace
 from typing import Any
 
 import click
@@ -11,7 +10,8 @@ from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
-from proofmass.runner.commands.answers import print_file, print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.declarations.design import WorstRequest
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -19,36 +19,8 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
-from proofmass.runner.output.plot import save_figure
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.studies.whole.study import run_study
-
-
-@dataclass(frozen=True)
-class WorstRequest:
-    """A call of `proofmass worst`."""
-
-    source: Path
-    figures: tuple[str, ...]
-    noises: tuple[str, ...]
-    scale_factors: tuple[str, ...]
-    biases: tuple[str, ...]
-    responses: tuple[str, ...]
-    measures: tuple[str, ...]
-    yields: tuple[str, ...]
-    source_signal: str
-    band: tuple[str, str] | None
-    tolerances: tuple[str, ...]
-    at: str
-    corners: int
-    samples: int
-    seed: int | None
-    runs: int | None
-    picture: Path | None
-    changes: tuple[str, ...]
-    quiet: bool
-    own: Path | None
-    as_json: bool
 
 
 def show_worst(request: WorstRequest) -> int:
@@ -59,21 +31,17 @@ def show_worst(request: WorstRequest) -> int:
             source,
             quantities or None,
             tolerances=dict(map(_tolerance, request.tolerances)),
-            at=request.at,
-            corners=request.corners,
-            samples=request.samples,
+            **request.some("at", "corners", "samples"),
             seed=request.seed or 0,
             progress=bar,
         )
     cases = replace(cases, left_out={**cases.left_out, **left_out})
     yields = _study_yields(source, request.runs)
-    if request.as_json:
-        name = source.graph.name if isinstance(source, Study) else source.name
-        print_json({"graph": name} | cases.as_data() | ({"yields": yields} if yields else {}))
-    else:
-        print_text([worst_text(cases), *_yields_text(yields, request.runs or 0)])
-    if request.picture is not None:
-        print_file(save_figure(plot_worst(cases), request.picture), request.as_json)
+    named = {"graph": source.graph.name if isinstance(source, Study) else source.name}
+    more = {"yields": yields} if yields else {}
+    lines = [worst_text(cases), *_yields_text(yields, request.runs or 0)]
+    print_answer(request.as_json, lambda: named | cases.as_data() | more, lines)
+    print_picture(lambda: plot_worst(cases), request.picture, request.as_json)
     return INTERRUPTED if cases.interrupted else DONE
 
 

@@ -9,7 +9,7 @@ from proofmass.graphs.model.differences import Difference
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.comparison.runs import MeasureChange, RunComparison, TraceChange
 from proofmass.runner.comparison.studies import MeanChange, StudyComparison, YieldChange
-from proofmass.runner.output.page import save_page, text_rows
+from proofmass.runner.output.page import save_page
 from proofmass.runner.output.page import table as page_table
 from proofmass.runner.output.text_table import text_table
 
@@ -103,7 +103,7 @@ def save_tables(
 
 def _page_table(table: Table) -> str:
     numbers = set(range(len(table.heads))) - set(table.left)
-    return page_table(table.heads, text_rows(table.rows, numbers), numbers)
+    return page_table(table.heads, table.rows, numbers)
 
 
 def _cut(text: str) -> str:

@@ -83,8 +83,8 @@ class SteppedTicks(DualTicks):
         places = sorted({place for place in (*rows, *columns) if place is not None})
         number = {place: i for i, place in enumerate(places)} | {None: len(places)}
         at = ([*ticks], [number[place] for place in rows], [number[place] for place in columns])
-        indices = (np.array(each, dtype=np.int64) for each in at)
-        return TickSlopes(tuple(places), *indices, np.array(values, dtype=float), np.array(self._valued))
+        tick, row, column = (np.array(each, dtype=np.int64) for each in at)
+        return TickSlopes(tuple(places), tick, row, column, np.array(values, dtype=float), np.array(self._valued))
 
     def _renewed(self) -> dict[Place, Any]:
         """Give each number that lasts a direction of its own, and return the slopes that it had."""

@@ -4,6 +4,8 @@ Every file appears whole or not at all: it is written under another name beside 
 Long traces are read and written piece by piece. Errors of the disk are raised as `OSError`.
 """
 
+import csv
+import io
 import os
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -34,6 +36,36 @@ def whole_file(path: str | Path) -> Iterator[BinaryIO]:
     except BaseException:
         part.unlink(missing_ok=True)
         raise
+
+
+def write_whole(path: str | Path, content: str | bytes) -> Path:
+    """Write a text or bytes to a file, whole or not at all."""
+    with whole_file(path) as file:
+        file.write(content.encode() if isinstance(content, str) else content)
+    return Path(path)
+
+
+@contextmanager
+def whole_csv(path: str | Path) -> Iterator[Any]:
+    """Give a writer of rows to a CSV file that appears whole or not at all."""
+    with whole_file(path) as file:
+        text = io.TextIOWrapper(file, encoding="utf-8", newline="")
+        yield csv.writer(text, lineterminator="\n")
+        text.flush()
+        text.detach()
+
+
+def save_dataset(dataset: Any, path: str | Path) -> Path:
+    """Write a dataset of xarray as netCDF-4; put together in memory, since HDF5 does not survive a full disk."""
+    need("h5netcdf", "xarray")
+    # start-up time: only files in this format need it
+    import h5netcdf
+    from xarray.backends import H5NetCDFStore
+
+    memory = io.BytesIO()
+    with h5netcdf.File(memory, "w") as data:
+        dataset.dump_to_store(H5NetCDFStore(data))
+    return write_whole(path, memory.getvalue())
 
 
 def save_netcdf(result: Result, path: str | Path) -> Path:
@@ -120,9 +152,7 @@ def save_summary(result: Result, path: str | Path) -> Path:
         "overflows": dict(result.overflows),
         "measures": {name: measure.as_data() for name, measure in result.measures.items()},
     }
-    with whole_file(path) as file:
-        file.write((json_text(data, ensure_ascii=False) + "\n").encode())
-    return Path(path)
+    return write_whole(path, json_text(data, ensure_ascii=False) + "\n")
 
 
 class _Guarded:

@@ -3,18 +3,21 @@
 import io
 import re
 from collections.abc import Iterable, Sequence
+from hashlib import blake2b
 from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.page_template import PAGE
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, write_figure
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, write_figure
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
+_MARKERS = re.compile(r'(?:<use xlink:href="#\w+" x="[-\d.]+" y="[-\d.]+" (style="[^"]*")/>\s*)(?:<use [^>]*\1/>\s*)+')
+_TAG, _DIGITS = re.compile("<[^>]*>"), re.compile(r"(\d\.\d\d)\d+")  # hundredths of a point place anything
 
 
 class LivePart(NamedTuple):
@@ -37,9 +40,7 @@ def save_page(
     live: LivePart = STILL,
 ) -> Path:
     """Write a page; opening and the bodies of the sections are HTML already."""
-    with whole_file(path) as file:
-        file.write(page_text(title, opening, sections, footer, live).encode())
-    return Path(path)
+    return write_whole(path, page_text(title, opening, sections, footer, live))
 
 
 def page_text(
@@ -66,18 +67,28 @@ def paragraphs(text: str) -> list[str]:
     return [escape(part) for part in re.split(r"\n\s*\n", text.strip()) if part]
 
 
-def picture(figure: "Figure", name: str) -> str:
-    """Return a figure as SVG with colours and fonts of the page; its name must be unique on the page.
+def picture(figure: "Figure", title: str) -> str:
+    """Return a figure as SVG with colours and fonts of the page; the title is read out in its place.
 
-    A page is one document: two pictures with clips of the same name would both be cut by the first.
+    A page is one document: two pictures with clips of the same name would both be cut by the first, so their
+    names have a hash of what is drawn. What many markers have in common is said once.
     """
     file = io.BytesIO()
     write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
-    text = inline(file.getvalue().decode()).replace("<svg ", '<svg class="picture" ', 1)
-    text = re.sub(r"\bclip_(?=\d)", f"{name}_clip_", text)
+    text = inline(file.getvalue().decode())
+    text = re.sub(r"\bclip_(?=\d)", f"clip_{blake2b(text.encode(), digest_size=6).hexdigest()}_", text)
+    head, _, rest = text.partition(">")
+    head = head.replace("<svg", '<svg class="picture" role="img"')
+    text = f"{head}><title>{escape(title)}</title>{rest}"
     for colour, name in _COLOURS.items():
         text = text.replace(colour, name)
+    text = _TAG.sub(lambda tag: _DIGITS.sub(r"\1", tag[0]), _MARKERS.sub(_said_once, text))
     return re.sub(r'(<text[^>]*style=")(?![^"]*fill:)', r"\1fill: var(--ink); ", text)
+
+
+def _said_once(markers: re.Match[str]) -> str:
+    bare = re.sub(rf"\s*{re.escape(markers[1])}/>\s*", "/>", markers[0])
+    return f"<g {markers[1]}>{bare}</g>"
 
 
 def inline(svg: str) -> str:
@@ -85,20 +96,25 @@ def inline(svg: str) -> str:
     return svg[svg.index("<svg") :]
 
 
-def table(heads: Sequence[str], rows: Iterable[str], numbers: Iterable[int] = ()) -> str:
-    """Return a table of rows whose cells are HTML already."""
+class Html(str):
+    """Text that is HTML already."""
+
+    __slots__ = ()
+
+
+def table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: Iterable[int] = ()) -> str:
+    """Return a table; a row is HTML already, or its cells: texts or `Html`, the first a name unless it is a number."""
     right = set(numbers)
+    tags = ['<td class="number">' if i in right else "<td>" if i else "<th>" for i in range(len(heads))]
+
+    def cells(row: Sequence[str]) -> str:
+        texts = (cell if isinstance(cell, Html) else escape(cell) for cell in row)
+        return "".join(f"{tag}{text}</{tag[1:3]}>" for tag, text in zip(tags, texts, strict=True))
+
     top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
     head = f"<thead><tr>{top}</tr></thead>" if heads else ""
-    body = "\n".join(f"<tr>{row}</tr>" for row in rows)
+    body = "\n".join(f"<tr>{row if isinstance(row, str) else cells(row)}</tr>" for row in rows)
     return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
-
-
-def text_rows(rows: Iterable[Sequence[str]], numbers: Iterable[int] = ()) -> Iterable[str]:
-    """Return rows of texts as rows for `table`, whose columns of numbers are set right."""
-    right = set(numbers)
-    cell = ("<td>", '<td class="number">')
-    return ("".join(f"{cell[i in right]}{escape(text)}</td>" for i, text in enumerate(row)) for row in rows)
 
 
 def facts(values: Iterable[tuple[str, str]]) -> str:
@@ -106,11 +122,11 @@ def facts(values: Iterable[tuple[str, str]]) -> str:
     return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))
 
 
-def broken(name: str) -> str:
+def broken(name: str) -> Html:
     """Return a name that may break at its dots and underscores."""
-    return re.sub("([._])", r"\1<wbr>", escape(name))
+    return Html(re.sub("([._])", r"\1<wbr>", escape(name)))
 
 
-def small(doc: str) -> str:
+def small(doc: str) -> Html:
     """Return a doc in small letters, names in backquotes as code."""
-    return "<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>"
+    return Html("<small>" + re.sub("`([^`]+)`", r"<code>\1</code>", escape(doc)) + "</small>")

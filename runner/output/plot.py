@@ -1,26 +1,22 @@
 """Pictures of a result: one panel per probe, names and units on the axes."""
 
-import io
 import math
-import re
+from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, BinaryIO
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import display, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import split
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, literal, save_figure, sheet
 from proofmass.runner.run.result import Array, Result, Trace, pieces, statistics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-INK, GRID, PAPER = "#1b1b1b", "#d9d9d9", "#ffffff"
-BLUE, ORANGE = "#0072b2", "#d55e00"  # of Okabe and Ito, distinct for every kind of colour vision
 
 MOST_PANELS = 40
 _FEW = 300  # rows up to which held signals are drawn as steps
@@ -31,37 +27,6 @@ _DETAIL = 0.24  # part of the width that shows the last rows of a band
 _TURNS, _FEWEST, _LOOKED_AT = 6, 30, 20_000  # turns of a signal that are shown, fewest rows, rows that are looked at
 _STRETCHES = 1500  # of a long trace, each drawn by its lowest and highest row
 _WIDTH, _PANEL, _LEFT, _RIGHT, _TOP = 9.0, 1.7, 1.25, 0.2, 0.55  # inches
-STYLE: Any = {
-    "font.size": 10.8,  # exponents, smaller by a third, still have ten pixels
-    "font.family": ["sans-serif"],
-    "font.sans-serif": ["DejaVu Sans"],
-    "axes.edgecolor": INK,
-    "axes.labelcolor": INK,
-    "axes.formatter.limits": (-4, 6),
-    "axes.linewidth": 0.8,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.formatter.useoffset": False,
-    "axes.unicode_minus": True,
-    "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "axes.grid": True,
-    "grid.color": GRID,
-    "grid.linewidth": 0.8,
-    "axes.axisbelow": True,
-    "lines.linewidth": 1.2,
-    "lines.solid_joinstyle": "round",
-    "legend.frameon": False,
-    "legend.fontsize": 9.0,
-    "svg.hashsalt": "proofmass",
-    "path.simplify": True,
-}
-_NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
-    "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
-    "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
-    "png": {"Software": None},
-}
 
 
 def plot_traces(result: Result) -> "Figure":
@@ -69,22 +34,24 @@ def plot_traces(result: Result) -> "Figure":
 
     A long trace is drawn by the lowest and the highest row of each of its stretches, so that no spike is lost.
     """
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     traces = sorted(result.traces.values(), key=lambda trace: trace.values.ndim > 1)[:MOST_PANELS]
+    return _figure(traces, _title(result, len(traces)), partial(_held, result))
+
+
+def plot_trace(trace: Trace) -> "Figure":
+    """Return a figure of one signal against time, or of the last row of a vector."""
+    return _figure([trace], "", lambda trace: trace.values.dtype.kind in "iub")
+
+
+def _figure(traces: Sequence[Trace], title: str, held: Callable[[Trace], bool]) -> "Figure":
     signals = [trace for trace in traces if trace.values.ndim == 1]
     lowest = len(signals) - 1  # the panel that names the time axis which all signals share
     seconds = prefix("s", max((float(t.period) * len(t.values) for t in signals), default=0.0))
     stretches = min(_STRETCHES, max(100, 16_000 // max(1, len(traces))))
     bands = {i for i, trace in enumerate(signals) if _band(trace.values, stretches)}
-    with matplotlib.rc_context(STYLE):
-        height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
-        figure = Figure(figsize=(_WIDTH, height), facecolor=PAPER)
-        figure.text(
-            0.5, 1.0 - 0.12 / height, _title(result, len(traces)), size=12, weight="bold", ha="center", va="top"
-        )
+    height = _TOP + sum(_PANEL + _gap(i >= lowest) for i in range(len(traces)))
+    with sheet(_WIDTH, height, layout=None) as figure:
+        figure.text(0.5, 1.0 - 0.12 / height, literal(title), size=12, weight="bold", ha="center", va="top")
         top, shared = _TOP, None
         for i, trace in enumerate(traces):
             bottom, tall = 1.0 - (top + _PANEL) / height, _PANEL / height
@@ -97,13 +64,7 @@ def plot_traces(result: Result) -> "Figure":
             if i in bands:
                 end = (_LEFT / _WIDTH + wide + 0.02, bottom, whole * _DETAIL - 0.02, tall)
                 detail = figure.add_axes(end, facecolor="none")
-            if not len(trace.values):
-                panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
-                _name(panel, trace, pretty(trace.shown_in or trace.unit))
-            elif trace.values.ndim > 1:
-                _draw_vector(panel, trace)
-            else:
-                _draw_signal(panel, trace, _held(result, trace), seconds, stretches, detail)
+            _draw(panel, trace, held(trace), seconds, stretches, detail)
             if i <= lowest:
                 shared = shared or panel
                 panel.margins(x=0.01)
@@ -114,74 +75,9 @@ def plot_traces(result: Result) -> "Figure":
     return figure
 
 
-def plot_trace(trace: Trace) -> "Figure":
-    """Return a figure of one signal against time, or of the last row of a vector."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(_WIDTH, 2.6), facecolor=PAPER)
-        panel = figure.add_axes((_LEFT / _WIDTH, 0.22, 1.0 - (_LEFT + _RIGHT) / _WIDTH, 0.7), facecolor="none")
-        if not len(trace.values):
-            panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
-        elif trace.values.ndim > 1:
-            _draw_vector(panel, trace)
-        else:
-            seconds = prefix("s", float(trace.period) * len(trace.values))
-            _draw_signal(panel, trace, trace.values.dtype.kind in "iub", seconds, _STRETCHES)
-            panel.set_xlabel(f"time [{seconds[1]}]")
-    return figure
-
-
-def headed(figure: "Figure", text: str) -> None:
-    """Write the title of a figure at its left end, where a narrow screen shows it too."""
-    figure.suptitle(_literal(text), x=0.008, ha="left", size=12, weight="bold")
-
-
-def axis_label(name: str, unit: str) -> str:
-    """Return the name of an axis with its unit in print.
-
-    >>> axis_label("density", "V/sqrt(Hz)"), axis_label("deviation", "1")
-    ('density [V/√Hz]', 'deviation')
-    """
-    return name if unit == "1" else f"{name} [{pretty(unit)}]"
-
-
 def save_plot(result: Result, path: str | Path) -> Path:
     """Write the plot; the name ends in .svg, .png or .pdf. Raises `ValueError` for another ending."""
     return save_figure(plot_traces(result), path)
-
-
-def save_figure(figure: "Figure", path: str | Path) -> Path:
-    """Write any figure, whole or not at all, without a date in it."""
-    kind = figure_kind(path)
-    with whole_file(path) as file:
-        write_figure(figure, file, kind)
-    return Path(path)
-
-
-def figure_kind(path: str | Path) -> str:
-    """Return the kind of picture that a file's ending names; raises `ValueError` for an unknown ending."""
-    kind = Path(path).suffix.lower().removeprefix(".")
-    if kind not in _NO_DATE:
-        raise ValueError(f"cannot draw {Path(path).name}: {did_you_mean(kind, _NO_DATE, 'the endings')}")
-    return kind
-
-
-def write_figure(figure: "Figure", file: BinaryIO, kind: str, **style: Any) -> None:
-    """Write a figure as "svg", "png" or "pdf": the same bytes every time."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-
-    written = io.BytesIO()
-    with matplotlib.rc_context(STYLE | style):
-        figure.savefig(written, format=kind, dpi=150, metadata=_NO_DATE[kind])
-    data = written.getvalue()
-    if kind == "svg":  # matplotlib names clips by the last digits of a layout that it iterates
-        for number, name in enumerate(dict.fromkeys(re.findall(rb'"(p[0-9a-f]{10})"', data))):
-            data = data.replace(name, b"clip_%d" % number)
-    file.write(data)
 
 
 def offset(lowest: float, highest: float) -> float:
@@ -218,7 +114,7 @@ def envelope(values: Array, stretches: int) -> Array:
     return np.unique(np.concatenate(places))
 
 
-def _draw_signal(
+def _draw(
     panel: "Axes",
     trace: Trace,
     steps: bool,
@@ -226,6 +122,13 @@ def _draw_signal(
     stretches: int,
     detail: "Axes | None" = None,
 ) -> None:
+    if not len(trace.values):
+        panel.text(0.5, 0.5, "no rows", transform=panel.transAxes, ha="center")
+        _name(panel, trace, pretty(trace.shown_in or trace.unit))
+        return
+    if trace.values.ndim > 1:
+        _draw_vector(panel, trace)
+        return
     rows = envelope(trace.values, stretches)
     values = np.asarray(trace.values[rows], dtype=np.float64)
     away = offset(float(values.min()), float(values.max()))
@@ -364,7 +267,7 @@ def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:
     if max(map(len, label.split("\n"))) > 26:
         panel.set_title(trace.signal, fontsize=9, pad=3)
         label = less + bracket
-    panel.set_ylabel(_literal(label.strip()), fontsize=9)
+    panel.set_ylabel(literal(label.strip()), fontsize=9)
     panel.yaxis.set_label_coords(-0.92 / (panel.get_position().width * _WIDTH), 0.5)
 
 
@@ -375,9 +278,4 @@ def _gap(labelled: bool) -> float:
 def _title(result: Result, drawn: int) -> str:
     interrupted = " (interrupted)" if result.interrupted else ""
     left_out = f" (the first {drawn} of {len(result.traces)} probes)" if drawn < len(result.traces) else ""
-    return _literal((result.graph.name + interrupted + left_out) if result.traces else "no probes")
-
-
-def _literal(text: str) -> str:
-    """Return text that matplotlib does not read as a formula."""
-    return text.replace("$", r"\$")
+    return (result.graph.name + interrupted + left_out) if result.traces else "no probes"

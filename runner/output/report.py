@@ -17,6 +17,7 @@ from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import (
     STILL,
+    Html,
     LivePart,
     broken,
     facts,
@@ -78,8 +79,8 @@ def _diagram(graph: Graph) -> str:
 
 
 def _plots(result: Result) -> str:
-    drawing, page = picture(plot_traces(result), "traces"), " page" if len(result.traces) <= _ONE_PAGE else ""
-    return f'<div class="wide{page}">{drawing}</div>'
+    page = " page" if len(result.traces) <= _ONE_PAGE else ""
+    return f'<div class="wide{page}">{picture(plot_traces(result), "traces of the probes")}</div>'
 
 
 def _summary(result: Result) -> str:
@@ -90,23 +91,18 @@ def _summary(result: Result) -> str:
         row["last"] = math.nan if "entries" in row else row.get("last", math.nan)
         cells = [f"{row.get(key, math.nan) * factor:.6g}" for key in ("mean", "std", "min", "max", "last")]
         entries = f" of {row['entries']}" if "entries" in row else ""
-        rows.append(
-            f"<th>{broken(row['signal'])}<br>{doc}</th><td>{escape('' if unit == '1' else unit)}</td>"
-            + "".join(
-                f'<td class="number">{cell.replace("nan", "")}</td>' for cell in (f"{row['rows']:,}{entries}", *cells)
-            )
-        )
+        texts = [cell.replace("nan", "") for cell in (f"{row['rows']:,}{entries}", *cells)]
+        rows.append((Html(f"{broken(row['signal'])}<br>{doc}"), "" if unit == "1" else unit, *texts))
     heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
     return table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
 
 
 def _measures(result: Result) -> str:
     """Return a table of the measures of the run."""
-    rows = (
-        f'<th>{broken(name)}</th><td class="number">{escape(_or_none(measure))}</td>'
-        f"<td>{escape(measure.statistic)} of {broken(measure.signal)}</td>"
+    rows = [
+        (broken(name), _or_none(measure), Html(f"{escape(measure.statistic)} of {broken(measure.signal)}"))
         for name, measure in result.measures.items()
-    )
+    ]
     return table(("measure", "value", ""), rows, numbers=(1,))
 
 
@@ -115,7 +111,7 @@ def _or_none(measure: Measured) -> str:
 
 
 def _overflows(result: Result) -> str:
-    rows = (f'<th>{broken(k)}</th><td class="number">{v:,}</td>' for k, v in result.overflows.items() if v)
+    rows = [(broken(name), f"{ticks:,}") for name, ticks in result.overflows.items() if ticks]
     about = "<p>Ticks in which a value did not fit its format, and saturated or wrapped.</p>"
     return about + table(("block", "ticks"), rows, numbers=(1,))
 

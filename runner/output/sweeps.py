@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import display, pretty
+from proofmass.blocks.declaration.shown_units import display
 from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
-from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.plot import BLUE, STYLE, headed
+from proofmass.runner.output.export import write_whole
+from proofmass.runner.output.pictures import BLUE, axis_label, sheet
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
 
@@ -33,41 +33,26 @@ def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
     """Write the table as CSV, numbers as they read back."""
     head = [*sweep.values, *(f"{name} [{sweep.measures[name]}]" for name in measures)]
     lines = [",".join(map(_field, head)), *(",".join(map(_field, row.values())) for row in sweep.rows(measures))]
-    with whole_file(path) as file:
-        file.write(("\n".join(lines) + "\n").encode())
-    return path
+    return write_whole(path, "\n".join(lines) + "\n")
 
 
 def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
     """Draw a panel for each measure against the first parameter, a curve for each combination of the others."""
-    # for start-up time: most sweeps are not drawn
-    from matplotlib import rc_context
-    from matplotlib.figure import Figure
-
-    with rc_context(STYLE):
-        figure = Figure(figsize=(7.0, 0.8 + 2.2 * len(measures)), layout="constrained")
+    title = f"{sweep.results[0].graph.name}: {len(sweep.results)} points"
+    with sheet(7.0, 0.8 + 2.2 * len(measures), title) as figure:
         panels = figure.subplots(len(measures), 1, sharex=True, squeeze=False)[:, 0]
         name, (places, unit) = next(iter(sweep.values)), axis_of(next(iter(sweep.values.values())))
         for panel, measure in zip(panels, measures, strict=True):
             factor, unit_of_measure = _scale(sweep, measure)
             for label, curve in _curves(sweep, measure):
-                panel.plot(
-                    places,
-                    factor * curve,
-                    "o-",
-                    markersize=4.0,
-                    linewidth=1.2,
-                    label=label,
-                    color=None if label else BLUE,
-                )
-            panel.set_ylabel(_named(measure, pretty(unit_of_measure)))
-            panel.grid(visible=True, alpha=0.4)
-        panels[-1].set_xlabel(_named(name, pretty(unit)))
+                color = None if label else BLUE
+                panel.plot(places, factor * curve, "o-", markersize=4.0, label=label, color=color)
+            panel.set_ylabel(axis_label(measure, unit_of_measure))
+        panels[-1].set_xlabel(axis_label(name, unit))
         if not unit and not all(isinstance(value, int | float) for value in next(iter(sweep.values.values()))):
             panels[-1].set_xticks(places, [str(value) for value in next(iter(sweep.values.values()))])
         if len(sweep.shape) > 1 and math.prod(sweep.shape[1:]) <= 12:
             panels[0].legend(fontsize="small")
-        headed(figure, f"{sweep.results[0].graph.name}: {len(sweep.results)} points")
     return figure
 
 

@@ -187,8 +187,8 @@ class _Directions:
                 builder.store(self.rows, builder.compute("add_integers", place, i), slope)
             first = last
         place = builder.compute("add_integers", place, first)
-        for i in range(AT_THE_WIRE):
-            builder.store(self.rows, builder.compute("add_integers", place, i), builder.load(at_the_wire, i))
+        for number in range(AT_THE_WIRE):
+            builder.store(self.rows, builder.compute("add_integers", place, number), builder.load(at_the_wire, number))
 
 
 def _copied(builder: Builder, parameter: Value | Array) -> Value | Array:

@@ -13,7 +13,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.loops import MARGIN_MEASURES
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import write_whole
 from proofmass.runner.run.provenance import graph_hash
 from proofmass.runner.verification.verify import START, Finding, Measurements
 
@@ -52,8 +52,7 @@ def record(measurements: Measurements, path: Path) -> int:
         hint = "add [measures] or [loops] to the graph"
         raise ModelError([Problem(message="there is nothing to record", file=str(path), hint=hint)])
     data = {"graph_hash": graph_hash(measurements.graph), "tolerance": {"relative": RELATIVE}, "quantities": entries}
-    with whole_file(path) as file:
-        file.write((json.dumps(data, indent=2) + "\n").encode())
+    write_whole(path, json.dumps(data, indent=2) + "\n")
     return len(entries)
 
 

@@ -7,8 +7,8 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.export import whole_file
-from proofmass.runner.output.page import save_page, table, text_rows
+from proofmass.runner.output.export import write_whole
+from proofmass.runner.output.page import save_page, table
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.verification.verify import Finding
 
@@ -44,14 +44,12 @@ def save_junit(path: Path, name: str, findings: Sequence[Finding]) -> Path:
             ElementTree.SubElement(case, "failure", message=_clean(message)).text = _clean(finding.text)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
-    with whole_file(path) as file:
-        file.write(ElementTree.tostring(suites, encoding="utf-8", xml_declaration=True))
-    return path
+    return write_whole(path, ElementTree.tostring(suites, encoding="utf-8", xml_declaration=True))
 
 
 def save_findings_page(path: Path, name: str, findings: Sequence[Finding]) -> Path:
     """Write the findings as a page."""
-    rows = text_rows(map(_row, findings), _NUMBERS)
+    rows = map(_row, findings)
     opening = f"<p>{escape(summary(findings))}</p>"
     return save_page(path, name or "Requirements", opening, [("Requirements", table(HEADS, rows, _NUMBERS))], "")
 

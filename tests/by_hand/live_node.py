@@ -5,7 +5,7 @@ import subprocess
 from pathlib import Path
 from typing import Any
 
-import proofmass.runner.output.live as live
+import proofmass.runner.live as live
 from tests.by_hand.node import NODE
 
 MODULES = Path(live.__file__).parent

@@ -12,7 +12,7 @@ import proofmass.runner
 RUNNER = Path(next(iter(proofmass.runner.__path__)))
 CHANGES = {"append", "add", "update", "setdefault", "pop", "clear", "extend", "remove", "insert", "discard", "popitem"}
 CACHES = {
-    ("output/live/carried.py", "_modules"),  # WebAssembly by its text
+    ("live/carried.py", "_modules"),  # WebAssembly by its text
     ("plan/recording.py", "_kept"),  # recordings by path and time of change
     ("program/shared.py", "_known"),  # sizes by function
     ("rtl/model/cxxrtl.py", "_opened"),  # libraries by the hash of their source

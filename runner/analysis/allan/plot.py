@@ -8,7 +8,7 @@ from proofmass.runner.analysis.allan.deviations import Allan
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.freedom import Statistic
 from proofmass.runner.analysis.allan.levels import allan_terms
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label, headed
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,16 +16,10 @@ if TYPE_CHECKING:
 
 def plot_allan(allan: Allan) -> "Figure":
     """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     curve = allan.curves[Statistic.ALLAN]
     factor = in_field_unit("B", 1.0, allan.unit)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 5.2), facecolor=PAPER, layout="constrained")
+    with sheet(9.0, 5.2, f"Allan deviation of {allan.name or 'the signal'}") as figure:
         panel = figure.subplots()
-        headed(figure, f"Allan deviation of {allan.name or 'the signal'}")
         panel.fill_between(curve.taus, factor * curve.low, factor * curve.high, color=BLUE, alpha=0.2, linewidth=0)
         panel.loglog(curve.taus, factor * curve.deviation, color=BLUE, label="measured, 95 %")
         model = np.sqrt(allan.levels.variance(curve.taus))

@@ -12,7 +12,7 @@ from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
-from proofmass.runner.output.plot import BLUE, GRID, INK, ORANGE, PAPER, STYLE, headed
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -29,13 +29,7 @@ _POINTS = 600  # of the step response of a continuous loop
 
 def plot_margins(margins: Margins) -> "Figure":
     """Magnitude and phase of L, L in the complex plane, and the closed loop's answer to a step at the wire."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(11.0, 7.2), facecolor=PAPER, layout="constrained")
-        headed(figure, _title(margins))
+    with sheet(11.0, 7.2, _title(margins)) as figure:
         panels = figure.subplot_mosaic([["magnitude", "nyquist"], ["phase", "step"]])
         w = sweep(margins.system)
         response = margins.system.response(w)
@@ -47,32 +41,24 @@ def plot_margins(margins: Margins) -> "Figure":
 
 def plot_sensitivities(sensitivities: list[Sensitivity]) -> "Figure":
     """A tornado for each quantity: its change when a parameter grows by one percent, the strongest on top."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     drawn = [
         (quantity, [e for e in quantity.effects if e.of_one_percent is not None][:_MOST_BARS])
         for quantity in sensitivities
     ]
     heights = [0.8 + 0.24 * max(len(effects), 1) for _, effects in drawn]
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, sum(heights) + 0.5), facecolor=PAPER, layout="constrained")
+    with sheet(9.0, sum(heights) + 0.5) as figure:
         panels = figure.subplots(len(drawn), 1, squeeze=False, height_ratios=heights)[:, 0]
         for panel, (quantity, effects) in zip(panels, drawn, strict=True):
             changes = [effect.of_one_percent or 0.0 for effect in effects]
             factor, unit = prefix(quantity.unit, max(map(abs, changes), default=0.0))
-            places = range(len(effects))
             colours = [BLUE if change > 0.0 else ORANGE for change in changes]
-            panel.barh(places, [change * factor for change in changes], color=colours, height=0.7)
+            panel.barh(range(len(effects)), [change * factor for change in changes], color=colours, height=0.7)
             if not effects:
                 panel.text(0.5, 0.5, "no parameter moves it", transform=panel.transAxes, ha="center", va="center")
                 panel.set_xticks([])
             else:
                 panel.axvline(0.0, color=INK, linewidth=0.8)
-            panel.set_yticks(places, [effect.parameter for effect in effects])
-            panel.invert_yaxis()
-            panel.grid(visible=False, axis="y")
+            name_rows(panel, [effect.parameter for effect in effects])
             panel.set_xlabel(f"change for +1 % [{unit}]" if effects else "")
             size, scaled = prefix(quantity.unit, abs(quantity.value))
             named = f"{quantity.quantity} {quantity.value * size:.6g} {scaled if scaled != '1' else ''}"
@@ -219,10 +205,7 @@ def _draw_step(margins: Margins, panel: "Axes") -> None:
     values = step_response(margins)
     times = np.arange(len(values)) * (margins.sample or _tick(margins))
     factor, unit = prefix("s", float(times[-1]) if len(times) > 1 else margins.sample)
-    if margins.sample:
-        panel.step(times * factor, values, where="post", color=BLUE)
-    else:
-        panel.plot(times * factor, values, color=BLUE)
+    panel.plot(times * factor, values, color=BLUE, drawstyle="steps-post" if margins.sample else "default")
     panel.axhline(1.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"time [{unit}]")
     panel.set_ylabel("step response of L / (1 + L)")

@@ -150,7 +150,7 @@ class _Chain:
             low, high = np.where(up, left, low), np.where(up, high, right)
         at_rest = np.abs(self.below[:, :1] / (self.above[:, :1] + self.below[:, :1]))
         found = [self._sensitivity(0.5 * (low + high)), self._sensitivity(middle), at_rest]
-        return np.max(np.hstack(found), axis=1)
+        return np.asarray(np.max(np.hstack(found), axis=1))
 
     def _sensitivity(self, w: Array) -> Array:
         d = _distance(w)

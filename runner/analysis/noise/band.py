@@ -13,6 +13,7 @@ _NODES = 16
 _RELATIVE = 1e-11  # of the whole integral: change of a panel's part by halving the panel
 _HALVINGS = 40
 _PANELS = 1 << 17  # at most, that are halved at once
+_NO_INTEGRAL = "the density has no integral to eleven digits"
 _RATIO = 4.0  # of the distances from the middle of a resonance at which panels end
 
 
@@ -50,7 +51,7 @@ def rule(density: Callable[[Array], Array], ends: Array) -> tuple[Array, Array, 
             break
     got = f"it still changes between {left[0]:g} Hz and {right[-1]:g} Hz"
     expected = "a band without a resonance that is not damped"
-    raise ModelError([Problem("the density has no integral to eleven digits", key="band", got=got, expected=expected)])
+    raise ModelError([Problem(message=_NO_INTEGRAL, key="band", got=got, expected=expected)])
 
 
 def mean_squares(of: NoiseMap, band: tuple[float, float]) -> Array:

@@ -5,32 +5,23 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
-from proofmass.runner.analysis.noise.budget import NoiseBudget, Source
-from proofmass.runner.output.plot import BLUE, INK, PAPER, STYLE, axis_label, headed
+from proofmass.runner.analysis.noise.budget import NoiseBudget
+from proofmass.runner.output.pictures import COLOURS, INK, axis_label, literal, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_MOST = 6  # sources with a line of their own
-_COLOURS = (BLUE, "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 _LEAST = 1e-8  # of the total density, below which nothing is drawn
 
 
 def plot_noise(budget: NoiseBudget) -> "Figure":
     """Amplitude densities, at the input where there is one, and beside them the Allan deviation."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     unit = budget.referred_unit
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(11.0, 4.8), facecolor=PAPER, layout="constrained")
+    place = f"{budget.output}, referred to {budget.input}" if budget.input else budget.output
+    with sheet(11.0, 4.8, f"Noise of {place}") as figure:
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-        place = f"{budget.output}, referred to {budget.input}" if budget.input else budget.output
-        headed(figure, f"Noise of {place}")
-        drawn = [source for source in budget.sources if source.rms > 0.0][:_MOST]
-        for colour, source in zip(_COLOURS, drawn, strict=False):
-            _draw(left, budget, source.density, color=colour, label=_label(source))
+        for colour, source in zip(COLOURS, (source for source in budget.sources if source.rms > 0.0), strict=False):
+            _draw(left, budget, source.density, color=colour, label=literal(f"{source.block} ({source.kind})"))
         _draw(left, budget, budget.density, color=INK, linewidth=1.6, label="all")
         top = in_field_unit("density", 1.0, unit) * float(np.sqrt(np.max(budget.referred_density)))
         left.set_ylim(bottom=max(left.get_ylim()[0], top * _LEAST**0.5), top=2.0 * top)
@@ -52,7 +43,3 @@ def _draw(panel: Any, budget: NoiseBudget, density: Any, **style: Any) -> None:
     factor = in_field_unit("density", 1.0, budget.referred_unit)
     shown = referred > _LEAST**2 * np.max(referred, initial=0.0)
     panel.loglog(budget.frequencies[shown], factor * np.sqrt(referred[shown]), **style)
-
-
-def _label(source: Source) -> str:
-    return f"{source.block} ({source.kind})".replace("$", r"\$")

@@ -12,19 +12,18 @@ _ROWS = 20  # of sources
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density
 
 
-def noise_section(budget: NoiseBudget, number: int = 1) -> tuple[str, str]:
-    """Return heading and HTML of a budget; its `number` tells several on a page apart."""
+def noise_section(budget: NoiseBudget) -> tuple[str, str]:
+    """Return heading and HTML of a budget."""
     factor, unit = prefix(budget.unit, budget.rms)
     rows = [
-        f"<th>{broken(source.block)}</th><td>{escape(source.kind)}{' ?' if source.doubtful else ''}</td>"
-        f'<td class="number">{source.rms * factor:.5g}</td><td class="number">{100.0 * source.share:.2f} %</td>'
-        for source in budget.sources[:_ROWS]
+        (broken(s.block), s.kind + " ?" * s.doubtful, f"{s.rms * factor:.5g}", f"{100.0 * s.share:.2f} %")
+        for s in budget.sources[:_ROWS]
     ]
-    rows.append(f'<th>all</th><td></td><td class="number">{budget.rms * factor:.5g}</td><td class="number">100 %</td>')
+    rows.append((broken("all"), "", f"{budget.rms * factor:.5g}", "100 %"))
     low, high = budget.band
     about = f"<p>{low:g} Hz to {high:g} Hz, about the operating point of the graph without noise.</p>"
     heads = ("source", "kind", f"rms {escape(unit)}".strip(), "share of the mean square")
-    drawing = picture(plot_noise(budget), f"noise_{number}")
+    drawing = picture(plot_noise(budget), f"noise of {budget.output}")
     notes = "".join(f"<p>{escape(note)}</p>" for note in budget.notes)
     html = about + table(heads, rows, numbers=(2, 3)) + _coefficients(budget) + notes
     return f"Noise of {budget.output}", f'{html}<div class="wide">{drawing}</div>'
@@ -35,11 +34,6 @@ def _coefficients(budget: NoiseBudget) -> str:
     levels, unit = budget.levels, budget.referred_unit
     if levels.misfit > _SMALL_MISFIT:
         return ""
-    rows = [
-        f"<th>{level.name}</th><td>{escape(word_of(level.name, unit))}</td>"
-        f'<td class="number">{in_field_unit(level.name, level.value, unit):.5g}</td>'
-        f"<td>{escape(pretty(field_unit(level.name, unit)))}</td>"
-        for level in levels.levels
-        if level.value
-    ]
+    known = ((level.name, in_field_unit(level.name, level.value, unit)) for level in levels.levels if level.value)
+    rows = [(name, word_of(name, unit), f"{value:.5g}", pretty(field_unit(name, unit))) for name, value in known]
     return table(("", f"at {broken(budget.input or budget.output)}", "value", "unit"), rows, numbers=(2,))

@@ -7,7 +7,7 @@ import numpy as np
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,13 +18,7 @@ _STEPS = 400  # values up to which an output is drawn as held
 
 def plot_response(of: Response) -> "Figure":
     """Gain and phase on the left; on the right the step response and how far the simulation is off."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(11.0, 5.6), facecolor=PAPER, layout="constrained")
-        headed(figure, f"{of.output} by {of.input}")
+    with sheet(11.0, 5.6, f"{of.output} by {of.input}") as figure:
         places = figure.add_gridspec(2, 2, width_ratios=(3, 2))
         _draw_gain(figure.add_subplot(places[0, 0]), of)
         _draw_phase(figure.add_subplot(places[1, 0]), of)
@@ -45,7 +39,7 @@ def _draw_gain(panel: Any, of: Response) -> None:
     for corner in (low, high):
         if corner is not None:
             panel.axvline(corner, color=INK, linewidth=0.8, linestyle=":")
-    panel.set_ylabel(f"gain [{pretty(of.unit)}]" if of.unit != "1" else "gain")
+    panel.set_ylabel(axis_label("gain", of.unit))
     panel.margins(x=0.01)
 
 
@@ -68,11 +62,10 @@ def _draw_step(panel: Any, of: Response) -> None:
         return
     times, values = of.step_response.shown()
     factor, unit = prefix("s", float(times[-1]))
-    draw = panel.step if len(times) <= _STEPS else panel.plot
-    draw(factor * times, values, color=BLUE, **({"where": "post"} if len(times) <= _STEPS else {}))
+    panel.plot(factor * times, values, color=BLUE, drawstyle="steps-post" if len(times) <= _STEPS else "default")
     panel.axhline(of.step_response.figures.final, color=INK, linewidth=0.8, linestyle=":")
     panel.set_xlabel(f"time [{unit}]")
-    panel.set_ylabel(f"[{pretty(of.unit)}]" if of.unit != "1" else "")
+    panel.set_ylabel(axis_label("", of.unit))
     panel.margins(x=0.01)
 
 

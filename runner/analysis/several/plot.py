@@ -8,29 +8,23 @@ import numpy as np
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.several.over import MarginsOver, finite
 from proofmass.runner.analysis.several.together import Together
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label
+from proofmass.runner.output.pictures import COLOURS, INK, axis_label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-_COLOURS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 _CHANGE = 1e-3  # of a curve, that is seen
 YEAR = 31_557_600.0  # s
 
 
 def plot_together(together: Together) -> "Figure":
     """Draw the disk margin that each frequency leaves, of all loops at once and of each alone."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 4.6), facecolor=PAPER, layout="constrained")
+    with sheet(9.0, 4.6) as figure:
         panel = figure.subplots()
         if together.margin is None:
             panel.set_title(f"the loops are {together.verdict}", loc="left")
             return figure
-        for row, name, colour in zip(together.of_each, together.loops, _COLOURS * len(together.loops), strict=False):
+        for row, name, colour in zip(together.of_each, together.loops, COLOURS * len(together.loops), strict=False):
             panel.plot(together.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
         panel.plot(together.frequencies, 1.0 / together.bounds, color=INK, linewidth=1.8, label="all at once")
         panel.plot([finite(together.frequency)], [together.margin], "o", color=INK)
@@ -53,16 +47,11 @@ def _first(together: Together) -> int:
 
 def plot_over(over: MarginsOver) -> "Figure":
     """Draw gain margin, phase margin and sensitivity peak of each loop over the values; unstable ones are left out."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     axis, factor = (axis_label(over.axis, over.unit), 1.0) if over.axis != "age" else ("age [years]", 1.0 / YEAR)
     values = np.array(over.values) * factor
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 7.2), facecolor=PAPER, layout="constrained")
+    with sheet(9.0, 7.2) as figure:
         panels = figure.subplots(3, 1, sharex=True)
-        for name, colour in zip(over.margins[0], _COLOURS * len(over.margins[0]), strict=False):
+        for name, colour in zip(over.margins[0], COLOURS * len(over.margins[0]), strict=False):
             rows = [loops[name] for loops in over.margins]
             curves = (
                 [finite(decibels(m.gain_margin)) for m in rows],

@@ -6,7 +6,7 @@ import numpy as np
 
 from proofmass.runner.analysis.spectrum.tones import Tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, axis_label, headed
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -16,14 +16,8 @@ _LINES = 4000  # drawn at most: each stretch of frequency by its lowest and high
 
 def plot_spectrum(of: Spectrum, figures: Tones | None = None, band: tuple[float, float] | None = None) -> "Figure":
     """Amplitude density on logarithmic axes; the tone, the largest spur and the band where there are any."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.0, 4.8), facecolor=PAPER, layout="constrained")
+    with sheet(9.0, 4.8, f"Spectral density of {of.name or 'the signal'}") as figure:
         panel = figure.subplots()
-        headed(figure, f"Spectral density of {of.name or 'the signal'}")
         lines = np.flatnonzero((of.frequencies > 0.0) & (of.density > 0.0))
         shown = _thinned(lines, of)
         panel.loglog(of.frequencies[shown], of.amplitude_density[shown], color=BLUE, linewidth=0.9)

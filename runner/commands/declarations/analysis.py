@@ -1,80 +1,42 @@
-"""The commands that say what a signal is made of; what they do is imported when they are called."""
+"""The commands that say what a signal is made of."""
 
+from pathlib import Path
 from typing import Any
 
 import click
 
-from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
+    AT,
+    DURATION,
+    PORT,
+    Changed,
+    Request,
     Whole,
-    at_option,
-    blocks_option,
-    duration_option,
+    argument,
+    band_option,
     engine_option,
     file_argument,
-    graph_argument,
-    json_option,
+    flag,
+    option,
     plot_option,
     seed_option,
-    set_option,
 )
-
-_SIGNAL_FIELDS = ("source", "probe", "skip", "duration", "samples", "seed", "engine", "changes", "own", "as_json")
-_SIGNAL = (
-    click.option(
-        "--probe",
-        default="",
-        metavar="BLOCK.PORT",
-        shell_complete=outputs,
-        help="Take this signal of a graph, or column of a file.",
-    ),
-    click.option(
-        "--skip", default="0 s", show_default=True, metavar="TIME", help="Leave out the start, while it settles."
-    ),
-    duration_option,
-    click.option("--samples", type=Whole(1), help="Run so many base ticks, instead of a duration."),
-    seed_option("the graph"),
-    engine_option(),
-    set_option,
-    blocks_option,
-    json_option,
-)
+from proofmass.runner.run.engine_table import EngineName
 
 
-def _signal_options(command: Any) -> Any:
-    for option in reversed(_SIGNAL):
-        command = option(command)
-    return command
+class OfSignal(Changed):
+    """A command of a signal: of a graph, which is run, or of a recording."""
+
+    source: Path = file_argument(library=True)
+    probe: str = option("Take this signal of a graph, or column of a file.", default="", **PORT)
+    skip: str = option("Leave out the start, while it settles.", default="0 s", show_default=True, metavar="TIME")
+    duration: str | None = DURATION
+    samples: int | None = option("Run so many base ticks, instead of a duration.", type=Whole(1))
+    seed: int | None = seed_option("as the graph says")
+    engine: EngineName = engine_option()
 
 
-def _signal(options: dict[str, Any]) -> Any:
-    """Take what says which signal is meant out of the options of a command."""
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.series_source import SignalRequest
-
-    return SignalRequest(**{field: options.pop(field) for field in _SIGNAL_FIELDS})
-
-
-@click.command()
-@file_argument("source", library=True)
-@click.option("--window", default="", help="Window (default: hann of the density, blackman-harris-7 of the tone).")
-@click.option(
-    "--segment",
-    type=Whole(0),
-    help="Use segments of this many values; 0 for a single one (default: about an eighth).",
-)
-@click.option(
-    "--band", nargs=2, metavar="FROM TO", help='Compute rms, noise and slope within this band, as "1 Hz" "100 Hz".'
-)
-@click.option(
-    "--tone",
-    default="",
-    metavar="FREQUENCY",
-    help="Look for a tone at this frequency (default: the largest in the band).",
-)
-@plot_option("picture", "Draw the density")
-@_signal_options
-def spectrum(**options: Any) -> int:
+class SpectrumRequest(OfSignal, does="spectrum_command.show_spectrum"):
     """Show the spectrum of a signal.
 
     Noise density, rms in a band, and of a tone SNR, SNDR, THD, SFDR and ENOB.
@@ -84,21 +46,19 @@ def spectrum(**options: Any) -> int:
     proofmass spectrum sensor.toml --probe adc.number --band "1 Hz" "100 Hz"
     proofmass spectrum recording.csv --probe acceleration --plot density.png
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.spectrum_command import SpectrumRequest, show_spectrum
 
-    return show_spectrum(SpectrumRequest(_signal(options), **options))
+    window: str = option("Window (default: hann of the density, blackman-harris-7 of the tone).", default="")
+    segment: int | None = option(
+        "Use segments of this many values; 0 for a single one (default: about an eighth).", type=Whole(0)
+    )
+    band: tuple[str, str] | None = band_option('Compute rms, noise and slope within this band, as "1 Hz" "100 Hz".')
+    tone: str = option(
+        "Look for a tone at this frequency (default: the largest in the band).", default="", metavar="FREQUENCY"
+    )
+    picture: Path | None = plot_option("Draw the density")
 
 
-@click.command()
-@file_argument("source", library=True)
-@plot_option("picture", "Draw the deviation")
-@click.option("--tau", metavar="TIME", help="Show how long to record for the deviation at this averaging time.")
-@click.option(
-    "--confidence", default="10 %", show_default=True, help="Aim at this standard error, relative to the deviation."
-)
-@_signal_options
-def allan(**options: Any) -> int:
+class AllanRequest(OfSignal, does="allan_command.show_allan"):
     """Show the Allan deviation of a signal.
 
     The coefficients N, B, K and Q of its noise are fitted, with intervals of 95 %.
@@ -109,44 +69,15 @@ def allan(**options: Any) -> int:
     proofmass allan sensor.toml --probe readout.rate --duration "600 s"
     proofmass allan recording.csv --tau "100 s" --confidence "5 %"
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.allan_command import show_allan
 
-    return show_allan(_signal(options), **options)
+    picture: Path | None = plot_option("Draw the deviation")
+    tau: str | None = option("Show how long to record for the deviation at this averaging time.", metavar="TIME")
+    confidence: str = option(
+        "Aim at this standard error, relative to the deviation.", default="10 %", show_default=True
+    )
 
 
-@click.command()
-@graph_argument
-@click.option(
-    "--output",
-    default="",
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Show the sources of the noise of this output (default: of every probe).",
-)
-@click.option(
-    "--input",
-    "source",
-    default="",
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Refer the noise to this output of a source.",
-)
-@click.option(
-    "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).'
-)
-@at_option
-@click.option("--derivatives", is_flag=True, help="Show how much each parameter changes the rms.")
-@click.option(
-    "--until",
-    metavar="TIME",
-    help="Show instead how far the value at this time, such as an estimate, differs from run to run.",
-)
-@plot_option("picture", "Draw the budget")
-@set_option
-@blocks_option
-@json_option
-def noise(**options: Any) -> int:
+class NoiseRequest(Changed, does="noise_command.show_noise"):
     """Show the noise budget of an output.
 
     It shows what each source contributes at the output and, with --input, at an input.
@@ -157,24 +88,20 @@ def noise(**options: Any) -> int:
     proofmass noise library:recorded_motion --output mean.mean --input motion.output --plot noise.png
     proofmass noise library:quartz_feedback_noise --output estimator.difference --until "500 s"
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.noise_command import NoiseRequest, show_noise
 
-    return show_noise(NoiseRequest(**options))
+    graph: Path = file_argument(library=True)
+    output: str = option("Show the sources of the noise of this output (default: of every probe).", default="", **PORT)
+    source: str = option("Refer the noise to this output of a source.", "--input", default="", **PORT)
+    band: tuple[str, str] | None = band_option('Count noise within this band, as "0.1 Hz" "100 Hz" (default: all).')
+    at: str = AT
+    derivatives: bool = flag("Show how much each parameter changes the rms.")
+    until: str | None = option(
+        "Show instead how far the value at this time, such as an estimate, differs from run to run.", metavar="TIME"
+    )
+    picture: Path | None = plot_option("Draw the budget")
 
 
-@click.command("noise-model")
-@click.option("--density", metavar="QUANTITY", help='One-sided white density, as "100 ug0/sqrt(Hz)".')
-@click.option("--random-walk", "--arw", "--vrw", "white", metavar="QUANTITY", help='N, as "0.1 deg/sqrt(h)".')
-@click.option("--bias-instability", metavar="QUANTITY", help='B, as "1 deg/h".')
-@click.option("--flat", is_flag=True, help="The bias instability is the flat part of an Allan curve, 0.664 B.")
-@click.option("--rate-random-walk", "--rrw", "wander", metavar="QUANTITY", help='K, as "1 deg/(h*sqrt(h))".')
-@click.option(
-    "--longest", default="10000 s", show_default=True, help="Longest averaging time that flicker must hold for."
-)
-@click.option("--rate", default="1 kHz", show_default=True, help="Rate of the blocks.")
-@click.option("--unit", default="", help="Unit of the signal (default: rad/s or m/s^2, as the quantities say).")
-def noise_model(**options: Any) -> int:
+class NoiseModelRequest(Request, does="noise_model_command.write_noise_model"):
     """Write noise blocks from a data sheet.
 
     The answer is TOML to put into a graph.
@@ -183,35 +110,18 @@ def noise_model(**options: Any) -> int:
     proofmass noise-model --arw "0.1 deg/sqrt(h)" --bias-instability "1 deg/h"
     proofmass noise-model --density "80 ug0/sqrt(Hz)" --bias-instability "5 ug0" --flat
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.noise_model_command import NoiseModelRequest, write_noise_model
 
-    return write_noise_model(NoiseModelRequest(**options))
+    density: str | None = option('One-sided white density, as "100 ug0/sqrt(Hz)".', metavar="QUANTITY")
+    white: str | None = option('N, as "0.1 deg/sqrt(h)".', "--random-walk", "--arw", "--vrw", metavar="QUANTITY")
+    bias_instability: str | None = option('B, as "1 deg/h".', metavar="QUANTITY")
+    flat: bool = flag("The bias instability is the flat part of an Allan curve, 0.664 B.")
+    wander: str | None = option('K, as "1 deg/(h*sqrt(h))".', "--rate-random-walk", "--rrw", metavar="QUANTITY")
+    longest: str = option("Longest averaging time that flicker must hold for.", default="10000 s", show_default=True)
+    rate: str = option("Rate of the blocks.", default="1 kHz", show_default=True)
+    unit: str = option("Unit of the signal (default: rad/s or m/s^2, as the quantities say).", default="")
 
 
-@click.command()
-@graph_argument
-@click.argument("input")
-@click.argument("output")
-@click.option(
-    "--simulate",
-    "stimulus",
-    type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
-    help="Also run the graph with this stimulus added to the input, and compare.",
-)
-@click.option("--amplitude", metavar="QUANTITY", help='Peak value of the stimulus, as "10 mV".')
-@click.option(
-    "--band",
-    nargs=2,
-    metavar="FROM TO",
-    help='Keep the stimulus within this band, as "1 Hz" "100 Hz" (default: about the bandwidth).',
-)
-@at_option
-@plot_option("picture", "Draw it")
-@set_option
-@blocks_option
-@json_option
-def response(**options: Any) -> int:
+class ResponseRequest(Changed, does="response_command.show_response"):
     """Show how one output answers to another.
 
     Gain, phase, bandwidth, delay and the figures of a step, for small signals;
@@ -222,10 +132,27 @@ def response(**options: Any) -> int:
     proofmass response sensor.toml acceleration.output adc.number --plot response.png
     proofmass response sensor.toml acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.response_command import ResponseRequest, show_response
 
-    return show_response(ResponseRequest(**options))
+    graph: Path = file_argument(library=True)
+    input: str = argument()
+    output: str = argument()
+    stimulus: Any = option(
+        "Also run the graph with this stimulus added to the input, and compare.",
+        "--simulate",
+        type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
+    )
+    amplitude: str | None = option('Peak value of the stimulus, as "10 mV".', metavar="QUANTITY")
+    band: tuple[str, str] | None = band_option(
+        'Keep the stimulus within this band, as "1 Hz" "100 Hz" (default: about the bandwidth).'
+    )
+    at: str = AT
+    picture: Path | None = plot_option("Draw it")
 
 
-ANALYSES = (spectrum, allan, noise, noise_model, response)
+ANALYSES = (
+    SpectrumRequest,
+    AllanRequest,
+    NoiseRequest,
+    NoiseModelRequest,
+    ResponseRequest,
+)

@@ -1,44 +1,24 @@
-"""The commands that find parameters; what they do is imported when they are called."""
+"""The commands that find parameters."""
 
 from pathlib import Path
-from typing import Any
 
-import click
-
-from proofmass.graphs.model.limits import LARGEST_SEED
-from proofmass.runner.commands.completion import outputs
 from proofmass.runner.commands.declarations.options import (
+    PORT,
+    QUIET,
+    SET,
+    Answered,
     Whole,
-    blocks_option,
+    band_option,
     file_argument,
-    graph_argument,
-    json_option,
+    file_option,
+    option,
     plot_option,
-    quiet_option,
-    set_option,
+    seed_option,
+    several,
 )
 
-_FILE = click.Path(dir_okay=False, path_type=Path)
 
-
-@click.command()
-@graph_argument
-@click.option(
-    "--write",
-    "target",
-    type=_FILE,
-    metavar="FILE",
-    help="Write the tuned graph, with its comments, to this file; it may be GRAPH itself.",
-)
-@plot_option("picture", "Draw parameters, goals and loops before and after")
-@click.option("--starts", type=Whole(1, 100), help="Start from this many samples (default: as the graph says).")
-@click.option("--samples", type=Whole(1, 100_000), help="Try this many points first (default: as the graph says).")
-@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed these points (default: as the graph says).")
-@set_option
-@quiet_option
-@blocks_option
-@json_option
-def tune(**options: Any) -> int:
+class TuneRequest(Answered, does="tune_command.show_tuning"):
     """Find parameters that meet the goals of a graph.
 
     GRAPH has a table [tune]: free parameters with bounds, and goals for margins, noise, scale factor or measures.
@@ -50,101 +30,20 @@ def tune(**options: Any) -> int:
     proofmass tune sensor.toml --plot tuned.png --write sensor.toml
     proofmass tune sensor.toml --set adc.bits=12
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.tune_command import TuneRequest, show_tuning
 
-    return show_tuning(TuneRequest(**options))
+    graph: Path = file_argument(library=True)
+    target: Path | None = file_option(
+        "Write the tuned graph, with its comments, to this file; it may be GRAPH itself.", "--write"
+    )
+    picture: Path | None = plot_option("Draw parameters, goals and loops before and after")
+    starts: int | None = option("Start from this many samples (default: as the graph says).", type=Whole(1, 100))
+    samples: int | None = option("Try this many points first (default: as the graph says).", type=Whole(1, 100000))
+    seed: int | None = seed_option("as the graph says", "these points")
+    changes: tuple[str, ...] = SET
+    quiet: bool = QUIET
 
 
-@click.command()
-@file_argument("source", library=True)
-@click.option(
-    "--figure",
-    "figures",
-    multiple=True,
-    metavar="LOOP:FIGURE",
-    help="Find the worst case of this figure, as main:phase_margin; repeatable.",
-)
-@click.option(
-    "--noise",
-    "noises",
-    multiple=True,
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Find the worst noise of this output.",
-)
-@click.option(
-    "--scale-factor",
-    "scale_factors",
-    multiple=True,
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Find the worst scale factor of this output.",
-)
-@click.option(
-    "--bias",
-    "biases",
-    multiple=True,
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Find the worst value of this output at zero input.",
-)
-@click.option(
-    "--response",
-    "responses",
-    multiple=True,
-    metavar="BLOCK.PORT:FIGURE",
-    help="Find the worst response of this output, as adc.number:bandwidth or adc.number:gain@100Hz; repeatable.",
-)
-@click.option(
-    "--measure", "measures", multiple=True, metavar="NAME", help="Find the worst case of this measure; repeatable."
-)
-@click.option(
-    "--yield",
-    "yields",
-    multiple=True,
-    metavar="LIMIT",
-    help='Find the worst yield of the study for this limit of it, or "all", within --tolerance; repeatable.',
-)
-@click.option(
-    "--input",
-    "source_signal",
-    default="",
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Count scale factors and responses from this output of a source, and refer noise to it.",
-)
-@click.option(
-    "--band", nargs=2, metavar="FROM TO", help='Count noise within this band, as "1 Hz" "100 Hz" (default: all).'
-)
-@click.option(
-    "--tolerance",
-    "tolerances",
-    multiple=True,
-    metavar="PARAMETER=WIDTH",
-    help='Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
-)
-@click.option("--at", default="", metavar="TIME", help='Linearise at this time, or "settled" (default: the start).')
-@click.option(
-    "--corners",
-    type=Whole(0, 2**20),
-    default=256,
-    show_default=True,
-    help="Try all corners if there are no more than this.",
-)
-@click.option("--samples", type=Whole(1, 10**6), default=100, show_default=True, help="Try this many random points.")
-@click.option("--seed", type=Whole(0, LARGEST_SEED), help="Seed the random points (default: 0).")
-@click.option(
-    "--runs",
-    type=Whole(1, 10**9),
-    help="Run this many sensors of the study and show their yields too (default: none).",
-)
-@plot_option("picture", "Draw the effect of each parameter alone, and of all together")
-@set_option
-@quiet_option
-@blocks_option
-@json_option
-def worst(**options: Any) -> int:
+class WorstRequest(Answered, does="worst_command.show_worst"):
     """Find how bad a graph can get within tolerances.
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
@@ -155,10 +54,52 @@ def worst(**options: Any) -> int:
     proofmass worst graphs/library/accelerometer/margin_tolerance_study.toml
     proofmass worst sensor.toml --tolerance "torquer.gain=5 %" --figure main:phase_margin --plot worst.png
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.worst_command import WorstRequest, show_worst
 
-    return show_worst(WorstRequest(**options))
+    source: Path = file_argument(library=True)
+    figures: tuple[str, ...] = several(
+        "Find the worst case of this figure, as main:phase_margin; repeatable.", "--figure", metavar="LOOP:FIGURE"
+    )
+    noises: tuple[str, ...] = several("Find the worst noise of this output.", "--noise", **PORT)
+    scale_factors: tuple[str, ...] = several("Find the worst scale factor of this output.", "--scale-factor", **PORT)
+    biases: tuple[str, ...] = several("Find the worst value of this output at zero input.", "--bias", **PORT)
+    responses: tuple[str, ...] = several(
+        "Find the worst response of this output, as adc.number:bandwidth or adc.number:gain@100Hz; repeatable.",
+        "--response",
+        metavar="BLOCK.PORT:FIGURE",
+    )
+    measures: tuple[str, ...] = several("Find the worst case of this measure; repeatable.", "--measure", metavar="NAME")
+    yields: tuple[str, ...] = several(
+        'Find the worst yield of the study for this limit of it, or "all", within --tolerance; repeatable.',
+        "--yield",
+        metavar="LIMIT",
+    )
+    source_signal: str = option(
+        "Count scale factors and responses from this output of a source, and refer noise to it.",
+        "--input",
+        default="",
+        **PORT,
+    )
+    band: tuple[str, str] | None = band_option('Count noise within this band, as "1 Hz" "100 Hz" (default: all).')
+    tolerances: tuple[str, ...] = several(
+        'Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
+        "--tolerance",
+        metavar="PARAMETER=WIDTH",
+    )
+    at: str = option('Linearise at this time, or "settled" (default: the start).', default="", metavar="TIME")
+    corners: int = option(
+        "Try all corners if there are no more than this.", type=Whole(0, 2**20), default=256, show_default=True
+    )
+    samples: int = option("Try this many random points.", type=Whole(1, 10**6), default=100, show_default=True)
+    seed: int | None = seed_option("0", "the random points")
+    runs: int | None = option(
+        "Run this many sensors of the study and show their yields too (default: none).", type=Whole(1, 10**9)
+    )
+    picture: Path | None = plot_option("Draw the effect of each parameter alone, and of all together")
+    changes: tuple[str, ...] = SET
+    quiet: bool = QUIET
 
 
-DESIGN = (tune, worst)
+DESIGN = (
+    TuneRequest,
+    WorstRequest,
+)

@@ -1,129 +1,99 @@
-"""The command `fit`: of temperature laws to tables, and of graphs to recordings; imported when it is called."""
+"""The command `fit`: of temperature laws to tables, and of graphs to recordings."""
 
+from collections.abc import Iterator
 from pathlib import Path
-from typing import Any
 
 import click
 
 from proofmass.runner.commands.declarations.options import (
+    DURATION,
+    QUIET,
+    SET,
+    Answered,
+    Request,
     Whole,
-    blocks_option,
-    duration_option,
     engine_option,
     file_argument,
-    json_option,
+    file_option,
+    flag,
+    option,
     plot_option,
-    quiet_option,
     seed_option,
-    set_option,
+    several,
 )
+from proofmass.runner.run.engine_table import EngineName
 
-_FILE = click.Path(dir_okay=False, path_type=Path)
-_LAW = ("temperature", "offset", "orders", "start", "starts", "names", "duration", "engine")  # options of laws alone
-_GRAPH = (  # options of graphs alone
-    "files", "inputs", "free", "offsets", "delays", "levels", "loss", "tries", "skip", "gaps", "interpolated", "quiet",
-)  # fmt: skip
 
-_LAW_OPTIONS = (
-    click.option("--temperature", metavar="COLUMN", help="Name the column, or signal of a graph, of the temperature."),
-    click.option("--offset", type=float, default=0.0, show_default=True, help="Subtract this from the output first."),
-    click.option(
+class OfLaw(Request):
+    """Options of temperature laws alone."""
+
+    temperature: str | None = option("Name the column, or signal of a graph, of the temperature.", metavar="COLUMN")
+    offset: float = option("Subtract this from the output first.", type=float, default=0.0, show_default=True)
+    orders: tuple[int, ...] = several(
+        "Compare with a polynomial of this order; repeatable.",
         "--order",
-        "orders",
         type=Whole(1, 6),
-        multiple=True,
         default=(3, 4),
         show_default=True,
-        help="Compare with a polynomial of this order; repeatable.",
-    ),
-    click.option(
-        "--start",
+    )
+    start: tuple[float, float] | None = option(
+        "Start the alternation from these exponents (default: those found by a scan).",
         type=(float, float),
         metavar="B1 B2",
-        help="Start the alternation from these exponents (default: those found by a scan).",
-    ),
-    click.option("--starts", is_flag=True, help="Try a grid of starts, and show from which both methods converge."),
-    click.option(
-        "--block", "names", multiple=True, help="Write to this block only; repeatable (default: every model)."
-    ),
-    duration_option,
-    engine_option(),
-)
-_GRAPH_OPTIONS = (
-    click.option(
-        "--data", "files", multiple=True, type=_FILE, metavar="FILE", help="Fit to this recording; repeatable."
-    ),
-    click.option(
-        "--input",
-        "inputs",
-        multiple=True,
-        metavar="SIGNAL=COLUMN",
-        help="Play a column in place of a signal; repeatable.",
-    ),
-    click.option(
-        "--free",
-        multiple=True,
-        metavar="PARAMETER[=LOW..HIGH]",
-        help='Fit this parameter, within bounds if given, as "100 N/m..200 N/m", or about what is expected, as '
+    )
+    starts: bool = flag("Try a grid of starts, and show from which both methods converge.")
+    names: tuple[str, ...] = several("Write to this block only; repeatable (default: every model).", "--block")
+    duration: str | None = DURATION
+    engine: EngineName = engine_option()
+
+
+class OfRecordings(Request):
+    """Options of graphs and recordings alone."""
+
+    files: tuple[Path, ...] = several(
+        "Fit to this recording; repeatable.", "--data", type=click.Path(dir_okay=False, path_type=Path), metavar="FILE"
+    )
+    inputs: tuple[str, ...] = several(
+        "Play a column in place of a signal; repeatable.", "--input", metavar="SIGNAL=COLUMN"
+    )
+    free: tuple[str, ...] = several(
+        'Fit this parameter, within bounds if given, as "100 N/m..200 N/m", or about what is expected, as '
         '"132 N/m +- 3 N/m"; repeatable.',
-    ),
-    click.option(
-        "--free-offset", "offsets", multiple=True, metavar="SIGNAL", help="Also fit a constant offset of this output."
-    ),
-    click.option("--free-delay", "delays", multiple=True, metavar="SIGNAL", help="Also fit a delay of this output."),
-    click.option("--free-noise", "levels", multiple=True, metavar="PARAMETER", help="Also fit this level of noise."),
-    click.option(
-        "--loss",
+        metavar="PARAMETER[=LOW..HIGH]",
+    )
+    offsets: tuple[str, ...] = several("Also fit a constant offset of this output.", "--free-offset", metavar="SIGNAL")
+    delays: tuple[str, ...] = several("Also fit a delay of this output.", "--free-delay", metavar="SIGNAL")
+    levels: tuple[str, ...] = several("Also fit this level of noise.", "--free-noise", metavar="PARAMETER")
+    loss: str = option(
+        "Count large residuals fully, less, or hardly at all.",
         type=click.Choice(["linear", "robust", "outliers"]),
         default="linear",
         show_default=True,
-        help="Count large residuals fully, less, or hardly at all.",
-    ),
-    click.option("--tries", type=Whole(1, 1000), default=1, show_default=True, help="Start from this many points."),
-    click.option(
-        "--skip",
-        default="0 s",
-        show_default=True,
-        metavar="TIME",
-        help="Compare outputs from this time on, not before.",
-    ),
-    click.option(
-        "--gaps",
+    )
+    tries: int = option("Start from this many points.", type=Whole(1, 1000), default=1, show_default=True)
+    skip: str = option(
+        "Compare outputs from this time on, not before.", default="0 s", show_default=True, metavar="TIME"
+    )
+    gaps: str = option(
+        "Refuse recordings with gaps, or cut them there.",
         type=click.Choice(["refuse", "split"]),
         default="refuse",
         show_default=True,
-        help="Refuse recordings with gaps, or cut them there.",
-    ),
-    click.option(
-        "--interpolate", "interpolated", is_flag=True, help="Play inputs as straight lines between rows, not as steps."
-    ),
-    quiet_option,
-)
+    )
+    interpolated: bool = flag("Play inputs as straight lines between rows, not as steps.", "--interpolate")
+    quiet: bool = QUIET
 
 
-def _options(command: Any) -> Any:
-    for option in reversed((*_LAW_OPTIONS, *_GRAPH_OPTIONS)):
-        command = option(command)
-    return command
+class _Written(Answered):
+    """Options that stand behind those of both kinds."""
+
+    plot: Path | None = plot_option("Draw readings, fits and residuals")
+    target: Path | None = file_option("Write the fitted parameters into this graph file.", "--write")
+    changes: tuple[str, ...] = SET
+    seed: int | None = seed_option("as the graph says")
 
 
-@click.command()
-@file_argument("source", library=True)
-@click.option(
-    "--output",
-    "outputs",
-    multiple=True,
-    metavar="COLUMN|SIGNAL[=COLUMN]",
-    help="Name the measured quantity; repeatable.",
-)
-@_options
-@plot_option("plot", "Draw readings, fits and residuals")
-@click.option("--write", "target", type=_FILE, metavar="FILE", help="Write the fitted parameters into this graph file.")
-@set_option
-@seed_option("the graph")
-@blocks_option
-@json_option
-def fit(**options: Any) -> int:
+class FitRequest(OfLaw, OfRecordings, _Written, does="fit_command.run_fit"):
     """Fit a graph to recordings, or a temperature law to a table.
 
     With --data, parameters of the graph SOURCE are fitted to recordings. The answer has their values with intervals,
@@ -137,31 +107,64 @@ def fit(**options: Any) -> int:
     proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
     proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
     """
-    if options["files"] or options["free"]:
-        # start-up time: a command imports what it needs itself
-        from proofmass.runner.commands.fit_recordings_command import RecordingsRequest, fit_recordings
 
-        _refuse(options, _LAW, "of temperature laws, not of graphs and recordings")
-        return fit_recordings(RecordingsRequest(**{key: v for key, v in options.items() if key not in _LAW}))
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.fit_command import FitRequest, run_fit
+    source: Path = file_argument(library=True)
+    outputs: tuple[str, ...] = several(
+        "Name the measured quantity; repeatable.", "--output", metavar="COLUMN|SIGNAL[=COLUMN]"
+    )
 
-    _refuse(options, _GRAPH, "of recordings, which --data names")
-    outputs = options.pop("outputs")
-    if len(outputs) > 1:
-        raise click.UsageError("--output: a temperature law has one output")
-    output = outputs[0] if outputs else None
-    return run_fit(FitRequest(output=output, **{key: v for key, v in options.items() if key not in _GRAPH}))
+    def check(self) -> None:
+        if self.of_recordings:
+            _refuse(OfLaw, "of temperature laws, not of graphs and recordings")
+            self._check_recordings()
+        else:
+            _refuse(OfRecordings, "of recordings, which --data names")
+            self._check_law()
+
+    @property
+    def of_recordings(self) -> bool:
+        """True if a graph is fitted to recordings, instead of a law to a table."""
+        return bool(self.files or self.free)
+
+    @property
+    def of_graph(self) -> bool:
+        """True if a graph is run, instead of a table read."""
+        return self.source.suffix.lower() == ".toml"
+
+    @property
+    def output(self) -> str | None:
+        """The one output of a temperature law."""
+        return self.outputs[0] if self.outputs else None
+
+    def _check_recordings(self) -> None:
+        if not self.files:
+            raise click.UsageError("--free needs --data, the recordings to fit to")
+        if not self.outputs:
+            raise click.UsageError("name what was recorded: --output BLOCK.PORT=COLUMN")
+
+    def _check_law(self) -> None:
+        if len(self.outputs) > 1:
+            raise click.UsageError("--output: a temperature law has one output")
+        if self.names and self.target is None:
+            raise click.UsageError("--block needs --write, the graph file that it is in")
+        if self.of_graph and not (self.temperature and self.output):
+            raise click.UsageError("of a graph, name the signals: --temperature BLOCK.PORT --output BLOCK.PORT")
+        options = {"--set": bool(self.changes), "--duration": bool(self.duration), "--seed": self.seed is not None}
+        wrong = [option for option, said in options.items() if said]
+        if wrong and not self.of_graph:
+            raise click.UsageError(f"{', '.join(wrong)}: only for a graph, which {self.source.name} is not")
 
 
-def _refuse(options: dict[str, Any], names: tuple[str, ...], why: str) -> None:
+def _refuse(kind: type[Request], why: str) -> None:
     """Refuse options that belong to the other kind of fit."""
-    parameters = {parameter.name: parameter for parameter in fit.params}
-    context = click.get_current_context()
-    wrong = [
-        parameters[name].opts[0]
-        for name in names
-        if context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT
-    ]
+    wrong = list(_said(kind))
     if wrong:
         raise click.UsageError(f"{', '.join(wrong)}: {'an option' if len(wrong) == 1 else 'options'} {why}")
+
+
+def _said(kind: type[Request]) -> Iterator[str]:
+    """Yield the options of a kind that stand on the command line."""
+    context = click.get_current_context()
+    for name, row in kind.rows():
+        if context.get_parameter_source(name) is not click.core.ParameterSource.DEFAULT:
+            yield row.of_click(name).opts[0]

@@ -1,118 +1,41 @@
-"""Arguments and options of each command; its function is imported when it is called."""
+"""The commands that check, run and draw graphs, and run studies."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING
 
 import click
 
-from proofmass.runner.commands.completion import outputs, parameters
+from proofmass.runner.commands.declarations.completion import outputs, parameters
 from proofmass.runner.commands.declarations.options import (
+    AT,
+    DURATION,
+    OWN,
+    PROBES,
+    QUIET,
+    SET,
+    Answered,
+    Changed,
+    Request,
     Whole,
-    at_option,
-    blocks_option,
-    duration_option,
+    argument,
     engine_option,
     file_argument,
-    graph_argument,
-    json_option,
+    flag,
+    option,
     out_option,
     output_option,
     plot_option,
-    probe_option,
-    quiet_option,
     seed_option,
-    set_option,
+    several,
 )
-from proofmass.runner.host.versions import PROOFMASS
+from proofmass.runner.run.engine_table import EngineName
+
+if TYPE_CHECKING:
+    from proofmass.runner.rtl.bench.simulators import Simulator
+    from proofmass.runner.rtl.tools.synth import Family
 
 
-class Commands(click.Group):
-    """Commands with "did you mean"."""
-
-    def resolve_command(self, ctx: click.Context, args: list[str]) -> Any:
-        try:
-            return super().resolve_command(ctx, args)
-        except click.UsageError:
-            # start-up time: a command imports what it needs itself
-            from proofmass.blocks.declaration.problem import did_you_mean
-
-            raise click.UsageError(
-                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'the commands')}", ctx
-            ) from None
-
-
-@click.group(cls=Commands, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 120})
-@click.version_option(PROOFMASS, prog_name="proofmass")
-@click.option("--traceback", is_flag=True, help="Show Python's traceback of an error; allowed after the command too.")
-def cli(traceback: bool) -> None:
-    """Simulate inertial sensors and the loops around them, declared as block diagrams.
-
-    \b
-    proofmass new sensor.toml                 write a commented graph to start from
-    proofmass check sensor.toml               list everything that is wrong with it
-    proofmass run sensor.toml --out results   simulate it, write traces, plot and report
-
-    Exit codes: 0 done, 1 the model is wrong, 2 wrong usage, 3 the run failed, 130 interrupted.
-    """
-
-
-@cli.command()
-@graph_argument
-@duration_option
-@click.option("--samples", type=Whole(1), help="Run this many ticks of the base rate, instead of for a duration.")
-@seed_option("the graph")
-@engine_option()
-@set_option
-@probe_option
-@out_option("Write traces, plot and report to this folder (default: none is written).")
-@click.option(
-    "--format",
-    "formats",
-    multiple=True,
-    type=click.Choice(["netcdf", "csv", "parquet"]),
-    help="Choose the format of traces; repeatable (default: netcdf, or csv where that is not installed).",
-)
-@plot_option("picture", "Draw the traces")
-@click.option("--live", is_flag=True, help="Add the running model to the report, with a slider for each parameter.")
-@click.option(
-    "--noise",
-    "budgets",
-    multiple=True,
-    metavar="OUTPUT",
-    shell_complete=outputs,
-    help="Put the noise budget of this output into the report, and into noise.json; repeatable.",
-)
-@click.option(
-    "--resume",
-    is_flag=True,
-    help="Continue the interrupted run in --out (default: if there is one).",
-)
-@click.option("--restart", is_flag=True, help="Remove an interrupted run in --out and start at tick 0.")
-@click.option(
-    "--sweep",
-    "swept",
-    multiple=True,
-    metavar="NAME=VALUE,VALUE",
-    shell_complete=parameters,
-    help="Run once for each value, as in adc.bits=10,12,14 or mass.mass=1g:1kg:4:log, for its measures; repeatable.",
-)
-@click.option(
-    "--zip",
-    "zipped",
-    is_flag=True,
-    help="Combine the values of all --sweep in order, instead of trying all combinations.",
-)
-@click.option("--measure", "measures", multiple=True, metavar="NAME", help="Show this measure of a sweep; repeatable.")
-@click.option(
-    "--show-source",
-    is_flag=True,
-    help="Print the program of the loop, with its lines of Python, instead of running it.",
-)
-@click.option("--profile", is_flag=True, help="Show where the time goes: phases of the run, and each block in a tick.")
-@quiet_option
-@blocks_option
-@json_option
-def run(**options: Any) -> int:
+class RunRequest(Answered, does="run_command.run_graph"):
     """Run a graph once and show what its probes recorded.
 
     \b
@@ -120,18 +43,66 @@ def run(**options: Any) -> int:
     proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
     proofmass run sensor.toml --sweep adc.bits=10,12,14 --measure noise
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.run_command import RunRequest, run_graph
 
-    return run_graph(RunRequest(**options))
+    graph: Path = file_argument(library=True)
+    duration: str | None = DURATION
+    samples: int | None = option("Run this many ticks of the base rate, instead of for a duration.", type=Whole(1))
+    seed: int | None = seed_option("as the graph says")
+    engine: EngineName = engine_option()
+    changes: tuple[str, ...] = SET
+    probes: tuple[str, ...] = PROBES
+    out: Path | None = out_option("Write traces, plot and report to this folder (default: none is written).")
+    formats: tuple[str, ...] = several(
+        "Choose the format of traces; repeatable (default: netcdf, or csv where that is not installed).",
+        "--format",
+        type=click.Choice(["netcdf", "csv", "parquet"]),
+    )
+    picture: Path | None = plot_option("Draw the traces")
+    live: bool = flag("Add the running model to the report, with a slider for each parameter.")
+    budgets: tuple[str, ...] = several(
+        "Put the noise budget of this output into the report, and into noise.json; repeatable.",
+        "--noise",
+        metavar="OUTPUT",
+        shell_complete=outputs,
+    )
+    resume: bool = flag("Continue the interrupted run in --out (default: if there is one).")
+    restart: bool = flag("Remove an interrupted run in --out and start at tick 0.")
+    swept: tuple[str, ...] = several(
+        "Run once for each value, as in adc.bits=10,12,14 or mass.mass=1g:1kg:4:log, for its measures; repeatable.",
+        "--sweep",
+        metavar="NAME=VALUE,VALUE",
+        shell_complete=parameters,
+    )
+    zipped: bool = flag("Combine the values of all --sweep in order, instead of trying all combinations.", "--zip")
+    measures: tuple[str, ...] = several("Show this measure of a sweep; repeatable.", "--measure", metavar="NAME")
+    show_source: bool = flag("Print the program of the loop, with its lines of Python, instead of running it.")
+    profile: bool = flag("Show where the time goes: phases of the run, and each block in a tick.")
+    quiet: bool = QUIET
+
+    def check(self) -> None:
+        if self.duration is not None and self.samples is not None:
+            raise click.UsageError("give --duration or --samples, not both")
+        if self.resume and self.out is None:
+            raise click.UsageError("--resume needs --out, the folder of the interrupted run")
+        if self.resume and self.restart:
+            raise click.UsageError("give --resume or --restart, not both")
+        if self.swept and (self.resume or self.show_source or self.live or self.picture or self.engine == "cxxrtl"):
+            raise click.UsageError("--sweep goes without --resume, --show-source, --plot, --live and --engine cxxrtl")
+        if self.profile and (self.swept or self.resume or self.show_source or self.engine not in ("auto", "compiled")):
+            raise click.UsageError(
+                "--profile goes without --sweep, --resume, --show-source and other engines: it times"
+            )
+        if (self.zipped or self.measures) and not self.swept:
+            raise click.UsageError("--zip and --measure need --sweep")
+        if self.live and self.out is None:
+            raise click.UsageError("--live needs --out, the folder to write to")
+        if self.budgets and self.out is None:
+            raise click.UsageError("--noise needs --out, the folder of the report")
+        if self.formats and self.out is None:
+            raise click.UsageError("--format needs --out, the folder to write to")
 
 
-@cli.command()
-@graph_argument
-@set_option
-@blocks_option
-@json_option
-def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool) -> int:
+class CheckRequest(Changed, does="check_command.check_graph"):
     """List everything that is wrong with a graph or a study.
 
     Files that it names are read, and it is planned as for a run. Exit code 1 if it cannot run, or if a loop misses a
@@ -140,52 +111,11 @@ def check(graph: Path, changes: tuple[str, ...], own: Path | None, as_json: bool
     \b
     proofmass check sensor.toml
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.check_command import check_graph
 
-    return check_graph(graph, changes, own, as_json)
+    graph: Path = file_argument(library=True)
 
 
-@cli.command()
-@graph_argument
-@click.option("--loop", default="", metavar="NAME", help="Choose a loop by name, or by the output to open it at.")
-@at_option
-@click.option(
-    "--sensitivity",
-    nargs=2,
-    metavar="INPUT OUTPUT",
-    help="Rank parameters by their effect on scale factor and bias between two outputs, and on the margins.",
-)
-@click.option(
-    "--gain",
-    "gains",
-    multiple=True,
-    metavar="BLOCK=GAIN",
-    help="Replace a quantiser, comparator or relay by a gain; repeatable.",
-)
-@click.option(
-    "--amplitude",
-    "amplitudes",
-    multiple=True,
-    metavar="BLOCK=AMPLITUDE",
-    help="Replace a block by its gain for a sine of this amplitude (its describing function); repeatable.",
-)
-@click.option("--limit-cycle", default="", metavar="BLOCK", help="Predict limit cycles by this describing function.")
-@click.option("--together", is_flag=True, help="Perturb all loops at once, each by its own factor.")
-@click.option(
-    "--with", "others", multiple=True, metavar="NAME", help="Perturb this loop together with --loop; repeatable."
-)
-@click.option(
-    "--over",
-    default="",
-    metavar="PARAMETER=LOW..HIGH[:N]|age",
-    help="Show margins over a parameter, or over a study's age.",
-)
-@plot_option("picture", "Draw Bode, Nyquist and step response")
-@set_option
-@blocks_option
-@json_option
-def margins(**options: Any) -> int:
+class MarginsRequest(Changed, does="margins_command.show_margins"):
     """Show how stable the loops of a graph are.
 
     The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and limit cycles.
@@ -199,31 +129,33 @@ def margins(**options: Any) -> int:
     proofmass margins gyroscope.toml --together --plot together.png
     proofmass margins sensor.toml --over "temperature.value=233 K..358 K"
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.margins_command import MarginsRequest, show_margins
 
-    return show_margins(MarginsRequest(**options))
+    graph: Path = file_argument(library=True)
+    loop: str = option("Choose a loop by name, or by the output to open it at.", default="", metavar="NAME")
+    at: str = AT
+    sensitivity: tuple[str, str] | None = option(
+        "Rank parameters by their effect on scale factor and bias between two outputs, and on the margins.",
+        nargs=2,
+        metavar="INPUT OUTPUT",
+    )
+    gains: tuple[str, ...] = several(
+        "Replace a quantiser, comparator or relay by a gain; repeatable.", "--gain", metavar="BLOCK=GAIN"
+    )
+    amplitudes: tuple[str, ...] = several(
+        "Replace a block by its gain for a sine of this amplitude (its describing function); repeatable.",
+        "--amplitude",
+        metavar="BLOCK=AMPLITUDE",
+    )
+    limit_cycle: str = option("Predict limit cycles by this describing function.", default="", metavar="BLOCK")
+    together: bool = flag("Perturb all loops at once, each by its own factor.")
+    others: tuple[str, ...] = several("Perturb this loop together with --loop; repeatable.", "--with", metavar="NAME")
+    over: str = option(
+        "Show margins over a parameter, or over a study's age.", default="", metavar="PARAMETER=LOW..HIGH[:N]|age"
+    )
+    picture: Path | None = plot_option("Draw Bode, Nyquist and step response")
 
 
-@cli.command()
-@graph_argument
-@output_option("the screen")
-@click.option(
-    "--format",
-    "form",
-    type=click.Choice(["svg", "mermaid", "dot"]),
-    help="Choose the format (default: by the file's ending, else svg).",
-)
-@click.option(
-    "--unfold", multiple=True, metavar="SUBGRAPH", help="Draw what is inside a subgraph, or inside all; repeatable."
-)
-@click.option(
-    "--overlay", type=click.Choice(["rates", "loops", "formats"]), help="Colour rates, loops or types of signals."
-)
-@set_option
-@blocks_option
-@json_option
-def draw(**options: Any) -> int:
+class DrawRequest(Changed, does="draw_command.draw_graph"):
     """Draw the block diagram of a graph.
 
     \b
@@ -231,52 +163,21 @@ def draw(**options: Any) -> int:
     proofmass draw sensor.toml --format mermaid
     proofmass draw library:closed_loop_gyroscope -o gyroscope.svg --unfold drive --overlay rates
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.draw_command import DrawRequest, draw_graph
 
-    return draw_graph(DrawRequest(**options))
+    graph: Path = file_argument(library=True)
+    output: Path | None = output_option("the screen")
+    form: str | None = option(
+        "Choose the format (default: by the file's ending, else svg).",
+        "--format",
+        type=click.Choice(["svg", "mermaid", "dot"]),
+    )
+    unfold: tuple[str, ...] = several("Draw what is inside a subgraph, or inside all; repeatable.", metavar="SUBGRAPH")
+    overlay: str | None = option(
+        "Colour rates, loops or types of signals.", type=click.Choice(["rates", "loops", "formats"])
+    )
 
 
-@cli.command()
-@file_argument("study", library=True)
-@click.option("--runs", type=Whole(1, 2**32), help="Simulate this many sensors (default: as the study says).")
-@seed_option("the study")
-@engine_option(studies=True)
-@set_option
-@out_option("Write ledger, tables and report to this folder; a study that is there already is continued.")
-@click.option("--threads", type=Whole(1, 1024), help="Use this many threads (default: one per processor).")
-@click.option(
-    "--lanes",
-    type=Whole(0, 64),
-    help="Run this many sensors side by side in a thread, or the next power of two; 0 for one at a time (default:"
-    " automatic).",
-)
-@click.option(
-    "--dask", metavar="ADDRESS|local[:N]", help="Run on the Dask cluster at ADDRESS, or start N local workers."
-)
-@click.option(
-    "--format",
-    "formats",
-    multiple=True,
-    type=click.Choice(["csv", "parquet"]),
-    help="Write tables in this format too; repeatable (default: netCDF, or CSV where that is not installed).",
-)
-@plot_option("picture", "Draw fans and histograms of the measures")
-@click.option("--report/--no-report", default=True, show_default=True, help="Write plots, influences and report.html.")
-@click.option("--repair", is_flag=True, help="Keep the whole runs of a damaged ledger in --out; run the others again.")
-@click.option("--run", type=Whole(0), help="Replay only this run, with the traces of all probes.")
-@click.option(
-    "--epoch",
-    type=Whole(0),
-    default=0,
-    show_default=True,
-    help="Replay the run at this epoch, the first being 0.",
-)
-@click.option("--variant", metavar="NAME", help="Run this variant of the study only.")
-@quiet_option
-@blocks_option
-@json_option
-def montecarlo(**options: Any) -> int:
+class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
     """Run a study of many sensors, spread and aged.
 
     It shows their measures, and how many keep the limits. STUDY is a file that names its graph, or a graph file
@@ -287,18 +188,47 @@ def montecarlo(**options: Any) -> int:
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
     proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --set adc.bits=20 --runs 20
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.montecarlo_command import StudyRequest, run_montecarlo
 
-    return run_montecarlo(StudyRequest(**options))
+    study: Path = file_argument(library=True)
+    runs: int | None = option("Simulate this many sensors (default: as the study says).", type=Whole(1, 2**32))
+    seed: int | None = seed_option("as the study says")
+    engine: EngineName = engine_option(studies=True)
+    changes: tuple[str, ...] = SET
+    out: Path | None = out_option(
+        "Write ledger, tables and report to this folder; a study that is there already is continued."
+    )
+    threads: int | None = option("Use this many threads (default: one per processor).", type=Whole(1, 1024))
+    lanes: int | None = option(
+        "Run this many sensors side by side in a thread, or the next power of two; 0 for one at a time (default:"
+        " automatic).",
+        type=Whole(0, 64),
+    )
+    dask: str | None = option(
+        "Run on the Dask cluster at ADDRESS, or start N local workers.", metavar="ADDRESS|local[:N]"
+    )
+    formats: tuple[str, ...] = several(
+        "Write tables in this format too; repeatable (default: netCDF, or CSV where that is not installed).",
+        "--format",
+        type=click.Choice(["csv", "parquet"]),
+    )
+    picture: Path | None = plot_option("Draw fans and histograms of the measures")
+    report: bool = option(
+        "Write plots, influences and report.html.", "--report/--no-report", default=True, show_default=True
+    )
+    repair: bool = flag("Keep the whole runs of a damaged ledger in --out; run the others again.")
+    run: int | None = option("Replay only this run, with the traces of all probes.", type=Whole(0))
+    epoch: int = option("Replay the run at this epoch, the first being 0.", type=Whole(0), default=0, show_default=True)
+    variant: str | None = option("Run this variant of the study only.", metavar="NAME")
+    quiet: bool = QUIET
+
+    def check(self) -> None:
+        if self.repair and self.out is None:
+            raise click.UsageError("--repair needs --out: the folder of the study")
+        if self.dask is not None and self.threads is not None:
+            raise click.UsageError("give --threads or --dask, not both: Dask's workers have threads of their own")
 
 
-@cli.command()
-@click.argument("study", type=click.Path(path_type=Path))
-@output_option("report.html in the folder of the study")
-@blocks_option
-@json_option
-def report(study: Path, output: Path | None, own: Path | None, as_json: bool) -> int:
+class ReportRequest(Answered, does="report_command.report_study"):
     """Write a study as one HTML file.
 
     The page has tables, histograms, fans, a tornado, and the runs worth a look. STUDY is the folder of `proofmass
@@ -309,46 +239,12 @@ def report(study: Path, output: Path | None, own: Path | None, as_json: bool) ->
     proofmass report drift
     proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.report_command import report_study
 
-    return report_study(study, output, own, as_json)
+    study: Path = argument(type=click.Path(path_type=Path))
+    output: Path | None = output_option("report.html in the folder of the study")
 
 
-@cli.command()
-@graph_argument
-@click.option("--block", "names", multiple=True, metavar="NAME", help="Write this block or subgraph only; repeatable.")
-@out_option("Write to this folder.", required=True)
-@click.option(
-    "--ticks",
-    type=Whole(1, 10**7),
-    help="Test this many clocks (default: the graph's duration, at most 10,000).",
-)
-@click.option(
-    "--keep-adders/--merge-adders",
-    default=True,
-    show_default=True,
-    help="Mark sums so that synthesis makes carry chains of them.",
-)
-@click.option("--amaranth", is_flag=True, help="Write the blocks as modules of Amaranth too.")
-@click.option(
-    "--simulate",
-    "simulators",
-    multiple=True,
-    type=click.Choice(["icarus", "verilator", "cocotb"]),
-    help="Run the test bench with this simulator; repeatable.",
-)
-@click.option("--prove", is_flag=True, help="Prove the Verilog equal to the Python functions for all inputs.")
-@click.option(
-    "--synth",
-    "family",
-    type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),
-    help="Count lookup tables, flip-flops and multipliers; place and route for ice40 and ecp5.",
-)
-@set_option
-@blocks_option
-@json_option
-def rtl(**options: Any) -> int:
+class RtlRequest(Changed, does="rtl_command.write_rtl"):
     """Write the digital part of a graph as Verilog.
 
     A self-checking test bench and a report come with it. Exit code 1 if a simulator finds a difference, or a proof
@@ -358,17 +254,34 @@ def rtl(**options: Any) -> int:
     proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
     proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.rtl_command import RtlRequest, write_rtl
 
-    return write_rtl(RtlRequest(**options))
+    graph: Path = file_argument(library=True)
+    names: tuple[str, ...] = several("Write this block or subgraph only; repeatable.", "--block", metavar="NAME")
+    out: Path = out_option("Write to this folder.", required=True)
+    ticks: int | None = option(
+        "Test this many clocks (default: the graph's duration, at most 10,000).", type=Whole(1, 10**7)
+    )
+    keep_adders: bool = option(
+        "Mark sums so that synthesis makes carry chains of them.",
+        "--keep-adders/--merge-adders",
+        default=True,
+        show_default=True,
+    )
+    amaranth: bool = flag("Write the blocks as modules of Amaranth too.")
+    simulators: "tuple[Simulator, ...]" = several(
+        "Run the test bench with this simulator; repeatable.",
+        "--simulate",
+        type=click.Choice(["icarus", "verilator", "cocotb"]),
+    )
+    prove: bool = flag("Prove the Verilog equal to the Python functions for all inputs.")
+    family: "Family | None" = option(
+        "Count lookup tables, flip-flops and multipliers; place and route for ice40 and ecp5.",
+        "--synth",
+        type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),
+    )
 
 
-@cli.command()
-@output_option("the screen")
-@blocks_option
-@click.option("--json", "as_json", is_flag=True, help="Change nothing: a schema is JSON.")
-def schema(output: Path | None, own: Path | None, as_json: bool) -> int:
+class SchemaRequest(Request, does="schema_command.write_schema"):
     """Write the JSON Schema of graphs and studies.
 
     Editors use it to complete and check files.
@@ -376,7 +289,19 @@ def schema(output: Path | None, own: Path | None, as_json: bool) -> int:
     \b
     proofmass schema -o proofmass-graph.json
     """
-    # start-up time: a command imports what it needs itself
-    from proofmass.runner.commands.schema_command import write_schema
 
-    return write_schema(output, own)
+    output: Path | None = output_option("the screen")
+    own: Path | None = OWN
+    as_json: bool = flag("Change nothing: a schema is JSON.", "--json")
+
+
+GRAPHS = (
+    RunRequest,
+    CheckRequest,
+    MarginsRequest,
+    DrawRequest,
+    MontecarloRequest,
+    ReportRequest,
+    RtlRequest,
+    SchemaRequest,
+)

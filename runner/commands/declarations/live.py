@@ -1,26 +1,19 @@
-"""The command `live`; what it does is imported when it is called."""
+"""The command `live`."""
 
 from pathlib import Path
-from typing import Any
 
-import click
-
-from proofmass.runner.commands.declarations.options import blocks_option, graph_argument, probe_option, set_option
-
-
-@click.command()
-@graph_argument
-@set_option
-@probe_option
-@click.option(
-    "--study",
-    type=click.Path(dir_okay=False, path_type=Path),
-    metavar="FILE",
-    help="Run this study meanwhile (default: that of the graph file, if it has one).",
+from proofmass.runner.commands.declarations.options import (
+    OWN,
+    PROBES,
+    SET,
+    Request,
+    file_argument,
+    file_option,
+    option,
 )
-@click.option("--browser/--no-browser", default=True, show_default=True, help="Open the page in a browser.")
-@blocks_option
-def live(**options: Any) -> int:
+
+
+class LiveRequest(Request, does="live_command.serve_live"):
     """Show a graph in the browser, and update it after every save.
 
     The page has a slider for each parameter; traces, spectra, measures, margins and noise follow. It is served to this
@@ -31,7 +24,13 @@ def live(**options: Any) -> int:
     proofmass live sensor.toml --no-browser
     proofmass live sensor.toml --study drift.toml
     """
-    # start-up time: NumPy and LLVM
-    from proofmass.runner.commands.live_command import LiveRequest, serve_live
 
-    return serve_live(LiveRequest(**options))
+    graph: Path = file_argument(library=True)
+    changes: tuple[str, ...] = SET
+    probes: tuple[str, ...] = PROBES
+    study: Path | None = file_option("Run this study meanwhile (default: that of the graph file, if it has one).")
+    browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
+    own: Path | None = OWN
+
+
+LIVE = (LiveRequest,)

@@ -1,25 +1,86 @@
-"""Arguments and options that several commands share."""
+"""Commands as rows: a field of a request is an argument or option, from which click, its help and the call derive."""
 
-from collections.abc import Callable
+import re
+from collections.abc import Iterator, Mapping
 from decimal import Decimal, InvalidOperation
 from pathlib import Path
-from typing import Any, Protocol, TypeVar
+from typing import Any, ClassVar, NamedTuple, dataclass_transform
 
 import click
 
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
-from proofmass.runner.commands.completion import graphs, outputs, parameters
+from proofmass.runner.commands.declarations.completion import graphs, outputs, parameters
 from proofmass.runner.run.engine_table import engine_choices
 
-_Function = TypeVar("_Function", bound=Callable[..., Any])
+
+class Row(NamedTuple):
+    """An argument, which has no names, or an option of a command; a field of a request has it for its default."""
+
+    names: tuple[str, ...] | None
+    settings: Mapping[str, Any]
+
+    def of_click(self, field: str) -> click.Parameter:
+        """Return it as click's; an option without names is named by its field."""
+        if self.names is None:
+            return click.Argument([field], **self.settings)
+        return click.Option([*(self.names or (f"--{field.replace('_', '-')}",)), field], **self.settings)
 
 
-class Decorator(Protocol):
-    """Adds an argument or option to a command."""
+@dataclass_transform()
+class Request:
+    """A call of a command: its docstring is the help, `does` the function of the commands that takes it."""
 
-    def __call__(self, function: _Function, /) -> _Function: ...
+    does: ClassVar[str]
+
+    def __init_subclass__(cls, does: str = "") -> None:
+        cls.does = does
+
+    def __init__(self, **values: Any) -> None:
+        vars(self).update(values)
+        self.check()
+
+    def __setattr__(self, name: str, value: object) -> None:
+        raise AttributeError(f"a request is frozen: {name}")
+
+    def check(self) -> None:
+        """Raise `click.UsageError` where options do not go together."""
+
+    def some(self, *names: str) -> dict[str, Any]:
+        """Return the values of some fields, for a function that calls them so too."""
+        return {name: vars(self)[name] for name in names}
+
+    @classmethod
+    def rows(cls) -> Iterator[tuple[str, Row]]:
+        """Yield the fields with their rows: its own first, those that it shares behind them."""
+        for kind in cls.__mro__:
+            yield from ((name, row) for name, row in vars(kind).items() if isinstance(row, Row))
+
+    @classmethod
+    def command_name(cls) -> str:
+        """Return the name of the command: `noise-model` of `NoiseModelRequest`."""
+        return re.sub("(?<=.)([A-Z])", r"-\1", cls.__name__.removesuffix("Request")).lower()
+
+
+def option(help_text: str, *names: str, **settings: Any) -> Any:
+    """Return the row of an option."""
+    return Row(names, {"help": help_text, **settings})
+
+
+def flag(help_text: str, *names: str) -> Any:
+    """Return the row of an option without a value."""
+    return option(help_text, *names, is_flag=True)
+
+
+def several(help_text: str, *names: str, **settings: Any) -> Any:
+    """Return the row of an option that may be repeated."""
+    return option(help_text, *names, multiple=True, **settings)
+
+
+def argument(**settings: Any) -> Any:
+    """Return the row of an argument."""
+    return Row(None, settings)
 
 
 class LibraryFile(click.Path):
@@ -69,82 +130,81 @@ _LARGEST_DECIMAL = Decimal(10) ** 80
 PICTURES = (".svg", ".png", ".pdf")
 _FILE = click.Path(dir_okay=False, path_type=Path)
 _FOLDER = click.Path(file_okay=False, path_type=Path)
-
-graph_argument = click.argument("graph", type=LibraryFile(dir_okay=False, path_type=Path))
-at_option = click.option(
-    "--at",
+PORT: Mapping[str, Any] = {"metavar": "BLOCK.PORT", "shell_complete": outputs}
+AT: Any = option(
+    'Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
     default="auto",
     show_default=True,
     metavar="TIME",
-    help='Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
 )
-
-blocks_option = click.option(
+OWN: Any = option(
+    "Use the blocks of this Python file, which is run.",
     "--blocks",
-    "own",
     type=click.Path(exists=True, dir_okay=False, path_type=Path),
     metavar="FILE",
-    help="Use the blocks of this Python file, which is run.",
 )
-set_option = click.option(
+SET: Any = several(
+    "Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
     "--set",
-    "changes",
-    multiple=True,
     metavar="NAME=VALUE",
     shell_complete=parameters,
-    help="Change a parameter or a named value, for example adc.bits=16 or mass=60ug; repeatable.",
 )
-probe_option = click.option(
-    "--probe",
-    "probes",
-    multiple=True,
-    metavar="BLOCK.PORT",
-    shell_complete=outputs,
-    help="Record one more signal; repeatable.",
-)
-json_option = click.option("--json", "as_json", is_flag=True, help="Print the answer as JSON.")
-quiet_option = click.option("--quiet", is_flag=True, help="Show no progress bar.")
-duration_option = click.option(
-    "--duration", metavar="TIME", help='Run the graph this long, for example "2 s" (default: as the graph says).'
-)
+PROBES: Any = several("Record one more signal; repeatable.", "--probe", **PORT)
+DURATION: Any = option('Run the graph this long, for example "2 s" (default: as the graph says).', metavar="TIME")
+QUIET: Any = flag("Show no progress bar.")
+JSON: Any = flag("Print the answer as JSON.", "--json")
 
 
-def seed_option(source: str) -> Decorator:
+def file_argument(library: bool = False) -> Any:
+    """Return an argument that is a file, or one of the library."""
+    return argument(type=LibraryFile(dir_okay=False, path_type=Path) if library else _FILE)
+
+
+def band_option(help_text: str) -> Any:
+    """Return the option for a band of frequency."""
+    return option(help_text, nargs=2, metavar="FROM TO")
+
+
+def seed_option(source: str, what: str = "all random numbers") -> Any:
     """Return the option for a seed, which `source` says otherwise."""
-    return click.option(
-        "--seed", type=Whole(0, LARGEST_SEED), help=f"Seed all random numbers (default: as {source} says)."
-    )
+    return option(f"Seed {what} (default: {source}).", type=Whole(0, LARGEST_SEED))
 
 
-def engine_option(studies: bool = False) -> Decorator:
+def engine_option(studies: bool = False) -> Any:
     """Return the option for an engine, among those that run studies if `studies`."""
-    return click.option(
-        "--engine",
-        type=click.Choice(engine_choices(studies)),
-        default="auto",
-        show_default=True,
-        help="Choose an engine; all give the same bits. auto begins in plain Python and goes on in machine code.",
-    )
+    text = "Choose an engine; all give the same bits. auto begins in plain Python and goes on in machine code."
+    return option(text, type=click.Choice(engine_choices(studies)), default="auto", show_default=True)
 
 
-def out_option(help_text: str, required: bool = False) -> Decorator:
+def out_option(help_text: str, required: bool = False) -> Any:
     """Return the option for the folder to write to."""
-    names = ("-o", "--out", "--output", "out")
-    return click.option(*names, type=_FOLDER, metavar="FOLDER", required=required, help=help_text)
+    return option(help_text, "-o", "--out", "--output", type=_FOLDER, metavar="FOLDER", required=required)
 
 
-def output_option(default: str) -> Decorator:
+def file_option(help_text: str, *names: str) -> Any:
+    """Return an option that is a file."""
+    return option(help_text, *names, type=_FILE, metavar="FILE")
+
+
+def output_option(default: str) -> Any:
     """Return the option for the one file that a command writes."""
-    names = ("-o", "--out", "--output", "output")
-    return click.option(*names, type=_FILE, metavar="FILE", help=f"Write to this file (default: {default}).")
+    return file_option(f"Write to this file (default: {default}).", "-o", "--out", "--output")
 
 
-def plot_option(name: str, help_text: str) -> Decorator:
+def plot_option(help_text: str) -> Any:
     """Return the option for a picture."""
     kind = PictureFile(dir_okay=False, path_type=Path)
-    return click.option("--plot", name, type=kind, metavar="FILE", help=f"{help_text}: .svg, .png or .pdf.")
+    return option(f"{help_text}: .svg, .png or .pdf.", "--plot", type=kind, metavar="FILE")
 
 
-def file_argument(name: str, library: bool = False) -> Decorator:
-    """Return an argument that is a file, or one of the library."""
-    return click.argument(name, type=LibraryFile(dir_okay=False, path_type=Path) if library else _FILE)
+class Answered(Request):
+    """A command that knows own blocks, and answers as text or JSON."""
+
+    own: Path | None = OWN
+    as_json: bool = JSON
+
+
+class Changed(Answered):
+    """A command of a graph whose parameters may be changed."""
+
+    changes: tuple[str, ...] = SET

@@ -18,13 +18,13 @@ from proofmass.runner.design.identification.identifiable import certainty
 from proofmass.runner.design.identification.model import Model, output_units
 from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
 from proofmass.runner.design.identification.recordings import Gaps, Recording, Wanted, recordings_of
-from proofmass.runner.design.identification.solve import LOSSES, InterruptedFit, Solution, Solver
+from proofmass.runner.design.identification.solve import LOSSES, Solution, Solver
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown, parameters_of
 from proofmass.runner.design.identification.whiteness import Whiteness, whiteness
+from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.simulate import Progress
 
 CONFIDENCE = 0.95
 _DIGITS = 9
@@ -261,7 +261,7 @@ def _best(solver: Solver, unknowns: Sequence[Unknown], starts: int, seed: int) -
             solution = solver.solved(start)
             size = sum(math.log(solution.noise[s]) * _share(solver, s) for s in solver.signals)
             solutions.append((size, solution))
-    except InterruptedFit:
+    except InterruptedSearch:
         interrupted = True
         solver.interrupt()
         if not solutions:

@@ -6,7 +6,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.identification.fitted import Fitted
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -18,13 +18,8 @@ _ROWS = 4000  # of a curve; of longer recordings this many rows are drawn
 
 def plot_fitted(fitted: Fitted) -> "Figure":
     """Draw the longest recording of each output."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     outputs = fitted.outputs[:_MOST]
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10.5, 3.6 * len(outputs) + 0.4), facecolor=PAPER, layout="constrained")
+    with sheet(10.5, 3.6 * len(outputs) + 0.4) as figure:
         grid = figure.add_gridspec(2 * len(outputs), 3, height_ratios=[2.2, 1.4] * len(outputs))
         for number, output in enumerate(outputs):
             places = [i for i, r in enumerate(fitted.recordings) if output.signal in r.outputs]
@@ -36,7 +31,7 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             upper = figure.add_subplot(grid[2 * number, :2])
             upper.plot(times[every], measured[every] * factor, ".", markersize=2.5, color=ORANGE)
             upper.plot(times[every], run[every] * factor, color=BLUE)
-            upper.set_ylabel(f"{output.signal} [{unit}]")
+            upper.set_ylabel(axis_label(output.signal, unit))
             upper.set_title(f"{output.signal}: {100.0 * output.explained:.4g} % explained", loc="left", size=10)
             closer = figure.add_subplot(grid[2 * number, 2])
             middle = max(0, len(times) // 2 - _CLOSE // 2)
@@ -48,7 +43,7 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             lower = figure.add_subplot(grid[2 * number + 1, :2], sharex=upper)
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(run - measured))) or 1.0)
             lower.plot(times[every], (run - measured)[every] * factor, ".", markersize=2.5, color=INK)
-            lower.set_ylabel(f"left [{unit}]")
+            lower.set_ylabel(axis_label("left", unit))
             lower.set_xlabel("time [s]")
             panel = figure.add_subplot(grid[2 * number + 1, 2])
             test = output.whiteness

@@ -16,8 +16,8 @@ import scipy.optimize
 
 from proofmass.runner.design.identification.model import Model
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown
+from proofmass.runner.design.quantities.stopping import Progress, go_on
 from proofmass.runner.run.result import Array
-from proofmass.runner.run.simulate import Progress
 
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
@@ -31,10 +31,6 @@ _STILL = 0.1  # a step this small, in units of the noise, is the last
 _TINY, _TIMES = 1e-3, 3.0  # part of a step to which only rounding responds, and how far it may exceed that response
 _FAILED = 1e6  # residual of a run that fails
 _minimise: Any = scipy.optimize.least_squares
-
-
-class InterruptedFit(Exception):  # noqa: N818  # ends a fit from within SciPy
-    """Ctrl-C was pressed."""
 
 
 @dataclass(frozen=True)
@@ -204,8 +200,7 @@ class Solver:
 
     def raw(self, values: Array) -> list[tuple[str, Array]]:
         """Return the differences between run and recording of each output, recording by recording."""
-        if self._stop is not None and self._stop.is_set():
-            raise InterruptedFit
+        go_on(self._stop)
         if self._progress:
             self._expected = max(self._expected, self.runs + 2 * len(self.unknowns) + 1)
             self._progress(self.runs, self._expected)

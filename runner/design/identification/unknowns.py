@@ -59,11 +59,13 @@ class Unknown:
         return low + part * (high - low)
 
 
+_DOCS = {"free": 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'}
+
+
 def parameters_of(graph: Graph, free: Mapping[str, object] | Sequence[str]) -> list[Unknown]:
     """Return the free parameters of blocks; raises `ModelError` with every problem."""
     table = free if isinstance(free, Mapping) else {name: {} for name in free}
-    hint = 'name parameters: ["sensor.stiffness", "sensor.damping"], or with bounds in a table'
-    read = StudyTables(checked(graph), docs={"free": hint})
+    read = StudyTables(checked(graph), docs=_DOCS)
     entries = read.parameters("free", table, _read_entry)
     unknowns = []
     adjustable = Adjustable(read.flat)

@@ -11,7 +11,7 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.linearise import one_loop
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, name_rows, sheet
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -23,17 +23,12 @@ _MOST_LOOPS = 2
 
 def plot_tuned(tuned: Tuned) -> "Figure":
     """Draw parameters and goals above, the first loops below."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     quantities = [goal.goal.quantity for goal in tuned.goals]
     loops = list(dict.fromkeys(q.loop for q in quantities if isinstance(q, LoopFigure)))[:_MOST_LOOPS]
     rows = max(len(tuned.parameters), len(tuned.goals))
     top = 1.2 + 0.36 * rows
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(10.5, top + 4.2 * len(loops)), facecolor=PAPER, layout="constrained")
-        headed(figure, "all hard goals are met" if tuned.met else "hard goals are missed")
+    title = "all hard goals are met" if tuned.met else "hard goals are missed"
+    with sheet(10.5, top + 4.2 * len(loops), title) as figure:
         grid = figure.add_gridspec(1 + 2 * len(loops), 2, height_ratios=[top, *[2.1] * (2 * len(loops))])
         _draw_parameters(tuned, figure.add_subplot(grid[0, 0]))
         _draw_goals(tuned, figure.add_subplot(grid[0, 1]))
@@ -47,15 +42,14 @@ def _draw_parameters(tuned: Tuned, panel: "Axes") -> None:
     free = tuned.tuning.free
     for place, (name, value) in enumerate(tuned.parameters.items()):
         before, after = (free[name].part(v) for v in (tuned.before[name], value))
-        panel.plot([0.0, 1.0], [place, place], color="#d9d9d9", linewidth=5.0, solid_capstyle="round", zorder=1)
+        panel.plot([0.0, 1.0], [place, place], color=GRID, linewidth=5.0, solid_capstyle="round", zorder=1)
         panel.plot(
             before, place, "o", markerfacecolor=PAPER, color=INK, zorder=2, label="before" if not place else None
         )
         panel.plot(after, place, "o", color=BLUE, zorder=3, label="after" if not place else None)
         for part, bound, side in ((0.0, free[name].at_least, "left"), (1.0, free[name].at_most, "right")):
             panel.annotate(f"{bound:.3g}", (part, place), (0, 7), textcoords="offset points", ha=side, size=8)
-    panel.set_yticks(range(len(tuned.parameters)), [tuned.tuning.written.get(n, n) for n in tuned.parameters])
-    panel.set_ylim(len(tuned.parameters) - 0.4, -0.6)
+    name_rows(panel, [tuned.tuning.written.get(name, name) for name in tuned.parameters])
     panel.set_xticks([])
     panel.grid(visible=False)
     panel.set_title("parameters between their bounds", loc="left", size=10)
@@ -80,9 +74,7 @@ def _draw_goals(tuned: Tuned, panel: "Axes") -> None:
         colours.append(BLUE if value >= -1e-6 else ORANGE)
     panel.barh(range(len(names)), values, color=colours, height=0.6)
     panel.axvline(0.0, color=INK, linewidth=0.8)
-    panel.set_yticks(range(len(names)), names)
-    panel.set_ylim(max(len(names), 1) - 0.4, -0.6)
-    panel.grid(visible=False, axis="y")
+    name_rows(panel, names)
     panel.set_xlabel("better than the limit, or than before [%]")
     panel.set_title("goals", loc="left", size=10)
 

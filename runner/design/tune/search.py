@@ -14,8 +14,8 @@ import scipy.optimize
 import scipy.stats
 
 from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress, go_on
 from proofmass.runner.design.tune.goals_at import UNDEFINED, At, GoalsAt, Row
-from proofmass.runner.run.simulate import Progress
 
 KEPT = 0.0  # violation up to which a point counts as feasible
 _AIM = 1e-6  # slack that the search keeps, so that rounding of what is written misses nothing
@@ -23,10 +23,6 @@ _ROUNDS = 40
 _ACCURACY = 1e-8
 
 _minimize: Any = scipy.optimize.minimize
-
-
-class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy
-    """Ctrl-C was pressed."""
 
 
 class Search:
@@ -50,8 +46,7 @@ class Search:
             self.best = at
         if self._progress:
             self._progress(self.count, max(self._expected, self.count + 1))
-        if self.stop is not None and self.stop.is_set():
-            raise InterruptedSearch
+        go_on(self.stop)
 
     def run(self) -> At:
         """Return the best point."""

@@ -14,11 +14,11 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
+from proofmass.runner.design.quantities.stopping import Progress
 from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
 from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
-from proofmass.runner.run.simulate import Progress
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
 _DIGITS = (9, 12, 17)  # of the numbers that are written: as few as miss no goal, since a yield has steps

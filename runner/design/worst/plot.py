@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.worst.worst import WorstCase, WorstCases
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, name_rows, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -16,14 +16,9 @@ _MOST = 15  # bars
 
 def plot_worst(cases: WorstCases) -> "Figure":
     """Draw a tornado for each quantity: both ends of each parameter alone, and the worst of all together."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     bars = min(len(cases.ranges), _MOST)
     height = 1.5 + 0.27 * (bars + 1)
-    with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(9.5, height * len(cases.cases)), facecolor=PAPER, layout="constrained")
+    with sheet(9.5, height * len(cases.cases)) as figure:
         panels = figure.subplots(len(cases.cases), 1, squeeze=False)[:, 0]
         for panel, case in zip(panels, cases.cases, strict=True):
             _draw(panel, case)
@@ -52,11 +47,9 @@ def _draw(panel: "Axes", case: WorstCase) -> None:
     if case.worst is not None and math.isfinite(case.worst):
         panel.barh(len(names), case.worst * factor - nominal, left=nominal, color=INK, height=0.6)
     panel.axvline(nominal, color=INK, linewidth=0.8)
-    panel.set_yticks(range(len(names) + 1), [*names, "all together"])
-    panel.invert_yaxis()
-    panel.grid(visible=False, axis="y")
+    name_rows(panel, [*names, "all together"])
     panel.legend(loc="lower left", bbox_to_anchor=(0.75, 1.0), ncols=2)
     label = f" {unit}" if unit != "1" else ""
     worst = "unstable" if case.worst is None else f"{case.worst * factor:.5g}{label}"
     panel.set_title(f"{case.name}: {nominal:.5g}{label} nominal, {worst} at worst", loc="left", size=10)
-    panel.set_xlabel(f"{case.quantity}" + (f" [{unit}]" if unit != "1" else ""))
+    panel.set_xlabel(axis_label(str(case.quantity), unit))

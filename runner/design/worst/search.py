@@ -17,8 +17,8 @@ import scipy.optimize
 
 from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
+from proofmass.runner.design.quantities.stopping import Progress, go_on
 from proofmass.runner.design.worst.box import Box
-from proofmass.runner.run.simulate import Progress
 
 _UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
 _LARGEST = 5e5  # largest finite value, as such a multiple
@@ -27,10 +27,6 @@ _TURNS = 20  # corners that derivatives may name in a row
 _SWEEPS = 4  # rounds in which every parameter is tried at its other end
 
 _minimise: Any = scipy.optimize.minimize
-
-
-class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy
-    """Ctrl-C was pressed."""
 
 
 class Side(NamedTuple):
@@ -82,8 +78,7 @@ class BoxSearch:
         known = self.cases.get(key)
         if known is not None and (known.slopes or not slopes):
             return known
-        if self._stop is not None and self._stop.is_set():
-            raise InterruptedSearch
+        go_on(self._stop)
         self.cases[key] = Case(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
         if self._progress:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))

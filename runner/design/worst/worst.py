@@ -23,12 +23,12 @@ from proofmass.graphs.model.quantities import (
 )
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.quantities.evaluator import Evaluator
+from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
-from proofmass.runner.design.worst.search import BoxSearch, Case, InterruptedSearch, Side
+from proofmass.runner.design.worst.search import BoxSearch, Case, Side
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
-from proofmass.runner.run.simulate import Progress
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95

@@ -6,9 +6,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study_tables import Limit
+from proofmass.runner.output.pictures import axis_label
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -52,8 +52,7 @@ def whole(result: StudyResult, name: str) -> Array:
 
 def label_of(measure: PlannedMeasure) -> str:
     """Name and unit of a measure for an axis."""
-    unit = pretty(measure.unit)
-    return measure.name + (f" [{unit}]" if unit != "1" else "")
+    return axis_label(measure.name, measure.unit)
 
 
 def near(limits: Sequence[float], values: Array) -> list[float]:

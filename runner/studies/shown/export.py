@@ -4,15 +4,13 @@ The columns of a table are run and epoch, those of `DrawnTable`, the measures, a
 empty then. Every file appears whole or not at all.
 """
 
-import csv
-import io
 import math
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import save_dataset, whole_csv, whole_file
 from proofmass.runner.studies.draws.drawn_table import EPOCH, FAULT, RUN, DrawnTable, drawn_columns
 from proofmass.runner.studies.outcome.result import StudyResult
 
@@ -39,30 +37,16 @@ def columns(result: StudyResult) -> list[Column]:
 
 
 def save_study_netcdf(result: StudyResult, path: str | Path) -> Path:
-    """One netCDF-4 file, as `to_xarray` labels it; put together in memory, since HDF5 does not survive a full disk."""
-    need("h5netcdf", "xarray")
-    # start-up time: only files in this format need it
-    import h5netcdf
-    from xarray.backends import H5NetCDFStore
-
-    memory = io.BytesIO()
-    with h5netcdf.File(memory, "w") as data:
-        result.to_xarray().dump_to_store(H5NetCDFStore(data))
-    with whole_file(path) as file:
-        file.write(memory.getvalue())
-    return Path(path)
+    """One netCDF-4 file, as `to_xarray` labels it."""
+    return save_dataset(result.to_xarray(), path)
 
 
 def save_study_csv(result: StudyResult, path: str | Path) -> Path:
     """One CSV file, units in its head; the numbers read back exactly."""
-    with whole_file(path) as file:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-        writer = csv.writer(text, lineterminator="\n")
+    with whole_csv(path) as writer:
         writer.writerow(f"{c.name} [{c.unit}]" if c.unit not in ("", "1") else c.name for c in columns(result))
         for piece in _pieces(result):
             writer.writerows(zip(*map(_texts, piece), strict=True))
-        text.flush()
-        text.detach()
     return Path(path)
 
 

@@ -3,15 +3,13 @@
 As JSON, netCDF, CSV or Parquet; every file appears whole or not at all.
 """
 
-import csv
-import io
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.runner.output.export import whole_file
+from proofmass.runner.output.export import save_dataset, whole_csv, whole_file, write_whole
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows
@@ -41,19 +39,13 @@ def save_answers(influences: StudyInfluences, folder: Path, formats: tuple[str, 
 
 
 def _save_json(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
-    with whole_file(path) as file:
-        data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": rows}
-        file.write((json_text(data, indent=1) + "\n").encode())
+    data = {"about": ABOUT[path.stem], "digest": result.digest, "rows": rows}
+    write_whole(path, json_text(data, indent=1) + "\n")
 
 
 def _save_csv(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
-    with whole_file(path) as file:
-        text = io.TextIOWrapper(file, encoding="utf-8", newline="")
-        writer = csv.DictWriter(text, list(rows[0]), lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
-        text.flush()
-        text.detach()
+    with whole_csv(path) as writer:
+        writer.writerows([list(rows[0]), *(row.values() for row in rows)])
 
 
 def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
@@ -70,17 +62,10 @@ def _save_parquet(result: StudyResult, rows: list[dict[str, Any]], path: Path) -
 def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) -> None:
     need("h5netcdf", "xarray")
     # start-up time: only files in this format need it
-    import h5netcdf
     import xarray
-    from xarray.backends import H5NetCDFStore
 
     columns = {name: ("row", np.array(column)) for name, column in _columns(rows).items()}
-    memory = io.BytesIO()
-    with h5netcdf.File(memory, "w") as data:
-        about = {"about": ABOUT[path.stem], **result.attributes()}
-        xarray.Dataset(columns, attrs=about).dump_to_store(H5NetCDFStore(data))
-    with whole_file(path) as file:
-        file.write(memory.getvalue())
+    save_dataset(xarray.Dataset(columns, attrs={"about": ABOUT[path.stem], **result.attributes()}), path)
 
 
 def _columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:

@@ -1,6 +1,6 @@
-"""Picture of a study: each measure as a histogram, or as fans of percentiles over its epochs; point by point."""
+"""Pictures of a study: measures as histograms and as fans of percentiles over the epochs; of its answers and sweeps."""
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,36 +10,52 @@ import numpy as np
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.plot import BLUE, INK, ORANGE, PAPER, STYLE, headed, save_figure
+from proofmass.runner.output.pictures import (
+    BLUE,
+    COLOURS,
+    INK,
+    ORANGE,
+    axis_label,
+    literal,
+    name_rows,
+    save_figure,
+    sheet,
+)
 from proofmass.runner.plan.planned import PlannedMeasure
+from proofmass.runner.run.result import Array
+from proofmass.runner.studies.outcome.lifetimes import Lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.aged import LIMIT, Aged, aged, label_of, near, whole
+from proofmass.runner.studies.shown.influences import Influences
 from proofmass.runner.studies.shown.points import parts, swept_parts
+from proofmass.runner.studies.shown.sensitivities import Influence, Regression
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 MOST_COLUMNS = 4  # points of a sweep beside each other
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
-COLORS = (BLUE, ORANGE, "#009e73", "#cc79a7", "#e69f00", "#56b4e9")  # of Okabe and Ito
 MARKED = 24  # epochs up to which each has a dot
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
+_WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
+_BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
+_LINES = 5  # factors whose shares are drawn over the age
+_FEW = 2  # curves up to which the scatter of each is drawn
+
+Points = Iterable[tuple[float, Array]]  # of a curve: a place and the values of all sensors there
 
 
 def plot_study(result: StudyResult) -> "Figure":
     """A figure with a panel per measure, in its unit, limits dashed."""
-    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
-    import matplotlib
-    from matplotlib.figure import Figure
-
     result = as_shown(result)
     study, columns = result.study, swept_parts(result)
     columns = columns if len(columns) <= MOST_COLUMNS else {"": result}
-    with matplotlib.rc_context(STYLE):
-        fans = [fan for measure in result.measures for fan in aged(result, measure)] if len(study.epochs) > 1 else []
-        rows = len(fans or result.measures)
-        size = max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * rows
-        figure = Figure(figsize=size, facecolor=PAPER, layout="constrained")
+    fans = [fan for measure in result.measures for fan in aged(result, measure)] if len(study.epochs) > 1 else []
+    rows = len(fans or result.measures)
+    yields = result.yields() if study.points == 1 else {}
+    good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
+    title = f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}"
+    with sheet(max(8.0, 5.0 * len(columns)), 1.2 + 2.6 * rows, title) as figure:
         panels = figure.subplots(rows, len(columns), squeeze=False)
         for (name, part), column in zip(columns.items(), panels.T, strict=True):
             column[0].set_title(name, fontsize=10)
@@ -47,9 +63,6 @@ def plot_study(result: StudyResult) -> "Figure":
                 _fans(panel, part, fan)
             for panel, measure in zip(column, () if fans else result.measures, strict=False):
                 _histograms(panel, part, measure)
-        yields = result.yields() if study.points == 1 else {}
-        good = f", yield {100 * yields['all limits']:.2f} %" if yields else ""
-        headed(figure, f"{study.graph.name}: {count(len(result.numbers), 'run')}{good}")
         _legend(figure)
     return figure
 
@@ -63,6 +76,98 @@ def save_study_plots(result: StudyResult, path: Path, endings: Sequence[str]) ->
     return names
 
 
+def plot_distribution(result: StudyResult, measure: PlannedMeasure) -> "Figure":
+    """Histograms of a measure at the first and the last epoch, and beside them the fans over the epochs."""
+    fans = aged(result, measure) if len(result.study.epochs) > 1 else []
+    with sheet(_WIDTH, _HEIGHT) as figure:
+        first, *others = figure.subplots(1, 1 + len(fans), squeeze=False)[0]
+        _histograms(first, result, measure)
+        for panel, fan in zip(others, fans, strict=True):
+            _fans(panel, result, fan)
+        _legend(figure)
+    return figure
+
+
+def plot_influences(influences: Influences) -> "Figure":
+    """Bars of the effects of one standard deviation, and the measure against its strongest factors."""
+    label, strongest = label_of(influences.measure), influences.regression.influences[:_BARS]
+    scattered = [influence.parameters[0] for influence in strongest[:_SCATTERS]]
+    with sheet(_WIDTH, max(_HEIGHT, 0.9 + 0.22 * len(strongest))) as figure:
+        tornado, *others = figure.subplots(1, 1 + len(scattered), width_ratios=[1.6, *[1.0] * len(scattered)])
+        effects = [influence.effect for influence in strongest]
+        colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
+        halves = [influence.effect_half for influence in strongest]
+        tornado.barh(range(len(effects)), effects, xerr=halves, color=colours, ecolor=INK, height=0.7)
+        tornado.axvline(0.0, color=INK, linewidth=0.8)
+        name_rows(tornado, [_short(influence) for influence in strongest])
+        tornado.set_xlabel(f"{label} for one standard deviation")
+        for panel, name in zip(others, scattered, strict=True):
+            x, y = influences.factors.columns[name][:_POINTS], influences.values[:_POINTS]
+            panel.plot(x, y, "o", color=BLUE, alpha=0.6, markersize=3, markeredgewidth=0.0)
+            panel.set_xlabel(axis_label(name, influences.factors.units[name]))
+            panel.locator_params(axis="x", nbins=4)
+        if others:
+            others[0].set_ylabel(label)
+    return figure
+
+
+def plot_shares(ages: Sequence[float], regressions: Sequence[Regression]) -> "Figure":
+    """The shares of the variance of a measure that its strongest factors explain, over the age."""
+    size, unit = _scale(ages)
+    total = dict[str, float]()
+    for influence in (influence for regression in regressions for influence in regression.influences):
+        total[influence.parameter] = total.get(influence.parameter, 0.0) + influence.share
+    with sheet(_WIDTH, _HEIGHT) as figure:
+        panel, at = figure.subplots(), np.array(ages) / size
+        for factor, colour in zip(sorted(total, key=lambda factor: -total[factor])[:_LINES], COLOURS, strict=False):
+            shares = [100.0 * sum(i.share for i in r.influences if i.parameter == factor) for r in regressions]
+            panel.plot(at, shares, color=colour, label=literal(factor))
+        panel.plot(at, [100.0 * r.explained for r in regressions], "--", color=INK, label="all factors")
+        panel.set(xlabel=f"age [{unit}]", ylabel="share of variance [%]")
+        _legend(figure)
+    return figure
+
+
+def plot_lifetimes(lives: Lifetimes) -> "Figure":
+    """The yield by age, and the survival with its band beside Weibull's law."""
+    size, unit = _scale(lives.ages)
+    at, shares, half = np.array(lives.ages) / size, 100.0 * lives.surviving, 100.0 * lives.band
+    with sheet(_WIDTH, _HEIGHT) as figure:
+        good, survival = figure.subplots(1, 2)
+        low, high = (100.0 * np.array(row) for row in zip(*lives.good_intervals, strict=True))
+        _band(good, at, low, high, 0.25, "95 % at each age")
+        good.plot(at, 100.0 * lives.good, color=BLUE, label="within limits")
+        good.set_ylabel(literal(f"within {lives.limit} [%]"))
+        low, high = np.maximum(shares - half, 0.0), np.minimum(shares + half, 100.0)
+        _band(survival, at, low, high, 0.12, "95 % at all ages together")
+        survival.plot(at, shares, color=BLUE, label="never out of tolerance")
+        survival.set_ylabel(literal(f"never out of {lives.limit} [%]"))
+        if lives.law is not None:
+            fine = np.linspace(0.0, lives.ages[-1], 60)
+            survival.plot(fine / size, 100.0 * lives.law.survival(fine), "--", color=INK, label="Weibull's law")
+        for panel in (good, survival):
+            panel.set_xlabel(f"age [{unit}]")
+        _legend(figure)
+    return figure
+
+
+def plot_curves(curves: Mapping[str, Points], x_label: str, measure: PlannedMeasure) -> "Figure":
+    """A measure at the last age over a parameter: the mean of the sensors, and of few curves 98 % of them."""
+    known = [(name, [(x, column) for x, column in points if len(column)]) for name, points in curves.items()]
+    known = [(name, points) for name, points in known if points]
+    with sheet(_WIDTH, _HEIGHT) as figure:
+        panel = figure.subplots()
+        for (name, points), colour in zip(known, cycle(COLOURS), strict=False):
+            at = [x for x, _ in points]
+            if len(known) <= _FEW:
+                low, high = np.transpose([np.percentile(column, (1.0, 99.0)) for _, column in points])
+                _band(panel, at, low, high, 0.15, "" if name else "1 to 99 %", colour)
+            panel.plot(at, [float(column.mean()) for _, column in points], color=colour, label=literal(name) or "mean")
+        panel.set(xlabel=x_label, ylabel=label_of(measure))
+        _legend(figure)
+    return figure
+
+
 def _legend(figure: "Figure") -> None:
     """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
@@ -73,10 +178,14 @@ def _legend(figure: "Figure") -> None:
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)
 
 
+def _band(panel: Any, at: Any, low: Array, high: Array, strength: float, label: str, colour: str = BLUE) -> None:
+    panel.fill_between(at, low, high, color=colour, alpha=strength, linewidth=0.0, label=label)
+
+
 def _fans(panel: Any, result: StudyResult, fan: Aged) -> None:
     """The fan of a measure over the epochs, or one for each point of the study."""
     told_apart, ages = parts(result), result.study.epochs[fan.first :]
-    for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
+    for color, (name, part) in zip(cycle(COLOURS), told_apart.items(), strict=False):
         values = fan.values(part)
         if not len(values):
             continue
@@ -89,11 +198,11 @@ def _fans(panel: Any, result: StudyResult, fan: Aged) -> None:
 
 
 def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str, median: str, edges: str) -> None:
-    size, unit = (YEAR, "years") if ages[-1] >= YEAR else (HOUR, "hours")
+    size, unit = _scale(ages)
     at, through = np.array(ages) / size, 1.0
     for low, high, strength in FAN:
-        rows = np.percentile(values, (low, high), axis=0)
-        panel.fill_between(at, *rows, color=color, alpha=strength, linewidth=0.0)
+        below, above = np.percentile(values, (low, high), axis=0)
+        _band(panel, at, below, above, strength, "", color)
         through *= 1.0 - strength  # bands lie above each other: the legend shows the last one as it looks
         panel.fill_between([], [], color=color, alpha=1.0 - through, linewidth=0.0, label=edges.format(low, high))
     marker = "o" if len(at) <= MARKED else ""
@@ -105,25 +214,38 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
     """The first and the last epoch, or the last one of each point of the study."""
     told_apart, epochs = parts(result), result.study.epochs
     youngest, oldest = age_text(epochs[0]), age_text(epochs[-1])
-    for color, (name, part) in zip(cycle(COLORS), told_apart.items(), strict=False):
+    several, ages = len(told_apart) > 1, len(epochs) > 1
+    for color, (name, part) in zip(cycle(COLOURS), told_apart.items(), strict=False):
         values = whole(part, measure.name)
         if not len(values):
             continue
-        edges = np.histogram_bin_edges(values[:, [0, -1][: len(epochs)]], bins="auto")
-        if len(told_apart) > 1:
-            panel.hist(values[:, -1], bins=edges, color=color, alpha=0.6, label=name)
+        edges = np.histogram_bin_edges(values[:, -1] if several else values[:, [0, -1][: len(epochs)]], bins="auto")
+        if several:
+            _bars(panel, values[:, -1], edges, name, color=color, alpha=0.6, fill=True)
             continue
-        panel.hist(values[:, 0], bins=edges, color=color, alpha=0.8, label=youngest if len(epochs) > 1 else "")
-        if len(epochs) > 1:
-            panel.hist(values[:, -1], bins=edges, histtype="step", color=INK, label=oldest)
-    at = f" at {oldest}" if len(told_apart) > 1 and len(epochs) > 1 else ""
-    panel.set_xlabel(label_of(measure) + at)
-    panel.set_ylabel("runs")
+        _bars(panel, values[:, 0], edges, youngest if ages else "", color=color, alpha=0.8, fill=True)
+        if ages:
+            _bars(panel, values[:, -1], edges, oldest, color=INK)
+    panel.set(xlabel=label_of(measure) + (f" at {oldest}" if several and ages else ""), ylabel="runs")
     panel.locator_params(axis="x", nbins=6)
     limit = result.study.limits.get(measure.name, Limit())
     _limits(panel.axvline, near((limit.at_least, limit.at_most), result[measure.name]))
 
 
+def _bars(panel: Any, values: Array, edges: Array, label: str, **style: Any) -> None:
+    panel.stairs(np.histogram(values, edges)[0], edges, label=label, **style)
+
+
 def _limits(draw: Any, limits: Sequence[float]) -> None:
     for limit in limits:
         draw(limit, color=ORANGE, linestyle="--", label=LIMIT)
+
+
+def _scale(ages: Sequence[float]) -> tuple[float, str]:
+    return (YEAR, "years") if ages[-1] >= YEAR else (HOUR, "hours")
+
+
+def _short(influence: Influence) -> str:
+    """Return the first parameter of a factor, and how many move with it."""
+    first, *others = influence.parameters
+    return f"{first} and {len(others)} more" if others else first

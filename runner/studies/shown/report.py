@@ -14,13 +14,15 @@ from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import broken, facts, paragraphs, save_page, small, table
+from proofmass.runner.output.page import Html, broken, facts, paragraphs, picture, save_page, small, table
+from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult, as_shown
+from proofmass.runner.studies.shown.curves import sweep_picture
 from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
+from proofmass.runner.studies.shown.plot import plot_distribution, plot_influences, plot_shares
 from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
-from proofmass.runner.studies.shown.report_charts import distribution_chart, influences_chart, shares_chart, sweep_chart
 from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
 from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
@@ -84,10 +86,7 @@ def _yield(result: StudyResult) -> str:
         )
         said += f", from {age_text(limit.start)}" if limit is not None and limit.start else ""
         low, high = intervals[name]
-        rows.append(
-            f'<th>{broken(name)}</th><td>{escape(said)}</td><td class="number">{100 * part:.2f} %</td>'
-            f'<td class="number">{100 * low:.2f} to {100 * high:.2f} %</td>'
-        )
+        rows.append((broken(name), said, f"{100 * part:.2f} %", f"{100 * low:.2f} to {100 * high:.2f} %"))
     return table(("measure", "limit", "good", f"{100 * LEVEL:g} % confidence"), rows, numbers=(2, 3))
 
 
@@ -97,12 +96,8 @@ def _tables(result: StudyResult) -> str:
     rows = []
     shown = some_of(result.study.epochs)
     for row in (row for row in result.summary() if row["age_s"] in shown):
-        cells = "".join(f'<td class="number">{_with_interval(row, key)}</td>' for key in keys)
-        age = escape(age_text(row["age_s"]))
-        rows.append(
-            f"<th>{broken(row['measure'])}</th><td>{escape('' if row['unit'] == '1' else pretty(row['unit']))}</td>"
-            f'<td class="number">{age}</td><td class="number">{row["runs"]:,}</td>{cells}'
-        )
+        unit, cells = "" if row["unit"] == "1" else pretty(row["unit"]), (_with_interval(row, key) for key in keys)
+        rows.append((broken(row["measure"]), unit, age_text(row["age_s"]), f"{row['runs']:,}", *cells))
     return table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
 
 
@@ -114,24 +109,28 @@ def _measures(result: StudyResult) -> str:
     return about + _tables(result)
 
 
-def _with_interval(row: dict[str, object], key: str) -> str:
+def _with_interval(row: dict[str, object], key: str) -> Html:
     value, intervals = row.get(key), row.get("intervals")
     if not isinstance(value, float) or not isinstance(intervals, dict):
-        return ""
+        return Html()
     low, high = intervals[key]
-    return f"{concise(value, (low, high))}<br>{small(ends_text(low, high))}"
+    return Html(f"{concise(value, (low, high))}<br>{small(ends_text(low, high))}")
 
 
 @at_each(swept_parts)
 def _distributions(result: StudyResult) -> str:
-    return "\n".join(f'<div class="wide">{distribution_chart(result, m)}</div>' for m in result.measures)
+    return "\n".join(f'<div class="wide">{_distribution(result, m)}</div>' for m in result.measures)
+
+
+def _distribution(result: StudyResult, measure: PlannedMeasure) -> str:
+    return picture(plot_distribution(result, measure), f"distribution of {measure.name}")
 
 
 def _curves(result: StudyResult) -> str:
     """Return each measure against each parameter that takes three values or more."""
     names = [name for name, values in result.study.sweep.items() if len(set(values)) > 2]
     return "\n".join(
-        f'<div class="wide">{sweep_chart(result, measure, name)}</div>'
+        f'<div class="wide">{sweep_picture(result, measure, name)}</div>'
         for name in names
         for measure in result.measures
         if np.isfinite(result[measure.name]).any()
@@ -154,9 +153,13 @@ def _of_measure(result: StudyResult, name: str, tables: Sequence[Influences]) ->
     newest = tables[-1].epoch == last
     pieces = [_tornado(result, tables[-1])] if newest else []
     if len(tables) > 1:
-        drawing = shares_chart([study.epochs[t.epoch] for t in tables], [t.regression for t in tables], name)
+        shares = plot_shares([study.epochs[t.epoch] for t in tables], [t.regression for t in tables])
+        drawing = picture(shares, f"what scatters {name} at each age")
         shown = [t for t in tables if study.epochs[t.epoch] in some_of(study.epochs)]
-        pieces += [f'<div class="wide">{drawing}</div>', _leading(study, shown)]
+        pieces += [
+            f'<div class="wide">{drawing}</div>',
+            _leading(study, shown),
+        ]
     pieces += [] if newest else [f"<p>{escape(name)} does not scatter at the last age.</p>"]
     return "\n".join(pieces)
 
@@ -168,14 +171,12 @@ def _tornado(result: StudyResult, influences: Influences) -> str:
         f"of {age_text(study.epochs[influences.epoch])} ({percent_text(regression.explained_of_ranks)} for ranks)."
     )
     about += _since_text(study, influences)
-    rows = (
-        f'<th>{broken(i.parameter)}</th><td class="number">{i.slope:.5g}</td><td class="number">{_effect(i)}</td>'
-        f'<td class="number">{percent_text(i.share)}</td><td class="number">{i.standardised:.4f}</td>'
-        f'<td class="number">{i.rank:.4f}</td>'
-        for i in regression.influences
-    )
+    rows = []
+    for i in regression.influences:
+        numbers = _effect(i), percent_text(i.share), f"{i.standardised:.4f}", f"{i.rank:.4f}"
+        rows.append((broken(i.parameter), f"{i.slope:.5g}", *numbers))
     heads = ("factor", "slope", "effect of 1 σ", "share of variance", "standardised", "of ranks")
-    drawing = influences_chart(influences)
+    drawing = picture(plot_influences(influences), f"influences on {measure.name}")
     return f'<p>{escape(about)}</p><div class="wide">{drawing}</div>{table(heads, rows, range(1, 6))}'
 
 
@@ -195,16 +196,14 @@ def _leading(study: Study, tables: Sequence[Influences]) -> str:
     rows = []
     for influences in tables:
         named = ", ".join(f"{i.parameter} {percent_text(i.share)}" for i in influences.regression.influences[:_LEADING])
-        rows.append(
-            f'<td class="number">{escape(age_text(study.epochs[influences.epoch]))}</td>'
-            f'<td class="number">{percent_text(influences.regression.explained)}</td><td>{broken(named)}</td>'
-        )
+        explained = percent_text(influences.regression.explained)
+        rows.append((age_text(study.epochs[influences.epoch]), explained, broken(named)))
     return table(("age", "explained", "strongest factors, share of the variance"), rows, numbers=(0, 1))
 
 
-def _effect(influence: Influence) -> str:
+def _effect(influence: Influence) -> Html:
     low, high = influence.effect - influence.effect_half, influence.effect + influence.effect_half
-    return f"{concise(influence.effect, (low, high))}<br>{small(ends_text(low, high))}"
+    return Html(f"{concise(influence.effect, (low, high))}<br>{small(ends_text(low, high))}")
 
 
 def _indices(result: StudyResult) -> str:
@@ -222,12 +221,10 @@ def _index_tables(result: StudyResult) -> str:
     for measure in result.measures:
         for index in sobol_indices(result, measure.name, last, first_point(result)) if len(result.numbers) else ():
             cells = (
-                f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}"
+                Html(f"{value:.3f}<br>{small(f'{low:.3f} to {high:.3f}')}")
                 for value, (low, high) in ((index.first, index.first_interval), (index.total, index.total_interval))
             )
-            numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-            parameter = broken(result.study.name_of(index.parameter))
-            rows.append(f"<th>{broken(measure.name)}</th><td>{parameter}</td>{numbers}")
+            rows.append((broken(measure.name), broken(result.study.name_of(index.parameter)), *cells))
     return table(("measure", "parameter", "first order", "total"), rows, numbers=(2, 3)) if rows else ""
 
 
@@ -241,16 +238,12 @@ def _worst(result: StudyResult) -> str:
     return table(heads, rows, numbers=(1, 2, 3)) if rows else "<p>No runs.</p>"
 
 
-def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[str]:
+def _rows(result: StudyResult, name: str, runs: Sequence[WorstRun]) -> Iterator[tuple[str, ...]]:
     for worst in runs:
         command = _command(result, "--run", str(worst.run), *(("--epoch", str(worst.epoch)) if worst.epoch else ()))
         value = "" if np.isnan(worst.value) else f"{worst.value:.6g}"
-        age = escape(age_text(result.study.epochs[worst.epoch]))
-        yield (
-            f'<th>{broken(name)}</th><td class="number">{worst.run}</td>'
-            f'<td class="number">{age}</td><td class="number">{value}</td>'
-            f"<td>{small(worst.why)}</td><td><code>{escape(command)}</code></td>"
-        )
+        age, code = age_text(result.study.epochs[worst.epoch]), Html(f"<code>{escape(command)}</code>")
+        yield broken(name), str(worst.run), age, value, small(worst.why), code
 
 
 def _command(result: StudyResult, *words: str) -> str:

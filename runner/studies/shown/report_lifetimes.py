@@ -7,12 +7,12 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text, recalibration_text, some_of
-from proofmass.runner.output.page import broken, table
+from proofmass.runner.output.page import broken, picture, table
 from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, concise, deviation_interval, mean_interval
 from proofmass.runner.studies.outcome.lifetimes import OUT, Lifetimes, lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.plot import plot_lifetimes
 from proofmass.runner.studies.shown.points import parts, swept_parts
-from proofmass.runner.studies.shown.report_charts import survival_chart
 from proofmass.runner.studies.shown.report_sections import at_each, percent_text
 
 
@@ -50,16 +50,15 @@ def _of_limit(lives: Lifetimes) -> str:
         text += f" Weibull's law has shape {shape} and scale {scale}; by it 1 % have left at {one}."
         text += "" if lives.law_fits else " It does not describe them: it leaves the band of the survival curve."
     shown = some_of(lives.ages)
-    rows = (
-        f'<td class="number">{escape(age_text(age))}</td><td class="number">{_part(good, ends)}</td>'
-        f'<td class="number">{_part(left, left_ends)}</td>'
+    rows = [
+        (age_text(age), _part(good, ends), _part(left, left_ends))
         for age, good, ends, left, left_ends in zip(
             lives.ages, lives.good, lives.good_intervals, lives.surviving, lives.surviving_intervals, strict=True
         )
         if age in shown
-    )
+    ]
     heads = ("age", f"within limits ({100 * LEVEL:g} %)", f"never out ({100 * LEVEL:g} %)")
-    drawing = survival_chart(lives)
+    drawing = picture(plot_lifetimes(lives), f"lifetimes of {lives.limit}")
     return f'<p>{escape(text)}</p>\n<div class="wide">{drawing}</div>{table(heads, rows, numbers=range(3))}'
 
 
@@ -79,11 +78,14 @@ def _lives_table(named: dict[str, StudyResult]) -> str:
         return "" if name == first else _gain(lives[name][limit], lives[first][limit], named[name], named[first])
 
     rows = [
-        f"<th>{escape(name)}</th><td>{broken(limit)}</td>"
-        f'<td class="number">{_part(life.good[-1], life.good_intervals[-1])}</td>'
-        f"<td>{escape(left_text(life, OUT[0]))}</td>"
-        f'<td class="number">{_part(life.time_out, life.time_out_interval)}</td>'
-        f'<td class="number">{gain(name, limit)}</td>'
+        (
+            name,
+            broken(limit),
+            _part(life.good[-1], life.good_intervals[-1]),
+            left_text(life, OUT[0]),
+            _part(life.time_out, life.time_out_interval),
+            gain(name, limit),
+        )
         for limit in lives[first]
         for name in named
         for life in (lives[name][limit],)
@@ -111,13 +113,10 @@ def _scatter_table(named: dict[str, StudyResult]) -> str:
         for part in named.values():
             values = part[measure][:, -1]
             values = values[np.isfinite(values)]
-            text = concise(float(values.std(ddof=1)), deviation_interval(values)) if len(values) > 1 else ""
-            yield f'<td class="number">{text}</td>'
+            yield concise(float(values.std(ddof=1)), deviation_interval(values)) if len(values) > 1 else ""
 
     first = next(iter(named.values()))
-    rows = (
-        f"<th>{broken(m.name)}</th><td>{escape(pretty(m.unit))}</td>{''.join(cells(m.name))}" for m in first.measures
-    )
+    rows = [(broken(m.name), pretty(m.unit), *cells(m.name)) for m in first.measures]
     heads = (f"standard deviation at {age_text(first.study.epochs[-1])}", "unit", *named)
     return table(heads, rows, numbers=range(2, 2 + len(named)))
 

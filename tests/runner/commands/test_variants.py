@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.study_reader import read_study, read_variants
 from proofmass.runner.command_line import main
 from proofmass.runner.commands.variants_command import compared, write_comparison
-from proofmass.runner.studies.shown.variant_curves import variant_charts
+from proofmass.runner.studies.shown.curves import variant_pictures
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY
 
@@ -116,7 +116,7 @@ def test_swept_integers_and_laws_have_curves_together(tmp_path: Path) -> None:
     """The bias of 12 bits is 16 times that of 8: a mean for each value, a curve for each value of the other."""
     studies = read_variants(written(tmp_path, SWEPT))
     results = {name: run_study(study, runs=4, engine="python") for name, study in studies.items()}
-    charts = dict(variant_charts(results))
+    charts = dict(variant_pictures(results))
     assert list(charts) == ["over adc.bits", "over drift.adc.reference.ramp"]
     bits, ramp = charts.values()
     assert bits.count("<svg") == 2, "a chart for each measure"
@@ -124,6 +124,6 @@ def test_swept_integers_and_laws_have_curves_together(tmp_path: Path) -> None:
     assert "drift.adc.reference.ramp = 20 ppm/year" in bits
     assert "drift.adc.reference.ramp [ppm/year]" in ramp
     assert "adc.bits = 12" in ramp
-    assert not variant_charts({name: results[next(iter(results))] for name in ("coarse", "fine")})
+    assert not variant_pictures({name: results[next(iter(results))] for name in ("coarse", "fine")})
     write_comparison(results, compared(results), tmp_path)
     assert "over adc.bits" in (tmp_path / "variants.html").read_text(encoding="utf-8")

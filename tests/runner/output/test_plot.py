@@ -211,7 +211,7 @@ def test_the_settings_of_the_user_are_left_alone(tmp_path: Path) -> None:
 def test_pyplot_is_never_imported() -> None:
     code = (
         "import io, sys; from tests.by_hand.results import mixed_result;"
-        "from proofmass.runner.output.plot import *;"
+        "from proofmass.runner.output.plot import *; from proofmass.runner.output.pictures import *;"
         "write_figure(plot_traces(mixed_result()), io.BytesIO(), 'png'); assert 'matplotlib.pyplot' not in sys.modules"
     )
     subprocess.run([sys.executable, "-c", code], check=True, cwd=Path(__file__).parents[3])

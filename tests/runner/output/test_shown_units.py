@@ -19,8 +19,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.run_text import run_lines
 from proofmass.runner.commands.study_data import study_data
-from proofmass.runner.commands.texts.study import study_text
-from proofmass.runner.output.live.model import live_model
+from proofmass.runner.live.model import live_model
 from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.output.report import save_report
 from proofmass.runner.output.sweeps import plot_sweep, sweep_lines
@@ -28,6 +27,7 @@ from proofmass.runner.run.simulate import simulate
 from proofmass.runner.run.sweep import sweep
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.report import save_study_report
+from proofmass.runner.studies.shown.text import study_text
 from proofmass.runner.studies.whole.study import run_study
 
 TEXT = """
@@ -135,7 +135,7 @@ def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_
     page = save_study_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "≤ 15<" in page
     assert result.digest in page
-    assert "at_most&quot; = 7.272" in page, "the file to repeat it has the units of the signals"
+    assert "at_most = 7.272" in page, "the file to repeat it has the units of the signals"
 
 
 def test_a_sweep_is_shown_in_the_units_of_its_measures() -> None:

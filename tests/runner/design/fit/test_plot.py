@@ -9,7 +9,7 @@ import pytest
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.fit import fit
 from proofmass.runner.design.fit.plot import plot_fit
-from proofmass.runner.output.plot import save_figure
+from proofmass.runner.output.pictures import save_figure
 from tests.by_hand.temperature_sets import M1, TEMPERATURE
 
 

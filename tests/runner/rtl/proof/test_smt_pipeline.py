@@ -14,8 +14,8 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.registers.fixed_cordic_exponential import Constants, exponential_constants, exponential_formats
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.rtl_command import proof_lines
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.rtl.bench.text import proof_lines
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.modules import Module
 from proofmass.runner.rtl.machine.reference import ModuleReference, reference_of

@@ -20,11 +20,11 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.texts.study import study_text
 from proofmass.runner.run.faults import RunError
 from proofmass.runner.studies.kept.ledger import FILE
 from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.shown.text import study_text
 from proofmass.runner.studies.whole import study as whole
 from proofmass.runner.studies.whole.study import run_study
 from proofmass.runner.studies.workers import chunks, cluster

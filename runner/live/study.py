@@ -4,14 +4,14 @@ import math
 import tempfile
 import threading
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.commands.own_blocks import own_blocks
-from proofmass.runner.output.live.model import scales_of
-from proofmass.runner.output.live.session import Background, Tell
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.live.model import scales_of
+from proofmass.runner.live.session import Background, Tell
 from proofmass.runner.run.faults import RunError
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.whole.study import run_study
@@ -20,12 +20,12 @@ _FIRST = 20  # runs before the first histogram
 _MOST = 5000  # values of a histogram
 
 
-def live_study(path: Path, own: Path | None) -> Background:
-    """Return what runs a study file, more and more runs of it, until it is done or stopped."""
+def live_study(path: Path, read: Callable[[], Study]) -> Background:
+    """Return what runs the study of a file, more and more runs of it, until it is done or stopped."""
 
     def background(tell: Tell, stop: threading.Event) -> None:
         try:
-            study = read_study(path, own_blocks(own))
+            study = read()
             with tempfile.TemporaryDirectory() as folder:
                 runs = min(_FIRST, study.runs)
                 while not stop.is_set():

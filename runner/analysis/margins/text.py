@@ -1,4 +1,4 @@
-"""The margins of a loop as text for people."""
+"""The margins of a loop, and what moves them, as text for people."""
 
 import cmath
 import math
@@ -9,7 +9,9 @@ from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.lifted import LARGEST_DELAY
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
+_ROWS = 12  # of a table of parameters
 _SLOWEST = 3  # poles that are shown
 _CROSSOVERS = 8  # of each kind
 _PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))
@@ -33,6 +35,23 @@ def margins_text(margins: Margins) -> str:
         *(("note", note) for note in margins.system.map.notes),
     ]
     return "\n".join([head, *(f"  {name:<17} {text}" for name, text in rows)])
+
+
+def sensitivity_text(sensitivity: Sensitivity) -> str:
+    """Return a ranked table of the parameters that move one quantity."""
+    unit = f" {sensitivity.unit}" if sensitivity.unit != "1" else ""
+    lines = [
+        f"{sensitivity.quantity}: {sensitivity.value:.8g}{unit}",
+        f"  {'parameter':<32} {'for +1 %':>12}  derivative",
+    ]
+    for effect in sensitivity.effects[:_ROWS]:
+        change = f"{effect.of_one_percent:+.4g}" if effect.of_one_percent is not None else ""
+        per = f" {sensitivity.unit} per {effect.unit}" if effect.unit != "1" else unit
+        lines.append(f"  {effect.parameter:<32} {change:>12}  {effect.derivative:.6g}{per}")
+    more = len(sensitivity.effects) - _ROWS
+    lines += [f"  and {more} more"] if more > 0 else []
+    lines += [f"  {name:<32} {'':>12}  none: a corner, or an infinite slope" for name in sensitivity.undefined]
+    return "\n".join(lines)
 
 
 def _lowest(crossovers: Sequence[float]) -> str:

@@ -13,10 +13,10 @@ from proofmass.blocks.declaration.shown_units import display, prefix
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.output.live.bundle import permission, plots, script, styles
-from proofmass.runner.output.live.carried import SHOWN_IN, carried_loop, packed
-from proofmass.runner.output.live.named_values import named_values
-from proofmass.runner.output.live.sliders import fixed_parameters, sliders
+from proofmass.runner.live.bundle import permission, plots, script, styles
+from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
+from proofmass.runner.live.named_values import named_values
+from proofmass.runner.live.sliders import fixed_parameters, sliders
 from proofmass.runner.output.page import LivePart
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan

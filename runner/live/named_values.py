@@ -18,7 +18,7 @@ from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fi
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
-from proofmass.runner.output.live.sliders import LOGARITHMIC, Fixed, Slider, range_of
+from proofmass.runner.live.sliders import LOGARITHMIC, Fixed, Slider, range_of
 
 _SAME_BITS = frozenset(("+", "-", "*", "/", "negative", "sqrt", "abs", "min", "max"))
 

@@ -11,7 +11,7 @@ from urllib.parse import urlsplit
 
 import pytest
 
-from proofmass.runner.output.live.server import NONCE, TOKEN
+from proofmass.runner.live.server import NONCE, TOKEN
 from tests.by_hand.chromium import Process
 
 GRAPH = """

@@ -1,13 +1,19 @@
 """Tabs of a live page besides the run: margins, noise and spectra of the graph with its changed parameters."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.output.live.session import Answer, Tabs
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+class Answer(NamedTuple):
+    """The process's answer for a tab: text, and pictures as SVG."""
+
+    text: str
+    pictures: tuple[str, ...] = ()
 
 
 def margins_tab(graph: Graph) -> Answer:
@@ -16,11 +22,11 @@ def margins_tab(graph: Graph) -> Answer:
     from proofmass.runner.analysis.margins.plot import plot_margins
     from proofmass.runner.analysis.margins.second_opinion import second_opinion
     from proofmass.runner.analysis.margins.stability import all_margins
-    from proofmass.runner.commands.texts.margins import margins_text
+    from proofmass.runner.analysis.margins.text import margins_text
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))
-    pictures = (_picture(plot_margins(margins), f"loop_{number}") for number, margins in enumerate(loops.values()))
+    pictures = (_picture(plot_margins(margins), f"loop {name}") for name, margins in loops.items())
     texts = [*map(margins_text, loops.values()), "\n".join(str(second_opinion(one)) for one in loops.values())]
     return Answer("\n\n".join(texts), tuple(pictures))
 
@@ -30,17 +36,17 @@ def noise_tab(graph: Graph) -> Answer:
     # start-up time: as above
     from proofmass.runner.analysis.noise.budget import noise
     from proofmass.runner.analysis.noise.plot import plot_noise
-    from proofmass.runner.commands.noise_command import noise_text
+    from proofmass.runner.analysis.noise.text import noise_text
 
     texts, pictures, refusals = list[str](), list[str](), list[ModelError]()
-    for number, probe in enumerate(graph.probes):
+    for probe in graph.probes:
         try:
             budget = noise(graph, probe.signal)
         except ModelError as error:
             refusals.append(error)
             continue
         texts.append(noise_text(budget))
-        pictures.append(_picture(plot_noise(budget), f"noise_{number}"))
+        pictures.append(_picture(plot_noise(budget), f"noise of {probe.signal}"))
     if refusals and not texts:
         raise refusals[0]
     return Answer("\n\n".join(texts), tuple(pictures))
@@ -50,14 +56,14 @@ def spectra_tab(graph: Graph) -> Answer:
     """Amplitude density of each scalar probe over the run that the graph asks for, with the tone that stands out."""
     # start-up time: as above
     from proofmass.runner.analysis.spectrum.plot import plot_spectrum
+    from proofmass.runner.analysis.spectrum.text import TONE_WINDOW, spectrum_text, tone_text
     from proofmass.runner.analysis.spectrum.tones import tones
     from proofmass.runner.analysis.spectrum.welch import spectrum
-    from proofmass.runner.commands.spectrum_command import TONE_WINDOW, spectrum_text, tone_text
     from proofmass.runner.run.simulate import simulate
 
     result = simulate(graph)
     texts, pictures = list[str](), list[str]()
-    for number, (name, trace) in enumerate(result.traces.items()):
+    for name, trace in result.traces.items():
         if trace.values.ndim > 1:
             texts.append(f"{name}: a vector has no spectrum here")
             continue
@@ -72,7 +78,7 @@ def spectra_tab(graph: Graph) -> Answer:
         except ModelError:
             figures = None
         texts += [spectrum_text(density, None, None), tone_text(figures, whole) if figures else "no tone stands out"]
-        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum_{number}"))
+        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum of {name}"))
     return Answer("\n\n".join(texts), tuple(pictures))
 
 
@@ -83,4 +89,4 @@ def _picture(figure: "Figure", name: str) -> str:
     return picture(figure, name)
 
 
-TABS: Tabs = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}
+TABS = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}

@@ -5,7 +5,7 @@ import re
 import subprocess
 from pathlib import Path
 
-from proofmass.runner.output.live.bundle import permission, plots, script
+from proofmass.runner.live.bundle import permission, plots, script
 from tests.by_hand.live_node import MODULES
 from tests.by_hand.node import NODE, needs_node
 

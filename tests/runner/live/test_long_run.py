@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.runner.output.live import long_run as module
+from proofmass.runner.live import long_run as module
 from proofmass.runner.run.simulate import simulate
 
 

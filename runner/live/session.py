@@ -6,14 +6,15 @@ import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
-from typing import Any, NamedTuple, TypeGuard
+from typing import Any, TypeGuard
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.output.live.long_run import long_run
-from proofmass.runner.output.live.model import live_model
+from proofmass.runner.live.long_run import long_run
+from proofmass.runner.live.model import live_model
+from proofmass.runner.live.tabs import TABS
 from proofmass.runner.run.faults import RunError
 
 _SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}")
@@ -22,14 +23,6 @@ _MOST_TICKS = 10**12  # of a long run
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
-class Answer(NamedTuple):
-    """The process's answer for a tab: text, and pictures as SVG."""
-
-    text: str
-    pictures: tuple[str, ...] = ()
-
-
-Tabs = Mapping[str, Callable[[Graph], Answer]]
 Tell = Callable[[dict[str, Any]], None]
 Background = Callable[[Tell, threading.Event], None]  # tells windows how it goes on, until the event is set
 
@@ -41,11 +34,10 @@ class Session:
         self,
         path: Path,
         load: Callable[[], Graph],
-        tabs: Tabs,
         more_files: tuple[Path, ...] = (),
         study: Background | None = None,
     ) -> None:
-        self.path, self.tabs, self._study = path, tabs, study
+        self.path, self._study = path, study
         self._changes: dict[str, object] = {}  # changes of parameters that need a new plan
         self._study_stop = threading.Event()
         self._study_shown: dict[str, Any] | None = None
@@ -67,7 +59,7 @@ class Session:
         graph, shown = self._graph, self._shown
         try:
             graph = with_parameters(self._load(), self._changes) if self._changes else self._load()
-            tabs = [*self.tabs, *["study"] * (self._study is not None)]
+            tabs = [*TABS, *["study"] * (self._study is not None)]
             shown = {"kind": "graph", "model": live_model(graph), "tabs": tabs}
             shown["changes"] = {name: str(value) for name, value in self._changes.items()}
         except ModelError as error:
@@ -205,12 +197,12 @@ class Session:
     def answer(self, tab: str, data: object) -> dict[str, Any] | None:
         """The answer of a tab for the graph with changed parameters; None for what is no question."""
         state = read_state(data)
-        if state is None or tab not in self.tabs or self._graph is None:
+        if state is None or tab not in TABS or self._graph is None:
             return None
         with self._computing:
             try:
                 graph = with_parameters(self._graph, state["values"]) if state["values"] else self._graph
-                return self.tabs[tab](graph)._asdict()
+                return TABS[tab](graph)._asdict()
             except ModelError as error:
                 return {"problems": [problem.as_data() for problem in error.problems]}
             except RunError as error:

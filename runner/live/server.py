@@ -14,8 +14,8 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from proofmass.runner.output.live.bundle import permission, plots, script, styles
-from proofmass.runner.output.live.session import Session
+from proofmass.runner.live.bundle import permission, plots, script, styles
+from proofmass.runner.live.session import Session
 from proofmass.runner.output.page import LivePart, page_text
 
 ADDRESS = "127.0.0.1"

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, amplitude_unit, predicted, simulated
-from proofmass.runner.commands.texts.margins import hertz_text
+from proofmass.runner.analysis.margins.text import hertz_text
 
 
 class LimitCycles(NamedTuple):

@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.commands.texts.times import time_text
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
+from proofmass.runner.output.times import time_text
 from proofmass.runner.studies.outcome.intervals import concise
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.points import all_points_text, differences, parts

@@ -13,7 +13,7 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.welch import spectrum
 from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.output.live.model import live_model
+from proofmass.runner.live.model import live_model
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.graph_texts import ALONE
 from tests.by_hand.live_node import run_carried

@@ -1,0 +1,53 @@
+"""The spectrum of a signal, and the figures of its tone, as text for people."""
+
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.analysis.spectrum.tones import Tones
+from proofmass.runner.analysis.spectrum.welch import Spectrum
+
+TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
+
+
+def spectrum_text(of: Spectrum, band: tuple[float, float] | None, slope: float | None) -> str:
+    """The density for people."""
+    unit = f" {of.unit}" if of.unit != "1" else ""
+    where = f"from {band[0]:g} Hz to {band[1]:g} Hz" if band else f"above 0 Hz, to {of.rate / 2:g} Hz"
+    lines = [
+        f"{of.name or 'signal'}: {of.values:,} values at {of.rate:.9g} Hz, mean {of.mean:.6g}{unit}",
+        f"  density           one-sided, {of.window} window, {of.segments} segments of {of.segment:,} values that"
+        f" overlap by half; a line every {of.step:.4g} Hz, {of.noise_bandwidth:.4g} Hz wide",
+        f"  rms               {of.rms(band):.6g}{unit} {where}",
+    ]
+    inside = of.within(band)
+    if inside.any():
+        lines.append(f"  median density    {_median(of, inside):.6g} {of.density_unit} there")
+    if slope is not None:
+        lines.append(f"  slope             {slope:+.1f} dB a decade there")
+    return "\n".join(lines)
+
+
+def _median(of: Spectrum, lines: Any) -> float:
+    return float(np.median(of.amplitude_density[lines]))
+
+
+def tone_text(measured: Tones, of: Spectrum) -> str:
+    """The figures of a tone for people."""
+    unit = f" {of.unit}" if of.unit != "1" else ""
+    lines = [
+        f"tone at {measured.frequency:.9g} Hz ({of.window} window over all values)",
+        f"  rms               {measured.rms:.6g}{unit}, noise {measured.noise:.6g}{unit}",
+        f"  SNR, SNDR         {measured.snr:.2f} dB, {measured.sndr:.2f} dB",
+        f"  THD               {measured.thd:.2f} dB",
+        f"  SFDR              {measured.sfdr:.2f} dB, by {measured.spur:.9g} Hz",
+        f"  ENOB              {measured.enob:.2f} bits, if the tone fills the range",
+    ]
+    if not measured.coherent:
+        nearest = max(1, round(measured.cycles)) * of.step
+        lines.append(
+            f"  note: {measured.cycles:.2f} cycles of the tone are not a whole number:"
+            + (" what leaks counts as noise; take another window, or" if of.window == "rectangular" else "")
+            + f" a tone of {nearest:.9g} Hz would be coherent"
+        )
+    return "\n".join(lines)

@@ -1,1 +1,0 @@
-"""Texts that commands print: results as lines for people."""
