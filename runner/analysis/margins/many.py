@@ -39,7 +39,7 @@ _OF_TIME = (State, Buffer, Time, Tick)
 
 @dataclass(frozen=True)
 class _Pattern:
-    """What the loops of all sensors at one wire have in common."""
+    """Facts that the loops of all sensors at one wire share."""
 
     node: Endpoint
     ticks: int

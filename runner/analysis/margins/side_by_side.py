@@ -39,7 +39,7 @@ class Loops(NamedTuple):
 
 @dataclass(frozen=True)
 class Kind:
-    """What the loops of one kind share: scales of the states, and crossovers in rad in a period."""
+    """Scales of the states, and crossovers in rad in a period, that the loops of one kind share."""
 
     scale: Array
     gain_crossovers: tuple[float, ...]
