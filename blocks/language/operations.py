@@ -23,7 +23,7 @@ class Checked:
     by_value: bool = False  # whether `fails` takes the value before the operands
 
 
-def _fits(value: Callable[..., int], fails: Callable[..., bool], python: Callable[..., int]) -> Checked:
+def _fits(value: Callable[..., Any], fails: Callable[..., bool], python: Callable[..., Any]) -> Checked:
     """An operation of integers: a result of more than 64 bits ends the run."""
 
     def reference(*operands: Any) -> int:

@@ -209,7 +209,7 @@ class PlainAdvance(Advance):
         if group.corners:
             jumps = ", ".join(map(".".join, group.corners))
             hint += f"; if the motion slides along a jump ({jumps}), {SLIDING}"
-        return TooOftenError(f"{group.blocks[0]}.derivative", message, hint)
+        return IntegrationError(f"{group.blocks[0]}.derivative", message, hint)
 
     def _step(self, context: Context, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
         if self.solver.method not in EXPLICIT:

@@ -186,6 +186,7 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
 
 def _rounded(goals: GoalsAt, best: At) -> At:
     """Return the point with as few digits as keep the goals that it keeps."""
+    at = best
     for digits in _DIGITS:
         numbers = {name: float(f"{value:.{digits}g}") for name, value in best.values.items()}
         at = goals.at_values({name: goals.tuning.free[name].inside(value) for name, value in numbers.items()}, True)
