@@ -27,7 +27,7 @@ def _fits(value: Callable[..., Any], fails: Callable[..., bool], python: Callabl
     """An operation of integers: a result of more than 64 bits ends the run."""
 
     def reference(*operands: Any) -> int:
-        result = python(*operands)
+        result: int = python(*operands)
         if not LOWEST <= result <= HIGHEST:
             raise OverflowError("an integer does not fit 64 bits")
         return result
