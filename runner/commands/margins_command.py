@@ -75,9 +75,8 @@ def _sensitivities(
     ends = node_of(planned, source), node_of(planned, target)
     quantities = list(points.answered(lambda about: transfer_sensitivities(about, *ends)))
     for margins in loops.values():
-        if not margins.system.continuous:  # derivatives by parameters are those of sampled loops
-            node = node_of(planned, margins.open_at)
-            quantities += margin_sensitivities(planned, margins, points.loop(node, by_parameters=True))
+        node = node_of(planned, margins.open_at)
+        quantities += margin_sensitivities(planned, margins, points.loop(node, by_parameters=True))
     return quantities
 
 

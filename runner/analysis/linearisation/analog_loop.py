@@ -1,13 +1,13 @@
-"""Loops among continuous blocks, opened at a wire between them: a linear system in continuous time.
+"""Loops among continuous blocks, opened at wires between them: a linear system in continuous time.
 
     x' = A x + B u,   y = C x + D u
 
-u is the signal at the readers of the wire, y the signal of its source; A, B, C and D are the exact derivatives of the
+u are the signals at the readers of the wires, y those of their sources; A, B, C and D are the exact derivatives of the
 functions of the group at the operating point. Signals from discrete blocks are held: loops through them are open.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -19,18 +19,28 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, blocks_of_map, common_period, plan_graph
+from proofmass.runner.analysis.linearisation.period_map import (
+    NO_RINGS,
+    Array,
+    PeriodMap,
+    PointSlopes,
+    blocks_of_map,
+    common_period,
+    plan_graph,
+    with_slopes,
+)
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Wire
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.stages import Context
-from proofmass.runner.reference.interpret import Outputs, TickError
+from proofmass.runner.reference.interpret import TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
 
@@ -46,21 +56,21 @@ def analog_group(plan: Plan, node: Endpoint) -> Group | None:
     return None
 
 
-def analog_map(plan: Plan, course: Course, group: Group, node: Endpoint, tick: int) -> PeriodMap:
-    """Return the loop opened at a wire within a group, about the state of the graph in a tick; its `period` is 0.
+def analog_map(plan: Plan, course: Course, group: Group, nodes: Sequence[Endpoint], tick: int) -> PeriodMap:
+    """Return the loop opened at wires within a group, about the state of the graph in a tick; its `period` is 0.
 
-    Raises `ModelError` if the group cannot be linearised, or the wire cannot be cut.
+    Raises `ModelError` if the group cannot be linearised, or a wire cannot be cut.
     """
-    for loop in group.loops:
-        if node in loop.nodes:
-            raise ModelError([plan.graph.placed(_within(node, loop.tears[0]))])
+    solved = [(node, loop.tears[0]) for loop in group.loops for node in nodes if node in loop.nodes]
+    if solved:
+        raise ModelError([plan.graph.placed(_within(node, tear)) for node, tear in solved])
     memory = course.at(tick)
-    analog = _linearised(plan, group, node, memory)
-    later = _linearised(plan, group, node, course.from_memory(memory).to(tick + 1))
+    analog = analog_map_at(plan, group, nodes, memory)
+    later = analog_map_at(plan, group, nodes, course.from_memory(memory).to(tick + 1))
     change = _change(analog, later)
     notes = [_moving(tick, change)] if change > _MOVED else []
-    notes += _switched(plan, course, group, node, analog, memory)
-    behind = _downstream(plan, node)
+    notes += _switched(plan, course, group, nodes, analog, memory)
+    behind = set[str]().union(*(_downstream(plan, node) for node in nodes))
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
@@ -74,10 +84,12 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     return float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
 
 
-def _switched(plan: Plan, course: Course, group: Group, node: Endpoint, analog: PeriodMap, memory: Memory) -> list[str]:
+def _switched(
+    plan: Plan, course: Course, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap, memory: Memory
+) -> list[str]:
     """Return a note on a switch that waits, if it changes the loop within the time in which that would matter."""
-    upstream, moving = blocks_of_map(plan, [node], [node], False)
-    ticks = common_period(plan, [node], [node], everything=True)
+    upstream, moving = blocks_of_map(plan, nodes, nodes, False)
+    ticks = common_period(plan, nodes, nodes, everything=True)
     run, known = course.from_memory(memory), {0: memory}
 
     def after(periods: int) -> Memory:
@@ -89,7 +101,7 @@ def _switched(plan: Plan, course: Course, group: Group, node: Endpoint, analog: 
 
     horizon = int(min(LONGEST_ORBIT // ticks, _matters(analog) / (ticks * plan.period)))
     for periods in Waiting(course.plan, upstream, moving, memory, ticks).changes(after, horizon):
-        later = _linearised(plan, group, node, after(periods))
+        later = analog_map_at(plan, group, nodes, after(periods))
         if periods > WAITED and _change(analog, later) > FROZEN:
             return [switch_note(periods * ticks * plan.period)]
     return []
@@ -103,12 +115,12 @@ def _matters(analog: PeriodMap) -> float:
     if not len(rates):
         return math.inf
     w = np.geomspace(1e-3 * rates.min(), 1e3 * rates.max(), 900)
-    above = np.abs(system.response(w)) > 1.0
+    above = np.linalg.norm(system.lifted(w), 2, axis=(1, 2)) > 1.0
     crossed = w[:-1][above[:-1] != above[1:]]
     return float(1.0 / (FROZEN * (crossed[0] if len(crossed) else rates.min())))
 
 
-class _Instant(Outputs):
+class _Instant(DualTicks):
     """The reference engine at the start of a tick, once its outputs are known."""
 
     def known(self) -> tuple[Mapping[str, Any], Mapping[Endpoint, Any]]:
@@ -117,31 +129,46 @@ class _Instant(Outputs):
 
 
 class _CutStages(DualStages):
-    """The functions of a group with one wire cut: `back` is the signal of its source."""
+    """The functions of a group with some wires cut, a column for each: `back` are the signals of their sources."""
 
-    def __init__(self, plan: Plan, group: Group, node: Endpoint, column: int) -> None:
-        super().__init__(plan, group, by_parameters=False)
-        self._cut, self._column = self._place(Wire(node)), column
-        self.back: Any = 0.0
+    def __init__(self, plan: Plan, group: Group, columns: Mapping[Endpoint, int], by_parameters: bool) -> None:
+        super().__init__(plan, group, by_parameters)
+        self._columns = {self._place(Wire(node)): column for node, column in columns.items()}
+        self.back: dict[int, Any] = dict.fromkeys(columns.values(), 0.0)
 
     def _called(self, call: Any, known: list[Any]) -> Any:
         value = super()._called(call, known)
-        if call.result != self._cut:
+        column = self._columns.get(call.result)
+        if column is None:
             return value
-        self.back = value
-        return plain(value) + dual(0.0, {self._column: 1.0}, SIGNALS)
+        self.back[column] = value
+        return value_of(value, SIGNALS) + dual(0.0, {column: 1.0}, SIGNALS)
 
 
-def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> PeriodMap:
+def analog_map_at(
+    plan: Plan,
+    group: Group,
+    nodes: Sequence[Endpoint],
+    memory: Memory,
+    by_parameters: bool = False,
+    point_slopes: PointSlopes | None = None,
+) -> PeriodMap:
+    """Return the loop opened at wires within a group, about a memory; options as those of `period_map`."""
     n, time = len(group.states), memory.tick * plan.period
+    begin = memory.copy()
+    if by_parameters:
+        plan = differentiated(plan)
+        begin = with_slopes(memory, plan, point_slopes, NO_RINGS)
+    upstream = blocks_of_map(plan, (), [(name, "") for name in group.members], True)[0]
     try:
-        constants, wires = _Instant(plan, plan.graph.seed, 0, memory.copy()).known()
+        constants, wires = _Instant(plan, begin, upstream, (), (), False, by_parameters).known()
     except TickError as error:
         raise ModelError([plan.graph.placed(_not_linear(error.at, str(error.value)))]) from error
-    held = [float(getattr(memory.states[block], field)) for block, field in group.states]
+    held = [getattr(begin.states[block], field) for block, field in group.states]
     moving = [j for j, kind in enumerate(group.kinds) if kind is float]
     seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]
-    stages, rates = _CutStages(plan, group, node, n), [0.0] * n
+    columns = {node: n + i for i, node in enumerate(nodes)}
+    stages, rates = _CutStages(plan, group, columns, by_parameters), [0.0] * n
     inputs = [wires[wire] for wire in group.inputs]
     still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
     try:
@@ -150,16 +177,31 @@ def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> Per
             raise NoSolutionError(stages.unsolved)
     except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
         raise ModelError([plan.graph.placed(_not_linear(stages.at, str(error)))]) from error
-    rows = [*(rates[j] for j in moving), stages.back]
-    matrix = np.zeros((len(rows), len(moving) + 2))
+    rows = [*(rates[j] for j in moving), *stages.back.values()]
+    matrix = np.zeros((len(rows), len(moving) + len(nodes) + 1))
+    by_name: dict[str, Array] = {}
     for row, value in enumerate(rows):
         slopes = slopes_of(value, SIGNALS)
-        matrix[row] = [*(plain(slopes.get(j, 0.0)) for j in (*moving, n)), plain(value_of(value, SIGNALS))]
+        entries = [*(slopes.get(j, 0.0) for j in (*moving, *columns.values())), value_of(value, SIGNALS)]
+        matrix[row] = [plain(entry) for entry in entries]
+        for column, entry in enumerate(entries):
+            for name, slope in slopes_of(entry, PARAMETERS).items():
+                by_name.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
         if not np.isfinite(matrix[row]).all():
-            at = f"{group.states[moving[row]][0]}.derivative" if row < len(moving) else ".".join(node)
-            raise ModelError([plan.graph.placed(_not_linear(at, NO_SLOPE))])
-    states = tuple((*group.states[j], -1) for j in moving)
-    return PeriodMap(states, ((*node, 0),), ((*node, 0),), matrix, {}, 0.0, tick=memory.tick, time=time)
+            whose = group.states[moving[row]][0] + ".derivative" if row < len(moving) else ""
+            raise ModelError([plan.graph.placed(_not_linear(whose or ".".join(nodes[row - len(moving)]), NO_SLOPE))])
+    undefined = tuple(sorted(name for name, slope in by_name.items() if not np.isfinite(slope).all()))
+    return PeriodMap(
+        tuple((*group.states[j], -1) for j in moving),
+        tuple((*node, 0) for node in nodes),
+        tuple((*node, 0) for node in nodes),
+        matrix,
+        {name: slope for name, slope in by_name.items() if name not in undefined},
+        0.0,
+        tick=memory.tick,
+        time=time,
+        undefined=undefined,
+    )
 
 
 def _downstream(plan: Plan, node: Endpoint) -> set[str]:

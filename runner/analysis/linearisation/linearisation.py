@@ -23,7 +23,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
 from proofmass.graphs.model.rates import read_duration
-from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
+from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Progress
@@ -135,7 +135,7 @@ class Linearisation:
         """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
         group = analog_group(self.plan, node)
         if group is not None:
-            return self._analog_loop(group, node)
+            return self.analog_loop(group, [node], by_parameters)
         values = Ends((node,), (node,), cut=True).common_period(self.plan) // self.plan.stride(node)
         if values > MOST_VALUES:
             raise ModelError([self.plan.graph.placed(too_many(node, values))])
@@ -145,13 +145,26 @@ class Linearisation:
             raise ModelError([self.plan.graph.placed(_no_gain(node))])
         return system
 
-    def _analog_loop(self, group: Group, node: Endpoint) -> OpenLoop:
+    def analog_loop(self, group: Group, nodes: Sequence[Endpoint], by_parameters: bool = False) -> OpenLoop:
+        """Return the loop opened at wires between the continuous blocks of a group; raises `ModelError`."""
         if isinstance(self.point, PeriodicPoint):
-            raise ModelError([self.plan.graph.placed(_not_periodic(node))])
-        analog = replace(analog_map(self.plan, self.course, group, node, self.point).between(), told=self.told)
-        if not any(part.any() for part in (analog.parts()[1], analog.parts()[3])):
-            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, node))])
-        return OpenLoop(analog, continuous=True)
+            raise ModelError([self.plan.graph.placed(_not_periodic(node)) for node in nodes])
+        analog = analog_map(self.plan, self.course, group, nodes, self.point)
+        if by_parameters:
+            ends = Ends((), tuple(nodes), everything=True)
+            slopes, notes = self._point_slopes(ends, self.point_of(ends))
+            exact = analog_map_at(self.plan, group, nodes, self.memory(), True, slopes)
+            analog = replace(exact, notes=analog.notes + notes)
+        between = replace(analog.between(), told=self.told)
+        alone = [i for i in range(len(nodes)) if not _comes_back(between, i)]
+        if alone:
+            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, nodes[i])) for i in alone])
+        return OpenLoop(between, continuous=True)
+
+
+def _comes_back(between: PeriodMap, wire: int) -> bool:
+    _, b, _, d = between.parts()
+    return bool(b[:, wire].any() or d[:, wire].any())
 
 
 def linearised(plan: Plan, point: Point = 0) -> Linearisation:

@@ -201,7 +201,7 @@ def period_map(
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
     code = slopes() if single and ticks > _MANY else None
     while True:
-        begin = _with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
+        begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = _seed(plan, begin, sorted(moving), counted, rings)
         seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [_held(begin, entry, rings) for entry in seeded]
@@ -323,8 +323,8 @@ def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> in
     return ticks
 
 
-def _with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
-    """A copy whose numbers have the derivatives of the operating point by the parameters."""
+def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
+    """Return a copy whose numbers have the derivatives of the operating point by the parameters."""
     begin, started = memory.copy(), start(plan)
 
     def moved(entry: Entry, now: Any, first: Any) -> Any:

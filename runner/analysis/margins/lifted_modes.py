@@ -1,4 +1,4 @@
-"""Modes that a loop with several values of its wire in a period does not see, and the loop without them.
+"""Modes that a loop of several wires, or values of its wire in a period, does not see, and the loop without them.
 
 A closed-loop pole p with the vectors v and w moves by w B' D C' v / (w v) when the wire passes I + D instead of I; B'
 and C' are those of the closed loop (Golub and Van Loan, Matrix Computations, 7.2.2). A pole on the boundary of
@@ -27,7 +27,7 @@ _schur: Any = scipy.linalg.schur
 def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[Mode, ...]]:
     """Return the visible part of a loop, its verdict, its closed-loop poles, the slowest first, and hidden modes."""
     closed = np.real(system.closed())
-    verdict, poles = judged(closed, True, system.variation, system.ticks)
+    verdict, poles = judged(closed, not system.continuous, system.variation, system.ticks)
     marginal = [pole for pole in poles if pole.verdict == "marginal"]
     if not marginal:
         return system, verdict, poles, ()
@@ -79,8 +79,9 @@ def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[comp
     a, b, c, d = system.map.parts()
     matrix = np.block([[dual @ a @ basis, dual @ b, np.zeros((len(dual), 1))], [c @ basis, d, np.zeros((len(c), 1))]])
     states = tuple(("", "mode", i) for i in range(len(dual)))
-    alone_map = replace(system.map, states=states, matrix=matrix, slopes={}, point=(), later=(), ticks=system.by_values)
-    return OpenLoop(alone_map, hidden=tuple(hidden))
+    ticks = None if system.continuous else system.by_values
+    alone_map = replace(system.map, states=states, matrix=matrix, slopes={}, point=(), later=(), ticks=ticks)
+    return OpenLoop(alone_map, continuous=system.continuous, hidden=tuple(hidden))
 
 
 def _subspace(a: Array, values: Sequence[complex]) -> Complex:

@@ -1,8 +1,9 @@
 """Exact derivatives of scale factor, bias and margins by every real parameter and named value of a graph.
 
 Scale factor and bias are those of the settled graph, linear about its operating point: output = bias + scale factor
-times input. A margin moves with its parameter so that a closed-loop pole stays on the unit circle: with right and left
-vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix Computations, 7.2.2).
+times input. A margin moves with its parameter so that a closed-loop pole stays on the boundary of stability, the unit
+circle or the axis: with right and left vectors v, w of that pole, d pole = w* dA v / (w* v) (Golub and Van Loan, Matrix
+Computations, 7.2.2).
 """
 
 import cmath
@@ -25,7 +26,7 @@ from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefi
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.plan.planned import Plan
 
-_NEXT = 1e-6  # distance from the unit circle of a pole that a critical factor puts there
+_NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts there
 
 
 @dataclass(frozen=True)
@@ -96,14 +97,15 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
 def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     """Derivative of the gain margin in decibels by each parameter."""
     factor, frequency = margins.gain_margin or 1.0, margins.gain_margin_frequency
-    near = None if frequency is None else cmath.exp(2j * math.pi * frequency * system.map.period)
+    to_decibels = 20.0 / math.log(10.0) / factor
+    near = None if frequency is None else _at(system, 2.0 * math.pi * frequency)
     by_factor = _by_factor(system, factor)
-    pole, vectors = _critical(system, factor, by_factor, near)
-    by_gain = pole.conjugate() * vectors(by_factor)
+    along, vectors = _critical(system, factor, by_factor, near)
+    by_gain = along * vectors(by_factor)
 
     def slope(parameter: str) -> float:
-        by_parameter = pole.conjugate() * vectors(closed_slope(system, factor, parameter))
-        return -by_parameter.real / by_gain.real / factor * 20.0 / math.log(10.0)
+        by_parameter = along * vectors(closed_slope(system, factor, parameter))
+        return -by_parameter.real / by_gain.real * to_decibels
 
     return slope
 
@@ -113,17 +115,18 @@ def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float
     lags = [
         (2.0 * math.pi * f, cmath.phase(-complex(system.response(2.0 * math.pi * f)))) for f in margins.gain_crossovers
     ]
+    period = 1.0 if system.continuous else system.map.period
 
     def moves(w: float, lag: float) -> Callable[[str], tuple[float, float]]:
         turn = cmath.exp(-1j * lag)
         by_factor = _by_factor(system, turn)
-        pole, vectors = _critical(system, turn, by_factor, cmath.exp(1j * w * system.map.period))
-        by_lag = pole.conjugate() * vectors(-1j * turn * by_factor)
+        along, vectors = _critical(system, turn, by_factor, _at(system, w))
+        by_lag = along * vectors(-1j * turn * by_factor)
 
         def slopes(parameter: str) -> tuple[float, float]:
-            by_parameter = pole.conjugate() * vectors(closed_slope(system, turn, parameter))
+            by_parameter = along * vectors(closed_slope(system, turn, parameter))
             change = -by_parameter.real / by_lag.real
-            return change, (by_parameter.imag + by_lag.imag * change) / system.map.period
+            return change, (by_parameter.imag + by_lag.imag * change) / period
 
         return slopes
 
@@ -142,24 +145,30 @@ def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float
     return phase, delay
 
 
+def _at(system: OpenLoop, w: float) -> complex:
+    """Return the place of an angular frequency on the boundary of stability."""
+    return 1j * w if system.continuous else cmath.exp(1j * w * system.map.period)
+
+
 def _critical(
     system: OpenLoop, factor: complex, by_factor: Complex, near: complex | None = None
 ) -> tuple[complex, Callable[[Complex], complex]]:
-    """The closed-loop pole on the unit circle that the factor moves, and what a change of the closed matrix does to it.
+    """Return a factor that turns the boundary at its closed-loop pole upright, and the move of the pole by a change.
 
-    Where its frequency is not known, it is that of all poles next to the unit circle which the factor moves most: the
-    others are hidden, as the phase of an oscillation is.
+    The pole is the one that the factor puts `near` a place. Without a place it is that of all poles next to the
+    boundary which the factor moves most: the others are hidden, as the phase of an oscillation is.
     """
     eigen: Any = scipy.linalg.eig  # its declared type leaves out the result with both vectors
     poles, left, right = eigen(system.closed(factor), left=True, right=True)
     if near is None:
         moved = np.abs(np.einsum("ij,ik,kj->j", left.conj(), by_factor, right) / np.sum(left.conj() * right, axis=0))
-        apart = np.abs(np.abs(poles) - 1.0)
+        apart = np.abs(poles.real if system.continuous else np.abs(poles) - 1.0)
         at = int(np.argmax(np.where(apart <= max(_NEXT, float(np.min(apart))), moved, -1.0)))
     else:
         at = int(np.argmin(np.abs(poles - near)))
     w, v = left[:, at].conj(), right[:, at]
-    return complex(poles[at]), lambda change: complex(w @ change @ v / (w @ v))
+    along = 1.0 + 0.0j if system.continuous else complex(poles[at]).conjugate()
+    return along, lambda change: complex(w @ change @ v / (w @ v))
 
 
 def _by_factor(system: OpenLoop, factor: complex) -> Complex:

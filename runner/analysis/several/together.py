@@ -31,6 +31,7 @@ from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted_modes import seen
 from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
+from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
@@ -121,11 +122,13 @@ def together(about: Linearisation, loops: dict[str, Endpoint]) -> Together:
     """Return the margin of loops by name and output."""
     planned = about.plan
     nodes = list(loops.values())
-    _refuse(planned, loops)
-    whole = about.map(nodes, nodes, cut=True)
-    system = of_wires(whole, planned.period)
+    group = _group(planned, loops)
+    if group is not None:
+        system = about.analog_loop(group, nodes)
+    else:
+        system = of_wires(about.map(nodes, nodes, cut=True), planned.period)
     sizes = [sum(entry[:2] == node for entry in system.map.inputs) for node in nodes]
-    return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], whole.notes)
+    return of_system(system, list(loops), sizes, [".".join(node) for node in nodes], system.map.notes)
 
 
 def of_system(
@@ -158,25 +161,40 @@ def of_system(
     return base if verdict != "stable" else _measured(base, system, sizes)
 
 
-def _refuse(planned: Plan, loops: dict[str, Endpoint]) -> None:
+def _group(planned: Plan, loops: dict[str, Endpoint]) -> Group | None:
+    """Return the continuous blocks between which all loops are opened, None of sampled ones; raises `ModelError`."""
     problems = []
     if len(loops) < 2:
         hint = "name two or more with --loop, or in [loops]; proofmass margins is for one"
         problems.append(Problem(message="perturbations together need several loops", key="loops", hint=hint))
     if len(set(loops.values())) < len(loops):
         problems.append(Problem(message="two loops are opened at the same output", key="loops"))
-    for name, node in loops.items():
-        if analog_group(planned, node) is not None:
-            hint = "open it at a sampled or held output"
-            message = f"loop {name} lies among continuous blocks, where signals are not sampled"
-            problems.append(Problem(message=message, key=".".join(node), hint=hint))
+    groups = {name: analog_group(planned, node) for name, node in loops.items()}
+    first = next(iter(groups.values()), None)
+    for name, group in groups.items():
+        if group is not first:
+            problems.append(_apart(loops, name, next(iter(loops)), group))
     if problems:
         raise ModelError([planned.graph.placed(problem) for problem in problems])
+    return first
+
+
+def _apart(loops: dict[str, Endpoint], name: str, first: str, group: Group | None) -> Problem:
+    where = "between continuous blocks of its own" if group is not None else "where signals are sampled"
+    return Problem(
+        message=f"loop {name} is opened {where}, loop {first} is not",
+        key=".".join(loops[name]),
+        expected="loops that are all sampled, or all between the same continuous blocks",
+        hint="open all of them at sampled or held outputs",
+        path=("blocks", loops[name][0]),
+    )
 
 
 def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Together:
-    w = np.append(sweep(system), math.pi / system.map.period)
-    w = np.unique(w[w <= math.pi / system.map.period * (1.0 + 1e-12)])
+    w = sweep(system)
+    if not system.continuous:
+        w = np.append(w, math.pi / system.map.period)
+        w = np.unique(w[w <= math.pi / system.map.period * (1.0 + 1e-12)])
     matrices = _disks(system, w)
     quick = np.array([_balanced(matrix, sizes) for matrix in matrices])
     best, place, exact = 0.0, w[0], dict[int, float]()
