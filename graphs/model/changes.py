@@ -25,7 +25,7 @@ from proofmass.graphs.model.targets import (
     rate_of,
     target_at,
 )
-from proofmass.graphs.model.values import Value, quantity_of, read_values
+from proofmass.graphs.model.values import NamedValue, quantity_of, read_values
 
 
 def with_parameters(graph: Given, changes: Mapping[str, object]) -> Given:
@@ -188,7 +188,7 @@ def read_formulas(target: str, value: object) -> tuple[object, dict[str, Formula
     return (entries if listed else None), formulas, problems
 
 
-def _other_dimension(key: str, value: Value, change: object) -> Iterator[Problem]:
+def _other_dimension(key: str, value: NamedValue, change: object) -> Iterator[Problem]:
     """A quantity in place of a value of another dimension."""
     if isinstance(change, str) and not is_formula(change):
         try:
@@ -198,7 +198,7 @@ def _other_dimension(key: str, value: Value, change: object) -> Iterator[Problem
             yield error.problem(key, change, expected=expected)
 
 
-def _in_coherent_units(change: object, value: Value) -> object:
+def _in_coherent_units(change: object, value: NamedValue) -> object:
     """A number in place of a value, which is in coherent units."""
     if isinstance(change, bool) or not isinstance(change, int | float):
         return change

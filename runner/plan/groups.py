@@ -19,7 +19,7 @@ from proofmass.graphs.checks.schedule import (
 from proofmass.graphs.model.digraph import connected
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.plan.bindings import Wire, bindings
+from proofmass.runner.plan.bindings import WireBinding, bindings
 
 
 @dataclass(frozen=True)
@@ -178,7 +178,7 @@ def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: s
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Endpoint]:
     """Outputs that a function of a block reads."""
     given = bindings(schedule, block, name, "", behaviour)
-    return [binding.node for binding in given if isinstance(binding, Wire)]
+    return [binding.node for binding in given if isinstance(binding, WireBinding)]
 
 
 def state_fields(block: Block) -> list[tuple[str, type]]:

@@ -21,7 +21,6 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
 from proofmass.runner.analysis.linearisation.period_map import (
     NO_RINGS,
-    Array,
     PeriodMap,
     PointSlopes,
     blocks_of_map,
@@ -35,11 +34,12 @@ from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, 
 from proofmass.runner.derivatives.dual_groups import DualStages
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
-from proofmass.runner.plan.bindings import Wire
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.bindings import WireBinding
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.plan.stages import Context
+from proofmass.runner.plan.stages import StageContext
 from proofmass.runner.reference.interpret import TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
@@ -133,7 +133,7 @@ class _CutStages(DualStages):
 
     def __init__(self, plan: Plan, group: Group, columns: Mapping[Endpoint, int], by_parameters: bool) -> None:
         super().__init__(plan, group, by_parameters)
-        self._columns = {self._place(Wire(node)): column for node, column in columns.items()}
+        self._columns = {self._place(WireBinding(node)): column for node, column in columns.items()}
         self.back: dict[int, Any] = dict.fromkeys(columns.values(), 0.0)
 
     def _called(self, call: Any, known: list[Any]) -> Any:
@@ -172,7 +172,7 @@ def analog_map_at(
     inputs = [wires[wire] for wire in group.inputs]
     still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
     try:
-        stages.rates(Context(constants, inputs, still, guesses, time), time, seeded, rates)
+        stages.rates(StageContext(constants, inputs, still, guesses, time), time, seeded, rates)
         if stages.unsolved:
             raise NoSolutionError(stages.unsolved)
     except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
