@@ -6,7 +6,7 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import ConstantsOf, Schedule, Step, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, OutputStep, Schedule, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -158,7 +158,7 @@ class Stages:
             self.lost = call.at
         return value
 
-    def _node(self, node: Step) -> _Call:
+    def _node(self, node: OutputStep) -> _Call:
         return self._constants(node.block) if isinstance(node, ConstantsOf) else self._output(*node)
 
     def _output(self, name: str, port: str) -> _Call:

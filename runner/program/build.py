@@ -20,7 +20,7 @@ from proofmass.runner.program import form
 from proofmass.runner.program.operations import EVALUATE
 from proofmass.runner.program.structure import Lowered, like, mapped, named
 
-Given: TypeAlias = form.Operand | float | int | bool  # what builders take for a value
+BuilderInput: TypeAlias = form.Operand | float | int | bool  # what builders take for a value
 
 
 class Builder:
@@ -51,7 +51,7 @@ class Builder:
         self.parameters.append(array)
         return array
 
-    def variable(self, kind: form.Kind, name: str = "", value: Given | None = None) -> form.Variable:
+    def variable(self, kind: form.Kind, name: str = "", value: BuilderInput | None = None) -> form.Variable:
         """A variable, and its first value where that is given."""
         variable = form.Variable(kind, name)
         self._variables.append(variable)
@@ -76,7 +76,7 @@ class Builder:
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def compute(self, operation: str, *operands: Given, name: str = "") -> form.Operand:
+    def compute(self, operation: str, *operands: BuilderInput, name: str = "") -> form.Operand:
         """An operation on values, folded where all of them are constants."""
         values = tuple(map(operand, operands))
         folded = _folded(operation, values)
@@ -85,7 +85,7 @@ class Builder:
         kind = form.OPERATIONS[operation].result or kind_of(values[-1])
         return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
-    def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
+    def likely(self, condition: BuilderInput, value: BuilderInput, other: BuilderInput) -> form.Operand:
         """Choose one of two numbers; the first is the likely one."""
         return self.compute("select", self.compute("likely", condition), value, other)
 
@@ -95,28 +95,31 @@ class Builder:
             form.Value(variable.kind, variable.name), lambda result: form.Get(result, variable, self.line)
         )
 
-    def set(self, variable: form.Variable, value: Given) -> None:
+    def set(self, variable: form.Variable, value: BuilderInput) -> None:
         """Set a variable."""
         self.add(form.Set(variable, operand(value), self.line))
 
-    def load(self, array: form.Storage, index: Given, name: str = "") -> form.Value:
+    def load(self, array: form.Storage, index: BuilderInput, name: str = "") -> form.Value:
         """An entry of an array."""
         return self._computed(
             form.Value(array.entry, name), lambda result: form.Load(result, array, operand(index), self.line)
         )
 
-    def store(self, array: form.Storage, index: Given, value: Given) -> None:
+    def store(self, array: form.Storage, index: BuilderInput, value: BuilderInput) -> None:
         """Set an entry of an array."""
         self.add(form.Store(array, operand(index), operand(value), self.line))
 
-    def view(self, whole: form.Storage, first: Given, length: int | None, name: str = "") -> form.Storage:
+    def view(self, whole: form.Storage, first: BuilderInput, length: int | None, name: str = "") -> form.Storage:
         """A part of an array."""
         part = form.Storage(whole.entry, length, whole.writable, name or whole.name)
         self.add(form.View(part, whole, operand(first), self.line))
         return part
 
     def call(
-        self, function: form.Function | form.External, *arguments: Given | form.Storage, names: Sequence[str] = ()
+        self,
+        function: form.Function | form.External,
+        *arguments: BuilderInput | form.Storage,
+        names: Sequence[str] = (),
     ) -> tuple[form.Value, ...]:
         """Call a function and return its results."""
         if isinstance(function, form.External):
@@ -128,7 +131,7 @@ class Builder:
         self.add(form.Call(results, function, given, self.line))
         return results
 
-    def give(self, *values: Given) -> None:
+    def give(self, *values: BuilderInput) -> None:
         """Return from the function with these results."""
         results = tuple(map(operand, values))
         if self._results is None:
@@ -157,7 +160,7 @@ class Builder:
         return bool(self._region) and never_ends(self._region[-1])
 
     @contextmanager
-    def when(self, condition: Given) -> Iterator[None]:
+    def when(self, condition: BuilderInput) -> Iterator[None]:
         """Write the statements for a condition that holds; `otherwise` may follow."""
         node = form.If(operand(condition), [], [], self.line)
         with self.within(node.then):
@@ -174,7 +177,7 @@ class Builder:
         self._region.append(node)
 
     @contextmanager
-    def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[form.Value]:
+    def counted(self, first: BuilderInput, last: BuilderInput, step: int = 1, name: str = "") -> Iterator[form.Value]:
         """Write a loop that counts, and yield its counter."""
         counter = form.Value(form.INTEGER, name)
         node = form.For(counter, operand(first), operand(last), step, [], self.line)
@@ -183,7 +186,7 @@ class Builder:
         self.add(node)
 
     @contextmanager
-    def repeated(self, condition: Callable[[], Given]) -> Iterator[None]:
+    def repeated(self, condition: Callable[[], BuilderInput]) -> Iterator[None]:
         """Write a loop that runs as long as a condition holds; a function writes the condition."""
         test, body, line = form.Region(), form.Region(), self.line
         with self.within(test):
@@ -206,7 +209,7 @@ class Builder:
         for statement in region:
             self.add(statement)
 
-    def number(self, value: Given) -> "WrittenNumber":
+    def number(self, value: BuilderInput) -> "WrittenNumber":
         """A value to compute with in a formula."""
         return WrittenNumber(self, operand(value))
 
@@ -262,7 +265,7 @@ def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
     return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
 
 
-def operand(value: Given) -> form.Operand:
+def operand(value: BuilderInput) -> form.Operand:
     """Return a value of a program; a Python number becomes a constant."""
     if isinstance(value, form.Value | form.Immediate):
         return value

@@ -26,7 +26,7 @@ from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
 
-Moving: TypeAlias = tuple[bool, ...]  # of parameters, whether they have a slope
+MovingParameters: TypeAlias = tuple[bool, ...]  # of parameters, whether they have a slope
 _NONE = form.Immediate(form.FLOAT, 0.0)
 _UNDEFINED = form.Immediate(form.FLOAT, math.nan)
 
@@ -53,19 +53,19 @@ class TangentStep(NamedTuple):
         return [self.writer.number(value) for value in self.x]
 
 
-Rule: TypeAlias = Callable[[TangentStep], form.Operand]  # gives the slope of the result
+TangentRule: TypeAlias = Callable[[TangentStep], form.Operand]  # gives the slope of the result
 
 
 class Tangents:
     """Functions with slopes, each written once for each choice of what moves."""
 
-    def __init__(self, own: Mapping[str, Rule] | None = None) -> None:
+    def __init__(self, own: Mapping[str, TangentRule] | None = None) -> None:
         """Take rules by the origins of functions, beside those of rounding and of elementary functions."""
         self.rules = {**_OF_FUNCTIONS, **(own or {})}
         self.lowered: dict[Any, Any] = {}
-        self._made: dict[tuple[form.Function, Moving], form.Function] = {}
+        self._made: dict[tuple[form.Function, MovingParameters], form.Function] = {}
 
-    def of(self, function: form.Function, moving: Moving) -> form.Function:
+    def of(self, function: form.Function, moving: MovingParameters) -> form.Function:
         """Return a function whose parameters have their slopes behind them where they move, and so have its results."""
         key = function, moving
         if key not in self._made:
@@ -76,7 +76,7 @@ class Tangents:
 class TangentWriter:
     """Writes one function, again and again until it is known which variables have slopes."""
 
-    def __init__(self, tangents: Tangents, function: form.Function, moving: Moving) -> None:
+    def __init__(self, tangents: Tangents, function: form.Function, moving: MovingParameters) -> None:
         self.tangents, self.function, self.moving = tangents, function, moving
         self._known = set[form.Variable]()
 
@@ -383,7 +383,7 @@ def _selected(s: TangentStep) -> form.Operand:
     return s.writer.chosen(s.x[0], s.dx[1], s.dx[2])
 
 
-_OPERATIONS: dict[str, Rule] = {
+_OPERATIONS: dict[str, TangentRule] = {
     **{name: _nothing for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH},
     **dict.fromkeys(("floor", "ceiling", "integer_of_truth", "float_of_truth"), _nothing),
     **dict.fromkeys(("truncate", "round_half_even", "float_of_integer", "integer_of_float"), _same),
@@ -405,7 +405,7 @@ _OPERATIONS: dict[str, Rule] = {
 }
 
 
-def _chain(slopes_of: Callable[..., Any]) -> Rule:
+def _chain(slopes_of: Callable[..., Any]) -> TangentRule:
     """Return the chain rule for derivatives that are functions of Python."""
 
     def rule(s: TangentStep) -> form.Operand:
@@ -419,7 +419,7 @@ def _chain(slopes_of: Callable[..., Any]) -> Rule:
     return rule
 
 
-_OF_FUNCTIONS: dict[str, Rule] = {
+_OF_FUNCTIONS: dict[str, TangentRule] = {
     **{_origin(function): _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function not in LIBRARY},
     **{LIBRARY[function].symbol: _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function in LIBRARY},
     **{_origin(function): _chain(slopes) for function, slopes in SLOPES_OF_TWO.items()},

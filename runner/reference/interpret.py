@@ -10,7 +10,7 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflo
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.graphs.checks.schedule import AlgebraicLoop, Beat, ConstantsOf, Step, outputs_of
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Beat, ConstantsOf, OutputStep, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
@@ -70,7 +70,7 @@ class Outputs:
             self._compute(0)
         return self._constants, self._memory.wires
 
-    def _beat(self, step: Step) -> Beat:
+    def _beat(self, step: OutputStep) -> Beat:
         if isinstance(step, ConstantsOf):
             return self.filled.schedule.beat(step.block)
         return self.filled.beat(step)
@@ -111,7 +111,7 @@ class Outputs:
         """Solve an algebraic loop on the wires; whether there is a solution."""
         return solve_in_place(tears, others, wires, value)
 
-    def _step(self, step: Step) -> Callable[[int], Any]:
+    def _step(self, step: OutputStep) -> Callable[[int], Any]:
         return self._driven(step.block) if isinstance(step, ConstantsOf) else self._output(*step)
 
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
