@@ -19,8 +19,8 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
+from proofmass.runner.host.arrays import Array
 
 Complex = npt.NDArray[np.complex128]
 Verdict = Literal["stable", "marginal", "unstable"]
