@@ -295,7 +295,8 @@ def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLo
     between = whole.between()
     between = replace(between, later=(), notes=(*between.notes, *notes))
     ticks = round(between.period / tick)
-    if not whole.later or any(later.states != whole.states for later in whole.later):
+    alike = all(later.states == whole.states for later in whole.later)
+    if not whole.later or not alike or not between.states:
         return OpenLoop(between, ticks=ticks)
     kept = [whole.states.index(state) for state in between.states]
     closed, *after = (

@@ -7,14 +7,17 @@ from typing import Any
 import numpy as np
 import scipy.linalg
 
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.poles import Variation
 from proofmass.runner.host.arrays import Array
 
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
 Parts = tuple[Array, Array, Array, Array]
+_eig: Any = scipy.linalg.eig
 
 
 def pole_rates(of_period: PeriodMap) -> Array:
@@ -89,27 +92,46 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     return max(changes)
 
 
-def variation(closed: Array, later: Sequence[Array]) -> Array:
+def variation(closed: Array, later: Sequence[Array]) -> Variation:
     """Return the changes of the entries of a closed transition matrix, as far as they move poles near the boundary.
 
     An orbit that turns changes the matrix to one that is similar: w* (dA) v is much less than |w| |dA| |v|. It may
-    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods.
+    vanish at an instant, so that several later matrices are looked at, those after 1, 2, 8 and 64 periods. The pole of
+    one period still differs from that of the turning orbit, by w* (dv) where the mode turns by dv in a period.
     """
     change = np.abs(later[0] - closed)
-    eigen: Any = scipy.linalg.eig
-    poles, left, right = eigen(closed, left=True, right=True)
-    bounds = np.einsum("ki,kl,li->i", np.abs(left), change, np.abs(right))
+    alike, scale = balanced(closed)
+    matrices = [matrix / scale[:, None] * scale for matrix in later]
+    poles, left, right = _eig(alike, left=True, right=True)
+    between = np.abs(np.einsum("ji,ji->i", left.conj(), right))
+    bounds = np.einsum("ki,kl,li->i", np.abs(left), np.abs(matrices[0] - alike), np.abs(right))
     shifts = np.max(
         [
-            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - closed, right)) / periods
-            for periods, matrix in zip(LOOKS, later, strict=False)
+            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - alike, right)) / periods
+            for periods, matrix in zip(LOOKS, matrices, strict=False)
         ],
         axis=0,
     )
     distances = np.abs(1.0 - np.abs(poles))
     near = distances <= max(NEAR, float(np.min(distances, initial=1.0)))
     parts = np.divide(shifts, bounds, out=np.ones_like(bounds), where=bounds > 0.0)[near]
-    return np.asarray(change * min(float(np.max(parts, initial=0.0)), 1.0))
+    whole = np.full_like(bounds, math.inf)
+    reach = 2.0 * np.divide(bounds, between, out=whole.copy(), where=between > 0.0)
+    turned = np.abs(np.einsum("ji,ji->i", left.conj(), _turned(matrices[0], poles, right, reach) - right))
+    turns = np.divide(turned, between, out=whole, where=between > 0.0)
+    return Variation(change * min(float(np.max(parts, initial=0.0)), 1.0), poles.astype(complex), turns)
+
+
+def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Complex:
+    """Return vectors of modes turned into the modes of a later matrix whose poles may be theirs, as long as before."""
+    values, left, right = _eig(later, left=True, right=True)
+    between = np.einsum("ji,ji->i", left.conj(), right)
+    parts = left.conj().T @ vectors
+    parts = np.divide(parts, between[:, None], out=np.zeros_like(parts), where=between[:, None] != 0.0)
+    theirs = np.abs(values[:, None] - poles) <= np.maximum(reach, np.min(np.abs(values[:, None] - poles), axis=0))
+    turned = right @ np.where(theirs, parts, 0.0)
+    sizes = np.linalg.norm(turned, axis=0)
+    return np.asarray(np.divide(turned, sizes, out=vectors.copy(), where=sizes > 0.0))
 
 
 def _norms(first: Parts, second: Parts, z: Complex) -> tuple[Array, Array]:

@@ -16,6 +16,7 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.poles import Variation
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
 from proofmass.runner.host.arrays import Array
 
@@ -27,13 +28,13 @@ _schur: Any = scipy.linalg.schur
 class OpenLoop:
     """L(z) = C (z I - A)^-1 B + D, z = exp(j w T) over the common period T; z = j w where it is `continuous`.
 
-    `variation` is by how much the closed transition matrix changes from one period to the next at the operating point,
-    entry by entry; None where it does not.
+    `variation` is that of the closed transition matrix from one period to the next at the operating point; None where
+    there is none.
     """
 
     map: PeriodMap
     continuous: bool = False
-    variation: Array | None = None
+    variation: Variation | None = None
     ticks: int = 1  # of a period
     hidden: tuple[complex, ...] = ()  # poles over the period that no factor moves and the map leaves out
 

@@ -107,6 +107,11 @@ class OrbitPoint:
     integrated: bool = False
     rings: Rings = NO_RINGS
 
+    @property
+    def moves(self) -> bool:
+        """Whether a later period has another map, by more than rounding."""
+        return any(change_between(self.map, after) > SAME for after in self.later)
+
 
 class OrbitSearch:
     """Looks for the periods over which a map can be taken."""
@@ -156,10 +161,10 @@ class OrbitSearch:
         for look in sorted({*self._looks(), *changes}):
             maps[look] = self._map(look)
             if look == 1 and not changes and self._same(first, maps[look]):
-                return OrbitPoint(first, 1)
+                return self._at_rest(first)
         switched = [look for look in changes if not self._same(first, maps[look])]
         if changes and not switched and self._same(first, maps[1]):
-            return OrbitPoint(first, 1)
+            return self._at_rest(first)
         exactly = (n for n in self._returns() if self._repeats(n, maps))
         closed = self._closed(first, exactly, exactly=True)
         if closed is not None:
@@ -184,6 +189,14 @@ class OrbitSearch:
         if closed is None:
             raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
+
+    def _at_rest(self, first: PeriodMap) -> OrbitPoint:
+        """Return the map of a period that is that of the next one; also the next one if it differs in its last digits.
+
+        A pole on the boundary of stability is known as well as an orbit that still turns repeats.
+        """
+        after = self._map(1)
+        return OrbitPoint(first, 1, later=() if np.array_equal(first.matrix, after.matrix) else (after,))
 
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.

@@ -15,12 +15,14 @@ from typing import Any, Literal
 
 import flint
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
 from proofmass.runner.host.arrays import Array
 
+Complex = npt.NDArray[np.complex128]
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick
 _EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, and not the result of arithmetic
@@ -52,6 +54,22 @@ class Pole:
         return "stable" if self.distance > 0.0 else "unstable"
 
 
+@dataclass(frozen=True)
+class Variation:
+    """By how much a closed matrix changes from one period to the next, and how far its modes turn by that.
+
+    An orbit that turns takes each mode along: the pole of the whole orbit differs from that of one period by the turn.
+    """
+
+    change: Array  # of each entry
+    poles: Complex
+    turns: Array  # of the mode of each pole, as a distance of the pole
+
+    def turn(self, pole: complex) -> float:
+        """Return the turn of the mode of a pole."""
+        return float(self.turns[np.argmin(np.abs(self.poles - pole))])
+
+
 def together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
     """Unstable where a pole is, else marginal where one is, else stable; and the poles, the slowest first."""
     slowest = tuple(sorted(poles, key=lambda pole: (pole.distance, pole.value.imag)))
@@ -60,7 +78,7 @@ def together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
 
 
 def judged(
-    closed: Array, sampled: bool, variation: Array | None = None, ticks: int = 1
+    closed: Array, sampled: bool, variation: Variation | None = None, ticks: int = 1
 ) -> tuple[Verdict, tuple[Pole, ...]]:
     """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included."""
     if len(closed) > LARGEST_ORDER:
@@ -69,12 +87,12 @@ def judged(
 
 
 def judge(
-    balls: Sequence[Any], closed: Array, sampled: bool, variation: Array | None = None, ticks: int = 1
+    balls: Sequence[Any], closed: Array, sampled: bool, variation: Variation | None = None, ticks: int = 1
 ) -> list[Pole]:
     """Return the poles of a closed transition matrix from its roots as balls.
 
-    `variation` is by how much its entries change from one period to the next; None where they do not. `ticks` is how
-    many ticks a period has: each adds its roundings to the entries.
+    `variation` is None where periods are alike. `ticks` is how many ticks a period has: each adds its roundings to the
+    entries.
     """
     distances = [_distance(root, sampled) for root in balls]
     alike, scale = balanced(closed)
@@ -82,7 +100,7 @@ def judge(
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
         slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)
-        reach, moving = _MOVING, np.abs(variation) / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
+        reach, moving = _MOVING, variation.change / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
     poles: list[Pole] = []
     for root, distance in zip(balls, distances, strict=True):
         size = 1.0 if sampled else max(abs(complex(root)), 1e-300)
@@ -97,6 +115,7 @@ def judge(
                 for change, limit in zip(shifts, limits, strict=True)
                 if change > 0.0
             )
+            uncertainty += min(variation.turn(complex(root)), _MOVING) if variation is not None else 0.0
         poles.append(Pole(complex(root), distance, uncertainty))
     return poles
 

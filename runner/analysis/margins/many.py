@@ -85,7 +85,7 @@ class ManyMargins:
                 found = margins_of(system, "", "")
             except ModelError:
                 return []
-            moves = system.continuous or whole.later or whole.others or whole.notes or whole.rings.of
+            moves = system.continuous or whole.moves or whole.others or whole.notes or whole.rings.of
             if moves or whole.periods != 1 or system.per_period != 1 or found.hidden or self._course.slopes() is None:
                 return []
             a, b, c, d = system.matrices

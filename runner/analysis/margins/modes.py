@@ -20,7 +20,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judge, together
+from proofmass.runner.analysis.linearisation.poles import Pole, Variation, Verdict, judge, together
 from proofmass.runner.analysis.linearisation.rational import Transfer, coprime, roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.analysis.linearisation.rings import Entry
@@ -65,13 +65,13 @@ def seen(
     closed: Array,
     states: Sequence[Entry],
     sampled: bool,
-    variation: Array | None = None,
+    variation: Variation | None = None,
     ticks: int = 1,
 ) -> Seen:
     """Take hidden modes out of the quotient of a loop, opened with A, B and C, and judge its closed-loop poles.
 
-    `variation` is by how much the entries of the closed matrix change from one period to the next at the operating
-    point; None where they do not. `ticks` is how many ticks a period has.
+    `variation` is that from one period to the next at the operating point; None where there is none. `ticks` is how
+    many ticks a period has.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
     hidden = judge(

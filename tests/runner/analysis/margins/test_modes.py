@@ -6,6 +6,7 @@ import flint
 import numpy as np
 import pytest
 
+from proofmass.runner.analysis.linearisation.poles import Variation
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
 from proofmass.runner.analysis.margins.modes import seen
 
@@ -24,7 +25,7 @@ def test_pairs_and_single_zeros_next_to_each_other(above: Any, below: Any) -> No
     companion = np.vstack([np.eye(len(entries) - 1)[1:], [-c for c in entries[:-1]]])
     part = np.zeros((len(companion), 1))
     opened = companion, part, part.T
-    variation = np.full_like(companion, 1e-6)
+    variation = Variation(np.full_like(companion, 1e-6), np.zeros(1, dtype=complex), np.zeros(1))
     states = [("x", "s", i) for i in range(4)]
     found = seen(Transfer(numerator, denominator), opened, companion, states, True, variation)
     ends = found.transfer.numerator, found.transfer.denominator

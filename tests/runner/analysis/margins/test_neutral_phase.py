@@ -4,6 +4,7 @@ import math
 
 import pytest
 
+from proofmass import read_graph
 from proofmass.blocks import (
     PID,
     CombDrive,
@@ -102,3 +103,17 @@ def test_the_phase_of_an_oscillation_is_neutral_whatever_its_frequency() -> None
         (mode,) = found.hidden
         assert "the phase of an oscillation" in str(mode)
         assert "phase" in mode.blocks
+
+
+@pytest.mark.defect("S670", before="unstable in its last digits, at a gradient moved by 1.4e-6", after="stable at each")
+@pytest.mark.parametrize("moved", [-1.4e-6, 1.4e-6, 1e-9])
+def test_the_phase_of_an_oscillation_that_creeps_is_neutral(moved: float) -> None:
+    """The phase moves on by 1e-11 of a turn in a period, far less than a map is compared to."""
+    graph = read_graph("library:closed_loop_gyroscope")
+    gradient = graph.blocks["sense_comb"].capacitance_gradient * (1.0 + moved)
+    names = ("sense_comb.capacitance_gradient", "drive_comb.capacitance_gradient")
+    found = margins(graph.with_parameters(dict.fromkeys(names, gradient)), "rate", at="settled")
+    assert found.verdict == "stable"
+    assert found.phase_margin == pytest.approx(math.radians(75.59), abs=1e-3)
+    (mode,) = found.hidden
+    assert mode.blocks == ("drive.oscillator",)
