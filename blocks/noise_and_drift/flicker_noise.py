@@ -1,8 +1,8 @@
 """Flicker noise: value = nominal (1 + d); the one-sided power density of d is level^2 / f within the band.
 
 White noise passes filters of first order (Keshner, Proc. IEEE 70, 212, 1982), poles two octaves apart, zeros between:
-1/f^2 above the band; in it at most 0.04 dB off up to a tenth of the rate, 0.16 dB up to half of it. Below, 1/f goes on for
-some two octaves; below lowest_frequency / 32 it is flat, 7.5 to 10.6 dB above level^2 / lowest_frequency. Each filter is
+1/f^2 above the band; in it at most 0.04 dB off up to a tenth of the rate, 0.16 dB up to half of it. Below it 1/f goes
+on for some two octaves, to 7.5 to 10.6 dB above level^2 / lowest_frequency, flat below lowest_frequency / 32. Each is
 y = g u + (1 - g) w, w += a (u - w), a = 1 - exp(-2 pi pole T), g = a / b, b = a (2 - a) for its zero. It starts at 0.
 """
 
@@ -26,7 +26,7 @@ class FlickerNoise(Block):
 
     level: float = param("1", "Relative density of amplitude at 1 Hz times sqrt(Hz).", default=1.0e-6, at_least=0.0)
     lowest_frequency: float = param(
-        "Hz", "Where the band begins; 1/f goes on for some two octaves below.", default=1.0e-3, above=0.0
+        "Hz", "Lower end of the band; 1/f goes on for two octaves.", default=1.0e-3, above=0.0
     )
     highest_frequency: float = param("Hz", "Frequency at which the band ends.", default=1.0e3, above=0.0)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)
