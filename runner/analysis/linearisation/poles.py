@@ -2,7 +2,8 @@
 
 A pole p moves by w dA v / (w v) when the numbers of its matrix change by dA, v and w its right and left vectors (Golub
 and Van Loan, Matrix Computations, 7.2.2). The error of each number is its rounding and, at an operating point that is
-not at rest, its change until it is. A verdict within that error is "marginal", neither stable nor unstable.
+not at rest, its change until it is; the run that leads there rounds as often as the map. A verdict within that error is
+"marginal", neither stable nor unstable.
 
 Roundings are taken as independent. Where numbers belong together, as in an integrator and the difference that undoes
 it, that is far too much; so they count up to 1e-12 only.
@@ -82,6 +83,7 @@ def judge(
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
         slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)
+        rounding *= 2.0  # those of the run
         reach, moving = _MOVING, np.abs(variation) / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
     poles: list[Pole] = []
     for root, distance in zip(balls, distances, strict=True):
