@@ -168,6 +168,17 @@ def number_floor_divide(a: float, b: float) -> float:
     return whole + 1.0 if quotient - whole > 0.5 else whole
 
 
+def signed(size: float, sign: float) -> float:
+    """Return |size| with the sign of the other number, and without one where that is NaN.
+
+    IEEE 754 leaves the sign of a NaN open: machines, and compilers that compute constants, give it either.
+
+    >>> signed(2.0, -0.0), signed(-2.0, math.nan), signed(-2.0, -math.nan)
+    (-2.0, 2.0, 2.0)
+    """
+    return math.copysign(size, sign) if sign == sign else abs(size)
+
+
 def c_power(a: float, b: float) -> float:
     """Power of numbers from the C library; NaN or infinity if there is none."""
     try:

@@ -139,7 +139,7 @@ FUNCTIONS: dict[Any, CheckedFunction] = {
     math.cbrt: (_defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt), (float,), float),
     **{f: (f, (float,), bool) for f in (math.isnan, math.isinf, math.isfinite)},
     math.atan2: (math.atan2, (float, float), float),
-    math.copysign: (math.copysign, (float, float), float),
+    math.copysign: (arithmetic.signed, (float, float), float),
     math.fmod: (_defined(arithmetic.c_remainder, arithmetic.undefined_of_two, math.fmod), (float, float), float),
     math.pow: (_defined(arithmetic.c_power, arithmetic.undefined_of_two, math.pow), (float, float), float),
     math.ldexp: (

@@ -4,7 +4,7 @@ One-sided: F = 1/2 C' (Vdc + v)^2. Linearised about v = 0 it is 1/2 C' Vdc (Vdc 
 as it stands; its linearised form spares the difference of two nearly equal squares.
 
 C' = 2 N eps0 h / g of N pairs of fingers of height h and gap g, with eps0 = 8.8541878128e-12 F/m (CODATA 2018). The
-default is that of 100 pairs, 25 um and 3 um, rounded to five digits.
+default is that of 100 pairs, 25 um and 3 um.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param
@@ -15,7 +15,7 @@ class CombDrive(Block):
 
     bias: float = param("V", "Constant voltage Vdc between the combs.", default=20.0)
     capacitance_gradient: float = param(
-        "F/m", "Change of capacitance per displacement, C'.", default=1.4757e-8, above=0.0
+        "F/m", "Change of capacitance per displacement, C'.", default=1.4756979688e-8, above=0.0
     )
     push_pull: bool = param("", "Whether a second comb pulls the other way with Vdc - v.", default=True)
     linearised: bool = param("", "Whether the terms above first order in v are left out.", default=False)

@@ -1,7 +1,8 @@
 """Flicker noise: value = nominal (1 + d); the one-sided power density of d is level^2 / f within the band.
 
 White noise passes filters of first order (Keshner, Proc. IEEE 70, 212, 1982), poles two octaves apart, zeros between:
-flat below the band, 1/f^2 above; in it at most 0.04 dB off up to a tenth of the rate, 0.16 dB up to half of it. Each is
+1/f^2 above the band; in it at most 0.04 dB off up to a tenth of the rate, 0.16 dB up to half of it. Below it 1/f goes
+on for some two octaves, to 7.5 to 10.6 dB above level^2 / lowest_frequency, flat below lowest_frequency / 32. Each is
 y = g u + (1 - g) w, w += a (u - w), a = 1 - exp(-2 pi pole T), g = a / b, b = a (2 - a) for its zero. It starts at 0.
 """
 
@@ -24,7 +25,9 @@ class FlickerNoise(Block):
     """A parameter with bias instability: 1/f noise of amplifiers, references and readouts."""
 
     level: float = param("1", "Relative density of amplitude at 1 Hz times sqrt(Hz).", default=1.0e-6, at_least=0.0)
-    lowest_frequency: float = param("Hz", "Frequency at which the band begins.", default=1.0e-3, above=0.0)
+    lowest_frequency: float = param(
+        "Hz", "Lower end of the band; 1/f goes on for two octaves.", default=1.0e-3, above=0.0
+    )
     highest_frequency: float = param("Hz", "Frequency at which the band ends.", default=1.0e3, above=0.0)
     nominal: float = param("{unit}", "Value without deviation.", default=1.0)
     unit: str = param("", "Unit of the value.", default="1")

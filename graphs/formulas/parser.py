@@ -101,8 +101,26 @@ class _Parser:
     def _product(self) -> Tree:
         tree = self._signed()
         while mark := self._mark("*", "/"):
+            begin = self.at
             tree = Apply(mark, (tree, self._signed()))
+            if mark == "/":
+                self._ended(begin)
         return tree
+
+    def _ended(self, begin: int) -> None:
+        """Refuse a divisor such as 9.8 m of a formula that goes on with /s^2: a reader takes 9.8 m/s^2 for one."""
+        while self.tokens[begin][1] in ("+", "-"):
+            begin += 1
+        (kind, _), (unit_kind, _) = self.tokens[begin : begin + 2]
+        (_, mark), *rest = self.tokens[self.at : self.at + 4]
+        if kind != "number" or unit_kind != "name" or mark not in ("*", "/"):
+            return
+        words = [text for _, text in rest]
+        name = words[2] if words[:2] == ["sqrt", "("] else words[0]
+        if rest[0][0] == "name" and _is_unit(name):
+            divisor = " ".join(text for _, text in self.tokens[begin : self.at])
+            message = f"after / the quantity {shown(divisor, 30)[1:-1]} ends before {mark} {shown(name, 30)[1:-1]}"
+            raise Refusal(message, "put a quantity of several units into brackets, as in a / (9.8 m/s^2)")
 
     def _signed(self) -> Tree:
         self._deeper()
@@ -170,6 +188,14 @@ class _Parser:
         self.depth += 1
         if self.depth > DEPTH:
             raise Refusal(f"a formula nested deeper than {DEPTH} levels", "name its parts in [values]")
+
+
+def _is_unit(name: str) -> bool:
+    try:
+        unit(name)
+    except Refusal:
+        return False
+    return True
 
 
 def _raised(base: Tree, exponent: Tree) -> Tree:

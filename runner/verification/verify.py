@@ -18,7 +18,7 @@ from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.simulate import RunError, simulate
 from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
@@ -40,6 +40,7 @@ class Finding:
     value: float
     at_least: float
     at_most: float
+    reason: str = ""  # why there is no value
 
     @property
     def met(self) -> bool:
@@ -60,10 +61,20 @@ class Measurements:
         self.engine: EngineName = engine
         self._margins: dict[str, Mapping[str, float]] = {}
 
-    @cached_property
+    @property
     def run(self) -> Result:
-        """The run of the graph."""
-        return simulate(self.graph.changed(probes=()), engine=self.engine)
+        """The run of the graph; raises `RunError` where it fails."""
+        if isinstance(self._run, RunError):
+            raise self._run
+        return self._run
+
+    @cached_property
+    def _run(self) -> Result | RunError:
+        """The run, or why it failed: a run that fails late is not tried again for the next requirement."""
+        try:
+            return simulate(self.graph.changed(probes=()), engine=self.engine)
+        except RunError as error:
+            return error
 
     @cached_property
     def result(self) -> StudyResult:
@@ -131,7 +142,8 @@ class Measurements:
 def verify(measurements: Measurements) -> list[Finding]:
     """Return a finding for each requirement of a graph, and for each margin that its loops must have.
 
-    Raises `ModelError` where a quantity cannot be had, `RunError` where the run fails.
+    One whose quantity cannot be had, or whose run fails, has no value and a reason; the others are verified all the
+    same. Raises `ModelError` for a graph that cannot run.
     """
     flat = measurements.flat
     return [
@@ -152,12 +164,18 @@ def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requ
 
 def _finding(measurements: Measurements, name: str, requirement: Requirement, limits: Asked) -> Finding:
     low, high = limits.at_least, limits.at_most
-    values = measurements.values(requirement)
+    reason = ""
+    try:
+        values = measurements.values(requirement)
+    except ModelError as error:
+        values, reason = [math.nan], "; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in error.problems)
+    except RunError as error:
+        values, reason = [math.nan], str(error)
     value = next((value for value in values if not low <= value <= high), values[-1])
     wanted = requirement.quantity
     quantity = wanted if isinstance(wanted, str) else str(quantity_of(measurements.flat, requirement))
     quantity += ", worst case" if requirement.tolerances else ""
-    return Finding(name, requirement.text, quantity, limits.unit, value, low, high)
+    return Finding(name, requirement.text, quantity, limits.unit, value, low, high, reason)
 
 
 def _finite(value: Any) -> Any:

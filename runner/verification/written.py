@@ -22,7 +22,7 @@ def findings_text(findings: Sequence[Finding]) -> list[str]:
     rows = [_row(finding) for finding in findings]
     short = [(*row[:-1], row[-1] if len(row[-1]) <= _LONGEST else row[-1][: _LONGEST - 4] + " ...") for row in rows]
     lines = text_table([HEADS, *short], left=(0, 1, 2, 5, 6)) if rows else []
-    return [*lines, "" if rows else "the graph has no requirements", summary(findings)]
+    return [*lines, "" if rows else "the graph has no requirements", *_reasons(findings), summary(findings)]
 
 
 def summary(findings: Sequence[Finding]) -> str:
@@ -41,6 +41,7 @@ def save_junit(path: Path, name: str, findings: Sequence[Finding]) -> Path:
         case = ElementTree.SubElement(suite, "testcase", classname=_clean(finding.quantity), name=_clean(finding.id))
         if not finding.met:
             message = f"{finding.quantity} is {_number(finding)} {finding.unit}, required {_required(finding)}"
+            message += f": {finding.reason}" if finding.reason else ""
             ElementTree.SubElement(case, "failure", message=_clean(message)).text = _clean(finding.text)
     suites = ElementTree.Element("testsuites")
     suites.append(suite)
@@ -50,8 +51,12 @@ def save_junit(path: Path, name: str, findings: Sequence[Finding]) -> Path:
 def save_findings_page(path: Path, name: str, findings: Sequence[Finding]) -> Path:
     """Write the findings as a page."""
     rows = map(_row, findings)
-    opening = f"<p>{escape(summary(findings))}</p>"
+    opening = "".join(f"<p>{escape(line)}</p>" for line in (summary(findings), *_reasons(findings)))
     return save_page(path, name or "Requirements", opening, [("Requirements", table(HEADS, rows, _NUMBERS))], "")
+
+
+def _reasons(findings: Sequence[Finding]) -> list[str]:
+    return [f"{finding.id} has no value: {finding.reason}" for finding in findings if finding.reason]
 
 
 def _row(finding: Finding) -> tuple[str, ...]:

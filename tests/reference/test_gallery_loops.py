@@ -16,7 +16,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 
 SLOW = 125e-6
-COMB = 1.4757e-8  # F/m
+COMB = 1.4756979688e-8  # F/m
 Loop = Callable[[complex], complex]  # of z
 
 

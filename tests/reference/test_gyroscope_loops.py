@@ -22,7 +22,8 @@ QUIET = {"amplifier.density": 0.0, "gas.temperature": 0.0}
 M, W, AMPLITUDE, T = 50e-9, 2.0 * math.pi * 8000.0, 1e-6, 1.0 / 128_000.0
 RATE = math.radians(10.0)
 BOLTZMANN = 1.380649e-23
-SCALE = 4.0 * 1.4757e-8 / (2.0 * M * W * AMPLITUDE) * np.sinc(1.0 / 16.0)  # rad/s per volt
+COMB = 1.4756979688e-8  # F/m, the default of CombDrive
+SCALE = 4.0 * COMB / (2.0 * M * W * AMPLITUDE) * np.sinc(1.0 / 16.0)  # rad/s per volt
 
 
 def stepped(rate: float) -> tuple[np.ndarray, np.ndarray]:
@@ -42,7 +43,7 @@ def stepped(rate: float) -> tuple[np.ndarray, np.ndarray]:
 def by_hand(ticks: int) -> dict[str, list[float]]:
     """Rate, quadrature and drive at the controllers' ticks."""
     slow = 16 * T
-    wn, gradient = 2.0 * math.pi * 60.0, 1.4757e-8
+    wn, gradient = 2.0 * math.pi * 60.0, COMB
     kp, ki = 2.0 * wn / (2.0 * math.pi * 0.5), wn * wn / (2.0 * math.pi * 0.5) * slow
     still, turning = stepped(0.0), stepped(RATE)
     state, turns = np.zeros(4), 0.0
@@ -89,7 +90,7 @@ def test_closed_loop_against_a_program_of_its_own() -> None:
         assert result[signal].values == pytest.approx(expected[name], abs=1e-7 * max(map(abs, expected[name])))
     assert result["rate.output"].values[-1] == pytest.approx(RATE, rel=1e-4)
     assert result["quadrature_controller.output"].values[-1] == pytest.approx(
-        2.0 * M * math.radians(100.0) * W * AMPLITUDE / (4.0 * 1.4757e-8) / np.sinc(1.0 / 16.0), rel=1e-4
+        2.0 * M * math.radians(100.0) * W * AMPLITUDE / (4.0 * COMB) / np.sinc(1.0 / 16.0), rel=1e-4
     )
 
 
@@ -127,6 +128,18 @@ def test_the_phase_of_the_drive_is_neutral_once_the_loops_have_settled() -> None
     assert settled.verdict == soon.verdict == "stable"
     assert settled.phase_margin == pytest.approx(soon.phase_margin, rel=0.01)
     assert any(mode.pole.value == pytest.approx(1.0, abs=1e-12) for mode in settled.hidden)
+
+
+@pytest.mark.defect(
+    "S656",
+    before="the rate loop at 1 s and 2 s is unstable, with a pole 3.7e-14 outside, at 1.5 s and 3 s stable",
+    after="stable: the run that leads there rounds, too",
+)
+@pytest.mark.parametrize(
+    "at", ["1 s", *(pytest.param(at, marks=pytest.mark.exhaustive) for at in ("1.5 s", "2 s", "5 s"))]
+)
+def test_the_phase_of_the_drive_is_neutral_at_any_time(at: str) -> None:
+    assert margins(CLOSED, "rate", at=at).verdict == "stable"
 
 
 def test_a_neutral_phase_is_left_out_of_several_loops_at_once_too() -> None:

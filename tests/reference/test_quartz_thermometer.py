@@ -15,15 +15,15 @@ ABOVE = 0.123  # K, so that no sample falls on a zero of the beat
 
 
 def counts() -> list[float]:
-    """Reciprocal counts of whole cycles, each begun by the edge that ended the one before."""
+    """Reciprocal counts of whole cycles, each begun by the edge that ended the one before, the first by rise two."""
     t = np.arange(TICKS) / RATE
     warming = np.where(t > 0.05, 2.0 * -np.expm1(-2.0 * math.pi * 15.9155 * (t - 0.05)), 0.0)
     beat = 28.2e6 * (1.0 + 35.4e-6 * (ABOVE + warming)) - 28.175e6
     turns = np.concatenate([[0.0], np.cumsum(beat)[:-1]]) / RATE
     high = np.sin(2.0 * math.pi * turns) >= 0.0
     edges = np.flatnonzero(high[1:] & ~high[:-1]) + 1
-    found, begin = [], 0
-    for number in range(1, len(edges)):
+    found, begin = [], 1
+    for number in range(2, len(edges)):
         if edges[number] - edges[begin] >= 10_000:
             found.append((number - begin) / (edges[number] - edges[begin]) * RATE)
             begin = number

@@ -83,7 +83,7 @@ def test_drive_loop_finds_the_resonance() -> None:
     assert result.measures["amplitude"].value == pytest.approx(0.5, rel=1e-4)
     assert 8000.0 + result.measures["frequency"].value == pytest.approx(resonance, abs=0.05)
     drive = result["loop.drive"].values[-200:].mean()
-    force = drive * 2.0 * 1.4757e-8 * 20.0 * math.sin(math.pi / 16.0) / (math.pi / 16.0)
+    force = drive * 2.0 * 1.4756979688e-8 * 20.0 * math.sin(math.pi / 16.0) / (math.pi / 16.0)
     assert force == pytest.approx(3.14e-7 * 2.0 * math.pi * resonance * 1e-6, rel=0.02)  # c v at 1 um
 
 

@@ -54,10 +54,18 @@ def test_ripple_of_0_015_decibel_inside_a_band_of_eleven_decades() -> None:
     assert np.abs(error).max() < 0.015
 
 
-def test_flat_below_the_band_and_falling_above() -> None:
+@pytest.mark.parametrize("highest", [1.01, 1.5, 3.0, 4.0, 4.1, 15.9, 16.1, 100.0, 1000.0])
+def test_goes_on_below_the_band_for_two_octaves_and_is_flat_from_there(highest: float) -> None:
+    block = FlickerNoise(level=0.3, lowest_frequency=5.0, highest_frequency=5.0 * highest)
+    frequencies = 5.0 * np.array([1e-6, 1e-3, 1.0 / 32.0, 0.5])
+    power = 10.0 * np.log10(density(block, 1000.0 * highest, frequencies) * 5.0 / 0.09)
+    assert 7.5 < power[0] < 10.6
+    assert power[0] - power[1:3] == pytest.approx([0.0, 0.105], abs=0.106)
+    assert power[3] == pytest.approx(10.0 * math.log10(2.0), abs=0.3)  # as 1/f
+
+
+def test_falls_above_the_band() -> None:
     block = FlickerNoise(level=1.0, lowest_frequency=1.0, highest_frequency=100.0)
-    below = density(block, 1e6, np.array([1e-4, 1e-2]))
-    assert below[0] == pytest.approx(below[1], rel=1e-2)
     above = density(block, 1e6, np.array([1e4, 2e4]))
     assert above[0] / above[1] == pytest.approx(4.0, rel=0.05)
 

@@ -38,3 +38,27 @@ def test_a_gated_count_is_right_to_an_edge() -> None:
 
 def test_a_signal_that_stands_still_is_never_finished() -> None:
     assert counted(0.0) == [(0, 0.0)]
+
+
+@pytest.mark.defect(
+    "S651",
+    before="the rise at the start counted as a period: 1023.3 Hz of a wave of 1000 Hz that begins high",
+    after="a reciprocal count begins at the second rise, a gate after the first",
+)
+@pytest.mark.parametrize("reciprocal", [True, False])
+@pytest.mark.parametrize("quiet", [1, 40, 700])
+def test_the_rise_with_which_a_signal_starts_is_no_period(reciprocal: bool, quiet: int) -> None:
+    """Low for a while, then a wave of 100 ticks that begins in the middle of its high half."""
+    wave = [(n + 25) % 100 < 50 for n in range(5000)]
+    rows = drive(FrequencyCounter(reciprocal=reciprocal), [{"signal": x} for x in [False] * quiet + wave], PERIOD)
+    shown = {row["frequency"] for row in rows if row["measurements"]}
+    assert sorted(shown) == pytest.approx([1000.0], rel=1e-12)
+
+
+def test_the_first_gate_opens_after_the_first_rise() -> None:
+    """Rises at ticks 1, 11, 21 and so on: a gate of 40 ticks holds those at 11, 21, 31 and 41."""
+    rows = drive(
+        FrequencyCounter(gate=40 * PERIOD, reciprocal=False), [{"signal": n % 10 == 1} for n in range(45)], PERIOD
+    )
+    assert next(n for n, row in enumerate(rows) if row["measurements"]) == 42
+    assert rows[-1]["frequency"] == pytest.approx(4.0 / (40 * PERIOD), rel=1e-12)

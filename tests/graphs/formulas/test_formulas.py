@@ -139,3 +139,29 @@ def test_exponents_of_units_stay_small() -> None:
     with pytest.raises(Refusal, match="an exponent beyond 100"):
         dimension_of(Formula("= ((1 m)^64)^64").tree, {})
     assert dimension_of(Formula("= ((1 m)^8)^(1/12)").tree, {})[0] == Fraction(2, 3)
+
+
+@pytest.mark.defect(
+    "S654",
+    before="`= 19.62 m/s^2 / 9.81 m/s^2` is 2 s^-4, and `1 / 20 nV/sqrt(Hz)` divides by nV and by sqrt(Hz)",
+    after="a divisor of several units is refused unless it stands in brackets",
+)
+@pytest.mark.parametrize(
+    "text",
+    ["= 19.62 m/s^2 / 9.81 m/s^2", "= x / 9.81 m / s^2", "= x / -9.81 m/s^2", "= x / 2 V * s", "= 1 / 20 nV/sqrt(Hz)"],
+)
+def test_a_divisor_of_several_units_stands_in_brackets(text: str) -> None:
+    with pytest.raises(Refusal, match=r"after / the quantity .* ends before") as refused:
+        dimension_of(Formula(text).tree, {"x": unit("1").exponents})
+    assert "as in a / (9.8 m/s^2)" in refused.value.hint
+
+
+def test_divisors_in_brackets_or_of_one_unit_are_what_they_are() -> None:
+    for text, value, in_unit in (
+        ("= 19.62 m/s^2 / (9.81 m/s^2)", 2.0, "1"),
+        ("= 19.62 m/s^2 / 9.81 m s^-2", 2.0, "1"),
+        ("= 6 / 2 ms / f0", 6.0 / 0.002 / f0, "1"),
+        ("= 6 / 2 / 3 ms", 1000.0, "1/s"),
+        ("= mass * 9.81 m/s^2", m * 9.81, "N"),
+    ):
+        assert Formula(text).quantity(NUMBERS, DIMENSIONS, in_unit) == pytest.approx(value, rel=1e-15)

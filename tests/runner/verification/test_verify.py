@@ -144,9 +144,32 @@ def test_files_that_are_no_golden_results(text: str, tmp_path: Path) -> None:
         read_golden(path)
 
 
-def test_a_yield_without_a_study() -> None:
-    with pytest.raises(ModelError, match="a yield is required, and there is no study"):
-        verify(Measurements(STUDY.graph, None, "python"))
+@pytest.mark.defect(
+    "C650",
+    before="one requirement without a value ends verify: the others are not told",
+    after="each answers for itself",
+)
+def test_a_requirement_without_a_value_says_why_and_the_others_are_verified(tmp_path: Path) -> None:
+    """Without a study the yields have no value, nor has a run that ends early; margins and checks have theirs."""
+    found = {finding.id: finding for finding in verify(Measurements(STUDY.graph, None, "python"))}
+    assert {name for name, finding in found.items() if finding.met} == {
+        "above", "swing", "margin", "stable", "main.gain_margin"
+    }  # fmt: skip
+    assert math.isnan(found["yield"].value)
+    assert found["yield"].reason == found["one"].reason == "a yield is required, and there is no study"
+    assert found["REQ-2.1"].reason == ""
+    assert "yield has no value: a yield is required, and there is no study" in findings_text(list(found.values()))
+    junit = save_junit(tmp_path / "found.xml", "graph", list(found.values())).read_text()
+    assert junit.count("<failure") == 3
+    assert "there is no study" in junit
+    assert "there is no study" in save_findings_page(tmp_path / "a.html", "", list(found.values())).read_text()
+
+    failing = TEXT.replace("samples = 10", "samples = 3000")
+    diverging = read_study_text(failing.replace('gain = "100 1/s"', 'gain = "-1e6 1/s"'))
+    ended = {finding.id: finding for finding in verify(Measurements(diverging.graph, None, "python"))}
+    assert "not finite" in ended["above"].reason
+    assert not ended["stable"].met
+    assert ended["stable"].reason == ""
 
 
 MISTAKES = {
