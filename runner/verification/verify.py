@@ -17,8 +17,9 @@ from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
+from proofmass.runner.run.faults import RunError
 from proofmass.runner.run.result import Result
-from proofmass.runner.run.simulate import RunError, simulate
+from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
