@@ -1,7 +1,5 @@
 """A mechanical accelerometer that is read by a 16-bit converter, with a block of its own. Run it with: python FILE"""
 
-from typing import Any
-
 from proofmass import Block, Graph, Input, param, simulate
 from proofmass.blocks import AnalogToDigital, Gain, MassSpringDamper, Sine
 
@@ -15,7 +13,7 @@ class Readout(Block):
 
 
 @Readout.output("V")
-def voltage(p: Any, displacement: float) -> float:
+def voltage(p: Readout, displacement: float) -> float:
     """Voltage of the displacement."""
     return p.sensitivity * displacement
 
