@@ -361,7 +361,7 @@ def _like(name: str) -> str:
     if name in ANSWERS:
         return ANSWERS[name]
     letters = name.rstrip("0123456789")
-    if letters != name and _known(letters):
+    if letters != name and is_unit(letters):
         return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
     if word in WRITTEN_OUT:
@@ -369,9 +369,10 @@ def _like(name: str) -> str:
     return did_you_mean(name[:20], (*_UNITS, *COMMON), "units")
 
 
-def _known(name: str) -> bool:
+def is_unit(expression: str) -> bool:
+    """Return whether a text is a unit that is known."""
     try:
-        _named(name)
+        unit(expression)
     except UnitError:
         return False
     return True

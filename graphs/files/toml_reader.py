@@ -188,8 +188,18 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         texts = text.rstrip("\n").split("\n")
         word, _, rest = place.partition(" ")
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
+        if Path(file).suffix not in ("", ".toml") and not file.startswith("<"):
+            raise _refused(file, line, "this is no graph file: it is not TOML", _graphs_beside(Path(file))) from None
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
         raise _refused(file, line, f"not TOML: {message}", hint) from None
+
+
+def _graphs_beside(path: Path) -> str:
+    """Return a hint at the graph that stands beside a file of another kind."""
+    files = sorted(file.name for file in islice(path.parent.glob("*.toml"), _COMPARED))
+    near = nearest(path.stem, (name.removesuffix(".toml") for name in files))
+    name = f"{near}.toml" if near else files[0] if files else ""
+    return f"did you mean {path.with_name(name)}?" if name else "proofmass new sensor.toml writes a graph to start from"
 
 
 def _others(path: Path) -> str:
