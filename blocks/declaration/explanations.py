@@ -23,7 +23,7 @@ EXPLANATIONS = (
     Explanation(
         "P0101",
         "The file is not TOML",
-        r"^not TOML|not UTF-8|NUL character|half a character|over \d+ (levels|parts|digits)|too many brackets",
+        r"not TOML|not UTF-8|NUL character|half a character|over \d+ (levels|parts|digits)|too many brackets",
         "The text breaks a rule of TOML: texts and quantities have straight quotes, a comment begins with #, "
         "lists have commas.",
         'Write the line as in kind = "Gain" or mass = "50 ug". The hint shows the line as it was probably meant.',
@@ -59,7 +59,7 @@ EXPLANATIONS = (
         "P0203",
         "A table has no such key",
         r"unknown key|^has no \{?\w*\}?$|has no \w+$|given twice|named twice|needs? (one|a|the|an) "
-        r"|is a study, not a graph"
+        r"|is a study, not a graph|this is no graph$"
         r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one|a measure)"
         r"|names no|must say|which signal is meant|no table|has no study",
         "A key of the file or of a table in it is unknown, missing, or given twice.",

@@ -33,9 +33,12 @@ GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
 
 def graph_from(source: Given | str | Path) -> Given | Graph:
     """Return a graph itself, or the graph of its file or of "library:NAME"; raises `ModelError`."""
-    if not isinstance(source, str | Path):
-        return source
-    return read_graph(source)
+    if isinstance(source, str | Path):
+        return read_graph(source)
+    if not isinstance(source, Value):
+        hint = 'name its file, or write Graph(name="...", rate="1 kHz", blocks={...}, wires=[...], probes=[...])'
+        raise ModelError([Problem(message="this is no graph", got=shown(source), hint=hint)])
+    return source
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
