@@ -152,7 +152,7 @@ EXPLANATIONS = (
     Explanation(
         "P0403",
         "An input has no wire, or two",
-        r"is not connected|is driven twice|is driven by|cannot be driven|exported input|probed twice",
+        r"is not connected|is backwards|is driven twice|is driven by|cannot be driven|exported input|probed twice",
         "Every input without a default needs exactly one wire. Parameters that fix a size or a start take none.",
         "Add the wire that the hint proposes, remove one of two, or add signals by a Sum.",
     ),

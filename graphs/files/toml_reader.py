@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
-from proofmass.graphs.files.locate_keys import LimitError, locate_keys
+from proofmass.graphs.files.locate_keys import LimitError, locate_keys, repeated_key
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
@@ -25,6 +25,8 @@ from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name
 _OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
+_TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints of the TOML parser
+_ONCE = "the same name is given twice: rename or remove one of them"
 _ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires can be checked
 
 
@@ -193,6 +195,11 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
         if Path(file).suffix not in ("", ".toml") and not file.startswith("<"):
             raise _refused(file, line, "this is no graph file: it is not TOML", _graphs_beside(Path(file))) from None
+        twice = repeated_key(text, line) if message.startswith(_TWICE) else None
+        if twice:
+            raise _refused(
+                file, line, f"{'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}", _ONCE
+            ) from None
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
         raise _refused(file, line, f"not TOML: {message}", hint) from None
 
