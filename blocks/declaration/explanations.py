@@ -175,7 +175,7 @@ EXPLANATIONS = (
     Explanation(
         "P0501",
         "Rates do not go together",
-        r"no common base rate|clock offset|no rate|continuous block has no rate|reads the same value"
+        r"no common base rate|base rate of a run|clock offset|no rate|continuous block has no rate|reads the same value"
         r"|of its values is read|switches after|at several rates|tick together too rarely",
         "Discrete blocks tick at rates whose ratios are those of small integers; continuous blocks have none.",
         "Say rate at the top of the file, and at blocks that are slower. docs/explanation/ticks-and-rates.md says"

@@ -16,7 +16,7 @@ from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
-from proofmass.graphs.checks.rates import rate_problems
+from proofmass.graphs.checks.rates import base_rate_notes, rate_problems
 from proofmass.graphs.checks.requirements import bad_requirements
 from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
@@ -355,6 +355,7 @@ def _one_of(outputs: Collection[str]) -> str:
 
 
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
+    yield from base_rate_notes(graph)
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
     used |= {split(measure.signal) for measure in graph.measures.values()}

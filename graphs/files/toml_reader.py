@@ -198,7 +198,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         twice = repeated_key(text, line) if message.startswith(_TWICE) else None
         if twice:
             raise _refused(
-                file, line, f"{'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}", _ONCE
+                file, line, f"not TOML: {'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}", _ONCE
             ) from None
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
         raise _refused(file, line, f"not TOML: {message}", hint) from None
