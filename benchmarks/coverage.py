@@ -16,7 +16,7 @@ from scipy import stats
 from proofmass.runner.comparison.studies import _independent
 from proofmass.runner.studies.outcome.intervals import (
     LEVEL,
-    Interval,
+    Bounds,
     deviation_interval,
     mean_interval,
     part_interval,
@@ -43,7 +43,7 @@ class Case(NamedTuple):
     name: str
     law: str
     draw: Callable[[np.random.Generator, int], Any]
-    interval: Callable[[Any], Interval]
+    interval: Callable[[Any], Bounds]
     truth: float
     fewest: int = 2  # sensors for which it claims to hold
 
@@ -85,7 +85,7 @@ def _points(part: float) -> Callable[[np.random.Generator, int], Any]:
     return draw
 
 
-def _of_points(good: Any) -> Interval:
+def _of_points(good: Any) -> Bounds:
     return part_interval(float(good.mean()) * len(good), len(good))
 
 

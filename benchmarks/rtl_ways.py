@@ -19,7 +19,7 @@ from proofmass.runner.rtl.bench.simulators import Played, play
 from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.reference import reference_of
-from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from proofmass.runner.run.engines import make_engine
 
@@ -92,7 +92,7 @@ def by_model(planned: Plan, machine: Machine, columns: Mapping[str, Column], clo
     text = machine_text(machine)
 
     def run() -> Found:
-        model = Model(reference_of(planned, machine), text)
+        model = VerilogModel(reference_of(planned, machine), text)
         began = process_time()
         outputs = model.run(inputs, clocks + late)
         seconds = process_time() - began

@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import where
-from proofmass.blocks.arithmetic.mantissa import Condition, Integer
+from proofmass.blocks.arithmetic.mantissa import Condition, WholeNumber
 
 TWICE = (4, 13, 40)  # of the hyperbolic rotations: without these the angles that follow do not add up to the one before
 
@@ -61,7 +61,7 @@ def _rounded(value: int) -> int:
     return (value + (1 << (GUARD - 1))) >> GUARD
 
 
-def grown(value: Integer, rest: Integer, shift: int, angle: int) -> tuple[Any, Any]:
+def grown(value: WholeNumber, rest: WholeNumber, shift: int, angle: int) -> tuple[Any, Any]:
     """One hyperbolic rotation of a vector with equal coordinates, of which one register is enough; bits are dropped.
 
     value exp(rest) stays what it is, but for rounding and the growth: the value takes up the exponential of the rest.
@@ -70,7 +70,7 @@ def grown(value: Integer, rest: Integer, shift: int, angle: int) -> tuple[Any, A
     return where(up, value + share, value - share), where(up, rest - angle, rest + angle)
 
 
-def turned(x: Integer, y: Integer, left: Condition, shift: int) -> tuple[Any, Any]:
+def turned(x: WholeNumber, y: WholeNumber, left: Condition, shift: int) -> tuple[Any, Any]:
     """One circular rotation, to the left or to the right; bits are dropped."""
     along, across = x >> shift, y >> shift
     return where(left, x - across, x + across), where(left, y + along, y - along)

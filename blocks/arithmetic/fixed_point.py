@@ -19,9 +19,9 @@ from typing import Any, Literal, cast, get_args
 from proofmass.blocks.arithmetic.fixed_format import Fixed
 from proofmass.blocks.arithmetic.mantissa import (
     Condition,
-    Integer,
     Mantissa,
     Rounding,
+    WholeNumber,
     held,
     maximum,
     minimum,
@@ -45,9 +45,9 @@ class OverflowCount:
     """
 
     def __init__(self, refusals: bool) -> None:
-        self.total: Integer = 0
-        self.lost: Integer = 0
-        self.refused: Integer = 0
+        self.total: WholeNumber = 0
+        self.lost: WholeNumber = 0
+        self.refused: WholeNumber = 0
         self.refusals = refusals
 
 
@@ -77,7 +77,7 @@ class FixedValue:
 
     __slots__ = ("fraction", "mantissa")
 
-    def __init__(self, mantissa: Integer, fraction: int = 0) -> None:
+    def __init__(self, mantissa: WholeNumber, fraction: int = 0) -> None:
         self.mantissa = mantissa
         self.fraction = fraction
 
@@ -236,7 +236,7 @@ def wrap(value: Any, format: Fixed) -> Any:
     return wrapped(value, format.lowest, format.highest)
 
 
-def stored(value: FixedValue | Integer, format: Fixed) -> Any:
+def stored(value: FixedValue | WholeNumber, format: Fixed) -> Any:
     """The mantissa that a register of a format holds for a value, which must have a place in it.
 
     Raises TypeError for a value with more fraction bits, OverflowError for one outside the range.
@@ -247,7 +247,7 @@ def stored(value: FixedValue | Integer, format: Fixed) -> Any:
     return held(value.mantissa << (format.fraction - value.fraction), format)
 
 
-def _fitted(mantissa: Integer, format: Fixed, overflow: Overflow) -> Any:
+def _fitted(mantissa: WholeNumber, format: Fixed, overflow: Overflow) -> Any:
     if overflow not in _OVERFLOWS:
         raise TypeError(f"overflow is one of {', '.join(_OVERFLOWS)}, not {overflow!r}")
     count = _counting.get()
@@ -274,7 +274,7 @@ def _lifted(value: Any) -> FixedValue:
     raise TypeError(f"a {type(value).__name__} has no fixed-point format: write fixed(value, format, rounding)")
 
 
-def _aligned(a: FixedValue, other: Any) -> tuple[Integer, Integer, int]:
+def _aligned(a: FixedValue, other: Any) -> tuple[WholeNumber, WholeNumber, int]:
     """Both mantissas at the finer of the two fractions, and that fraction."""
     b = _lifted(other)
     if a.fraction == b.fraction:

@@ -92,32 +92,32 @@ class Mantissa(Protocol):
         """Return the value behind a pipeline cut."""
 
 
-Integer: TypeAlias = int | Mantissa
+WholeNumber: TypeAlias = int | Mantissa
 Condition: TypeAlias = bool | int | Mantissa
 
 
-def selected(condition: Condition, chosen: Integer, otherwise: Integer) -> Any:
+def selected(condition: Condition, chosen: WholeNumber, otherwise: WholeNumber) -> Any:
     """`chosen` where the condition holds, else `otherwise`."""
     if isinstance(condition, int):
         return chosen if condition else otherwise
     return condition.select(chosen, otherwise)
 
 
-def minimum(a: Integer, b: Integer) -> Any:
+def minimum(a: WholeNumber, b: WholeNumber) -> Any:
     """The smaller of two."""
     if isinstance(a, int):
         return min(a, b) if isinstance(b, int) else b.minimum(a)
     return a.minimum(b)
 
 
-def maximum(a: Integer, b: Integer) -> Any:
+def maximum(a: WholeNumber, b: WholeNumber) -> Any:
     """The greater of two."""
     if isinstance(a, int):
         return max(a, b) if isinstance(b, int) else b.maximum(a)
     return a.maximum(b)
 
 
-def held(mantissa: Integer, format: Fixed) -> Any:
+def held(mantissa: WholeNumber, format: Fixed) -> Any:
     """The mantissa, which must be one of the format; raises OverflowError."""
     if not isinstance(mantissa, int):
         return mantissa.held(format.lowest, format.highest, format.with_range)
@@ -126,7 +126,7 @@ def held(mantissa: Integer, format: Fixed) -> Any:
     return mantissa
 
 
-def wrapped(mantissa: Integer, low: int, high: int) -> Any:
+def wrapped(mantissa: WholeNumber, low: int, high: int) -> Any:
     """The low bits of a mantissa, as two's complement where `low` is negative.
 
     >>> wrapped(16, 0, 15), wrapped(9, -8, 7)
@@ -141,7 +141,7 @@ def low_bits(mantissa: Any, low: int, high: int) -> Any:
     return (bits ^ sign) - sign if sign else bits
 
 
-def rounded(mantissa: Integer, dropped: int, rounding: Rounding) -> Any:
+def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
     """mantissa / 2**dropped as an integer."""
     if rounding not in _ROUNDINGS:
         raise TypeError(f"rounding is one of {', '.join(_ROUNDINGS)}, not {rounding!r}")

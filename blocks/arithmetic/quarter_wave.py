@@ -9,7 +9,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.elementary import sine_of_turns
 from proofmass.blocks.arithmetic.fixed_point import where
-from proofmass.blocks.arithmetic.mantissa import Integer
+from proofmass.blocks.arithmetic.mantissa import WholeNumber
 
 
 def quarter_wave(phase_bits: int, fraction: int) -> tuple[int, ...]:
@@ -22,7 +22,7 @@ def quarter_wave(phase_bits: int, fraction: int) -> tuple[int, ...]:
     return tuple(round(math.ldexp(sine_of_turns((i + 0.5) / (1 << phase_bits)), fraction)) for i in steps)
 
 
-def sine_word(table: tuple[int, ...], phase: Integer) -> Any:
+def sine_word(table: tuple[int, ...], phase: WholeNumber) -> Any:
     """The mantissa of the sine at a phase word; bits above the first `phase_bits` are whole turns."""
     size = len(table)
     quadrant = phase & size
@@ -31,7 +31,7 @@ def sine_word(table: tuple[int, ...], phase: Integer) -> Any:
     return where((phase & (2 * size)) > 0, -value, value)
 
 
-def _entry(table: tuple[int, ...], place: Integer) -> Any:
+def _entry(table: tuple[int, ...], place: WholeNumber) -> Any:
     """The entry at a place, chosen bit by bit from the lowest."""
     entries: list[Any] = list(table)
     bit = 1

@@ -6,7 +6,8 @@ International Journal of Control 77, 2004.) Each step does as much as all the st
 
 from collections.abc import Sequence
 
-Matrix = list[list[float]]
+from proofmass.blocks.arithmetic.modes import Matrix
+
 STEPS = 60
 
 

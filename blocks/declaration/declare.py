@@ -21,16 +21,16 @@ import typing
 from collections.abc import Callable, Iterator
 from typing import Any, ClassVar
 
-from proofmass.blocks.declaration.kind import Kind
+from proofmass.blocks.declaration.kind import BlockType
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError, unit
 
-__all__ = ["Block", "Buffer", "BufferPort", "Input", "Kind", "Port", "Recording", "block", "param"]
+__all__ = ["Block", "BlockType", "Buffer", "BufferPort", "Input", "Port", "Recording", "block", "param"]
 
 
-class Block(metaclass=Kind):
+class Block(metaclass=BlockType):
     """Base of every block: a frozen value of its parameters, which are its only attributes.
 
     >>> from typing import NamedTuple
@@ -130,7 +130,7 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
         kinds = {n: type(p.default) for n, p in parameters.items()}
         body: dict[str, Any] = {"__doc__": function.__doc__, "__module__": function.__module__}
         body |= {"__annotations__": kinds, **parameters, **inputs}
-        made = typing.cast("type[Block]", Kind(name, (Block,), body))
+        made = typing.cast("type[Block]", BlockType(name, (Block,), body))
         made.output(unit)(function)
         return made
 

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.parameter import Parameter, fill
-from proofmass.blocks.declaration.ports import BufferPort, Port, Size
+from proofmass.blocks.declaration.ports import BufferPort, DeclaredSize, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem
 
 
@@ -48,7 +48,7 @@ def unit_of(block: Block, what: Port | Parameter) -> str:
     return fill(what.unit, {n: getattr(block, n) for n, p in type(block).parameters.items() if p.kind is str})
 
 
-def size_of(block: Block, size: Size) -> int:
+def size_of(block: Block, size: DeclaredSize) -> int:
     """A size as a number: itself, the value of an integer parameter, or the length of a list parameter."""
     if isinstance(size, int):
         return size

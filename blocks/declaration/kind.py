@@ -16,12 +16,12 @@ _NOTHING = Declaration("", {}, {}, {}, None, False)
 
 
 @dataclass_transform(frozen_default=True, kw_only_default=True, field_specifiers=(param,))
-class Kind(Registration):
+class BlockType(Registration):
     """The class of every class of blocks: it takes parameters, inputs and buffers out of the body of the class."""
 
     __dataclass_fields__: "dict[str, dataclasses.Field[Any]]"
 
-    def __new__(mcs, name: str, bases: tuple[type, ...], body: Mapping[str, Any]) -> "Kind":
+    def __new__(mcs, name: str, bases: tuple[type, ...], body: Mapping[str, Any]) -> "BlockType":
         given = {n: v for n, v in body.items() if isinstance(v, dataclasses.Field | Input | Buffer)}
         kind = super().__new__(mcs, name, bases, {n: v for n, v in body.items() if n not in given})
         kind.__declaration__ = _declaration(kind, given)
@@ -44,9 +44,9 @@ class Kind(Registration):
         )
 
 
-def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
+def _declaration(kind: BlockType, fields: Mapping[str, Any]) -> Declaration:
     """Declaration in the body of a class, added to that of its base."""
-    base = next((b.__declaration__ for b in kind.__mro__[1:] if isinstance(b, Kind)), _NOTHING)
+    base = next((b.__declaration__ for b in kind.__mro__[1:] if isinstance(b, BlockType)), _NOTHING)
     hints = typing.get_type_hints(kind)
     annotated = [n for n in inspect.get_annotations(kind) if typing.get_origin(hints[n]) is not ClassVar]
     for name in fields:
@@ -66,22 +66,22 @@ def _declaration(kind: Kind, fields: Mapping[str, Any]) -> Declaration:
     )
 
 
-def _fields(kind: Kind) -> "dict[str, dataclasses.Field[Any]]":
+def _fields(kind: BlockType) -> "dict[str, dataclasses.Field[Any]]":
     """Fields for `dataclasses.fields` and `dataclasses.replace`; the class has no attributes for parameters."""
     fields = [(p.name, p.kind, dataclasses.field(default=p.default)) for p in kind.parameters.values()]
     values: Any = dataclasses.make_dataclass(kind.__name__, fields, eq=False, repr=False)
     return typing.cast("dict[str, dataclasses.Field[Any]]", values.__dataclass_fields__)
 
 
-def _units(kind: Kind) -> Iterator[tuple[str, str]]:
+def _units(kind: BlockType) -> Iterator[tuple[str, str]]:
     """The unit of each parameter that has one, and of each input."""
     yield from ((parameter.name, parameter.unit) for parameter in kind.parameters.values() if parameter.unit)
     yield from ((port.name, port.unit) for port in kind.inputs.values())
 
 
-def _refuse_hiding(kind: Kind, attribute: str) -> None:
+def _refuse_hiding(kind: BlockType, attribute: str) -> None:
     """Raise TypeError if an attribute that is neither parameter nor port would hide one that every kind has."""
-    if not attribute.startswith("__") and hasattr(Kind, attribute):
+    if not attribute.startswith("__") and hasattr(BlockType, attribute):
         raise TypeError(
             f"{kind.__name__}.{attribute}: the name is taken; every block has {attribute}, and only a parameter or a "
             "port may have its name"

@@ -6,8 +6,10 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 
-Number = type[float] | type[int] | type[bool] | type[FixedValue]
-Size = int | str | Callable[[Any], int]  # a number, an integer parameter, a list parameter (its length), a function
+NumberType = type[float] | type[int] | type[bool] | type[FixedValue]
+DeclaredSize = (
+    int | str | Callable[[Any], int]
+)  # a number, an integer parameter, a list parameter (its length), a function
 
 
 @dataclasses.dataclass(frozen=True)
@@ -17,10 +19,10 @@ class Port:
     name: str
     unit: str
     doc: str
-    dtype: Number
-    shape: tuple[Size, ...] = ()
+    dtype: NumberType
+    shape: tuple[DeclaredSize, ...] = ()
     default: float | bool | None = None  # inputs: the value when nothing is connected
-    every: Size = 1  # outputs: ticks of the block per tick of the port
+    every: DeclaredSize = 1  # outputs: ticks of the block per tick of the port
     no_value: str = ""  # outputs: what has happened where the value is NaN, and what to do
 
 
@@ -39,8 +41,8 @@ class Input:
         self,
         unit: str,
         doc: str,
-        dtype: Number = float,
-        shape: tuple[Size, ...] = (),
+        dtype: NumberType = float,
+        shape: tuple[DeclaredSize, ...] = (),
         default: float | bool | None = None,
     ) -> None:
         if default is not None and isinstance(default, bool) != (dtype is bool):
@@ -59,8 +61,8 @@ class BufferPort:
 
     name: str
     doc: str
-    dtype: Number
-    shape: tuple[Size, ...]
+    dtype: NumberType
+    shape: tuple[DeclaredSize, ...]
     recorded: str = ""  # "time" or "value": filled from a recording, as long as it is
 
 
@@ -74,7 +76,7 @@ class Buffer:
     ('ticks',)
     """
 
-    def __init__(self, doc: str, dtype: Number, shape: tuple[Size, ...]) -> None:
+    def __init__(self, doc: str, dtype: NumberType, shape: tuple[DeclaredSize, ...]) -> None:
         self._buffer = BufferPort("", doc, dtype, shape)
 
     def named(self, name: str) -> BufferPort:

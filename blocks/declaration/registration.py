@@ -14,47 +14,47 @@ from proofmass.blocks.declaration.decorators import bare, called
 from proofmass.blocks.declaration.facts import Facts, Requirements
 from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
-from proofmass.blocks.declaration.ports import Number, Port, Size
+from proofmass.blocks.declaration.ports import DeclaredSize, NumberType, Port
 from proofmass.blocks.declaration.units import UnitError, unit
 
-Function = TypeVar("Function", bound=Callable[..., Any])
+_Function = TypeVar("_Function", bound=Callable[..., Any])
 
 
 class Registration(Facts):
     """A kind of block on which functions are registered."""
 
     @bare
-    def formats(cls, function: Function) -> Function:
+    def formats(cls, function: _Function) -> _Function:
         """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
         cls.functions["formats"] = _bound(cls, function, set())
         return function
 
     @bare
-    def constants(cls, function: Function) -> Function:
+    def constants(cls, function: _Function) -> _Function:
         """Register `constants(p, period) -> Constants`: what the loop needs, from the parameters."""
         cls.functions["constants"] = _bound(cls, function, {"period"})
         return function
 
     @bare
-    def start(cls, function: Function) -> Function:
+    def start(cls, function: _Function) -> _Function:
         """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it each field is zero."""
         cls.functions["start"] = _bound(cls, function, {*cls.buffers, "period"})
         return function
 
     @bare
-    def update(cls, function: Function) -> Function:
+    def update(cls, function: _Function) -> _Function:
         """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
         cls.functions["update"] = _bound(cls, function, _in_the_loop(cls) - {"out"})
         return function
 
     @called("linear=False")
-    def derivative(cls, *, linear: bool) -> Callable[[Function], Function]:
+    def derivative(cls, *, linear: bool) -> Callable[[_Function], _Function]:
         """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it.
 
         Only fields of type float are integrated; the others are modes, which events change.
         """
 
-        def register(function: Function) -> Function:
+        def register(function: _Function) -> _Function:
             cls.functions["derivative"] = _bound(cls, function, {"x", *cls.inputs, "time"})
             cls.__declaration__.linear = linear
             return function
@@ -62,14 +62,14 @@ class Registration(Facts):
         return register
 
     @called("then=NEXT_STATE")
-    def event(cls, *, then: Callable[..., Any]) -> Callable[[Function], Function]:
+    def event(cls, *, then: Callable[..., Any]) -> Callable[[_Function], _Function]:
         """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.
 
         When it falls to zero or below, the runner finds the instant and calls `then(c, x, inputs..., time) -> State`,
         after which the clearance must be above zero again: a mode in the state, or the sign of a velocity, says so.
         """
 
-        def register(function: Function) -> Function:
+        def register(function: _Function) -> _Function:
             known = {"x", *cls.inputs, "time"}
             cls.events[function.__name__] = _bound(cls, function, known), _bound(cls, then, known)
             return function
@@ -77,7 +77,7 @@ class Registration(Facts):
         return register
 
     @bare
-    def corner(cls, function: Function) -> Function:
+    def corner(cls, function: _Function) -> _Function:
         """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are,
         or `passed(c, time) -> int`, how many corners there were so far: none is missed, however many a step has.
 
@@ -98,11 +98,11 @@ class Registration(Facts):
         cls,
         unit: str,
         *,
-        shape: tuple[Size, ...] = (),
-        dtype: Number | None = None,
-        every: Size = 1,
+        shape: tuple[DeclaredSize, ...] = (),
+        dtype: NumberType | None = None,
+        every: DeclaredSize = 1,
         no_value: str = "",
-    ) -> Callable[[Function], Function]:
+    ) -> Callable[[_Function], _Function]:
         """Register the output port that the function computes; its name, dtype and doc are the port's.
 
         With a `shape` the function writes into `out` and `dtype` is given here. `every` makes the port tick once
@@ -110,7 +110,7 @@ class Registration(Facts):
         `no_value` then says what has happened, and what to do.
         """
 
-        def register(function: Function) -> Function:
+        def register(function: _Function) -> _Function:
             name = function.__name__
             refuse_taken(cls, name)
             _refuse_twice(cls, name)

@@ -15,9 +15,9 @@ from proofmass.blocks.language.values import (
     ListOf,
     Meta,
     Record,
+    RefusedType,
     TupleOf,
     Type,
-    Unknown,
     Vector,
     described,
     entry_of,
@@ -80,7 +80,7 @@ class Expressions:
 
     def converted(self, node: ast.AST, expression: ast.expr, kind: Type, wanted: Type, what: str) -> ast.expr:
         """Convert a value to its declared type; never round or test for truth in silence."""
-        if kind == wanted or isinstance(wanted, Unknown) or isinstance(kind, Unknown):
+        if kind == wanted or isinstance(wanted, RefusedType) or isinstance(kind, RefusedType):
             return expression
         if wanted is float and kind in NUMBERS:
             return self.as_number(expression, kind)
@@ -104,7 +104,7 @@ class Expressions:
             ]
         first = values[0][1]
         for _, kind in values:
-            if isinstance(kind, Unknown):
+            if isinstance(kind, RefusedType):
                 raise refuse(node, "", known=kind)
             if kind != first:
                 hint = "write float(...) round the integer" if {first, kind} == {int, float} else ""
@@ -146,7 +146,7 @@ class Expressions:
     def _name(self, node: ast.Name) -> Typed:
         kind = self.scope.local(node)
         if kind is not None:
-            if isinstance(kind, Unknown):
+            if isinstance(kind, RefusedType):
                 raise refuse(node, "", known=kind)
             return ast.Name(node.id, ast.Load()), kind
         return self.literal(node, self.scope.outside(node))
@@ -160,7 +160,7 @@ class Expressions:
             if node.attr not in fields:
                 hint = did_you_mean(node.attr, fields, "its fields")
                 raise refuse(node, f"{kind.kind.__name__} has no field {node.attr}", hint)
-            if isinstance(fields[node.attr], Unknown):
+            if isinstance(fields[node.attr], RefusedType):
                 raise refuse(
                     node, f"the field {node.attr} has no type that can be compiled", "declare it float, int or bool"
                 )

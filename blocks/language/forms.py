@@ -16,7 +16,7 @@ from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Form, plain_form
 from proofmass.blocks.language.refusals import problem_at
 from proofmass.blocks.language.scope import outer
-from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, Type, Unknown, Vector, is_record, type_of
+from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, RefusedType, Type, Vector, is_record, type_of
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
 
@@ -102,7 +102,7 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
             declared = kind.inputs[name]
             return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
         case Meaning.PARAMETERS:
-            return Unknown()
+            return RefusedType()
         case _:
             raise TypeError(f"{meaning.name} has no type")
 
@@ -128,7 +128,7 @@ def _bad_types(kind: type[Block]) -> Iterator[Problem]:
             )
             continue
         for field, of in Record(record).fields.items():
-            listed = what == "Constants" and not isinstance(of, Unknown)
+            listed = what == "Constants" and not isinstance(of, RefusedType)
             if of not in NUMBERS and not listed and not kind.has_formats():
                 yield Problem(
                     message=f"the field {field} of {record.__name__} has a type that no engine holds",

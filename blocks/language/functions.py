@@ -14,7 +14,7 @@ from proofmass.blocks.language.operations import Checked
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import Read, Scope, unchanged
 from proofmass.blocks.language.statements import RestartError, Statements
-from proofmass.blocks.language.values import NOTHING, Type, Unknown, annotated, described, type_of
+from proofmass.blocks.language.values import NOTHING, RefusedType, Type, annotated, described, type_of
 
 _OURS = "proofmass."
 
@@ -54,12 +54,12 @@ def _plain_form(
 ) -> Form:
     if not isinstance(function, types.FunctionType):
         problem = Problem(message=f"a {type(function).__name__} is no function", hint="write it with `def`")
-        return Form(None, result or Unknown(), [problem])
+        return Form(None, result or RefusedType(), [problem])
     try:
         tree = tree_of(function)
     except SourceError as error:
         hint = "write the block into a file, with `def`, and load it anew"
-        return Form(None, result or Unknown(), [problem_at(function, None, str(error), hint)])
+        return Form(None, result or RefusedType(), [problem_at(function, None, str(error), hint)])
     names = [argument.arg for argument in (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)]
     problems, reads, promoted = list[Problem](), list[Read](), set[str]()
 
@@ -74,7 +74,7 @@ def _plain_form(
         problems.extend(problem for problem in callee.problems if problem not in problems)
         reads.extend(callee.reads)
         if callee.problems:
-            raise refuse(node, "", known=Unknown())
+            raise refuse(node, "", known=RefusedType())
         return reader.applied(callee.function, *(argument for argument, _ in given_types)), callee.result
 
     while True:  # until all variables that are numbers are known to be
@@ -90,7 +90,7 @@ def _plain_form(
     problems += [problem_at(function, r.node, r.message, r.hint) for r in reader.refused if r.message]
     reads += reader.scope.reads
     made = None if reader.refused else _defined(function, tree, names, lines, reader.scope)
-    return Form(made, reader.result or Unknown(), problems, reads)
+    return Form(made, reader.result or RefusedType(), problems, reads)
 
 
 def _body(reader: Statements, tree: ast.FunctionDef) -> list[ast.stmt]:

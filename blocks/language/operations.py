@@ -129,11 +129,11 @@ def _index(index: int, length: int) -> int:
 PLACE = Checked(arithmetic.place, arithmetic.place_fails, int, _index)
 
 # Functions of Python: what is called in their place, the types of the arguments, and that of the result.
-Function = tuple[Any, tuple[Type, ...], Type]
+CheckedFunction = tuple[Any, tuple[Type, ...], Type]
 _MAY_FAIL = ("sqrt", "exp", "log", "log2", "log10", "log1p", "expm1", "exp2", "sin", "cos", "tan", "asin", "acos",
              "sinh", "cosh", "acosh", "atanh")  # fmt: skip
 _NEVER_FAIL = ("erf", "erfc", "atan", "tanh", "asinh", "fabs", "degrees", "radians")
-FUNCTIONS: dict[Any, Function] = {
+FUNCTIONS: dict[Any, CheckedFunction] = {
     **{f: (_defined(f, arithmetic.undefined, f), (float,), float) for f in (getattr(math, name) for name in _MAY_FAIL)},
     **{getattr(math, name): (getattr(math, name), (float,), float) for name in _NEVER_FAIL},
     math.cbrt: (_defined(arithmetic.c_cube_root, arithmetic.undefined, math.cbrt), (float,), float),
@@ -152,7 +152,7 @@ FUNCTIONS: dict[Any, Function] = {
     math.lcm: (_fits(whole.least_multiple, whole.least_multiple_fails, math.lcm), (int, int), int),
     math.factorial: (Checked(whole.factorial, whole.factorial_fails, int, _factorial), (int,), int),
 }
-NO_FUNCTION: Function = (None, (), float)
+NO_FUNCTION: CheckedFunction = (None, (), float)
 TO_INTEGER: dict[Any, Checked] = {
     int: TRUNCATE,
     math.trunc: TRUNCATE,

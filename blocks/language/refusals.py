@@ -5,7 +5,7 @@ import types
 from typing import ClassVar
 
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.blocks.language.values import Type, Unknown
+from proofmass.blocks.language.values import RefusedType, Type
 
 
 class RefusedError(Exception):
@@ -46,7 +46,7 @@ class RefusedError(Exception):
 
 def refuse(node: ast.AST, message: str, hint: str = "", known: Type | None = None) -> RefusedError:
     """Return the refusal of something; a silent one if its cause was refused already."""
-    return RefusedError(node, "" if isinstance(known, Unknown) else message, hint)
+    return RefusedError(node, "" if isinstance(known, RefusedType) else message, hint)
 
 
 def problem_at(function: types.FunctionType, node: ast.AST | None, message: str, hint: str) -> Problem:

@@ -7,7 +7,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import did_you_mean, nearest
 from proofmass.blocks.language.refusals import refuse
-from proofmass.blocks.language.values import Type, Unknown
+from proofmass.blocks.language.values import RefusedType, Type
 
 MISSING = object()
 Read = tuple[types.FunctionType | types.ModuleType | type, str, Any]
@@ -55,8 +55,8 @@ class Scope:
             return self.types[node.id]
         if node.id not in self._locals:
             return None
-        if isinstance(self.types.get(node.id), Unknown):
-            return Unknown()
+        if isinstance(self.types.get(node.id), RefusedType):
+            return RefusedType()
         raise refuse(node, f"{node.id} may have no value here", f"give it one before: {node.id} = 0.0")
 
     def outside(self, node: ast.Name) -> Any:

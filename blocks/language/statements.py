@@ -13,9 +13,9 @@ from proofmass.blocks.language.values import (
     NOTHING,
     NUMBERS,
     Record,
+    RefusedType,
     TupleOf,
     Type,
-    Unknown,
     Vector,
     described,
 )
@@ -66,7 +66,7 @@ class Statements(Loops):
         names += [part.name for part in ast.walk(node) if isinstance(part, ast.FunctionDef | ast.ClassDef)]
         for name in names:
             if name not in self.scope.types:
-                self.scope.types[name] = Unknown()
+                self.scope.types[name] = RefusedType()
                 self.scope.assigned.add(name)
 
     # -- assignments -----------------------------------------------------------------------------------------------
@@ -141,7 +141,7 @@ class Statements(Loops):
         written = kind is int and isinstance(expression, ast.Constant)
         if name in self.scope.promoted and written:
             expression, kind = self.as_number(expression, kind), float
-        if before is None or isinstance(before, Unknown) or before == kind:
+        if before is None or isinstance(before, RefusedType) or before == kind:
             self.scope.types[name] = kind
             self._written.setdefault(name, True)
             self._written[name] &= written

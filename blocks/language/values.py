@@ -53,12 +53,12 @@ class Meta:
 
 
 @dataclass(frozen=True)
-class Unknown:
+class RefusedType:
     """Type of an expression that was refused already: no further refusal follows from it."""
 
 
 Type: TypeAlias = (
-    type[int] | type[float] | type[bool] | type[None] | TupleOf | ListOf | Vector | Record | Meta | Unknown
+    type[int] | type[float] | type[bool] | type[None] | TupleOf | ListOf | Vector | Record | Meta | RefusedType
 )
 NUMBERS: tuple[Any, ...] = (int, float, bool)
 NOTHING: Any = type(None)
@@ -81,19 +81,19 @@ def type_of(annotation: Any) -> Type:
         return ListOf(float)
     if is_record(annotation):
         return Record(annotation)
-    return Unknown()
+    return RefusedType()
 
 
 def annotated(function: types.FunctionType) -> Type | None:
     """Return the declared type of a function's result; None if it declares none."""
-    declared = function.__annotations__.get("return", Unknown)
+    declared = function.__annotations__.get("return", RefusedType)
     if isinstance(declared, str):
         try:
             declared = typing.get_type_hints(function)["return"]
         except (NameError, TypeError, AttributeError):
             return None
     kind = type_of(declared)
-    return None if isinstance(kind, Unknown) else kind
+    return None if isinstance(kind, RefusedType) else kind
 
 
 def is_record(kind: Any) -> bool:
@@ -121,7 +121,7 @@ def described(kind: Type) -> str:
             return f"a {named.__name__}"
         case Meta(value):
             return f"the {type(value).__name__} {getattr(value, '__name__', '')}".strip()
-        case Unknown():
+        case RefusedType():
             return "unknown"
     words: dict[Any, str] = {int: "an integer", float: "a number", bool: "true or false"}
     return words.get(kind, "nothing")

@@ -23,7 +23,7 @@ from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
-from proofmass.graphs.model.graph import Given, Graph, Wire, split
+from proofmass.graphs.model.graph import Graph, Wire, _Given, split
 from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES, bad_display_unit
@@ -44,7 +44,7 @@ def check(graph: Graph) -> list[Problem]:
     return _looked_at(flatten(graph))[0]
 
 
-def checked(graph: Given) -> Given:
+def checked(graph: _Given) -> _Given:
     """Return the graph if it can run; raises `ModelError` with every problem otherwise."""
     scheduled(flatten(graph))
     return graph

@@ -41,7 +41,7 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
         raise Refusal("nothing can meet it", key="at_least", got=shown(requirement.at_least), expected="below at_most")
     if requirement.at and isinstance(quantity, MeasureOf | YieldOf):
         raise Refusal("is for what is linearised, which has an operating point", key="at", got=shown(requirement.at))
-    if requirement.tolerances and isinstance(quantity, Verdict):
+    if requirement.tolerances and isinstance(quantity, StabilityVerdict):
         got = shown(requirement.tolerances)
         raise Refusal("a verdict has no worst value", "require a margin", key="tolerances", got=got)
     if requirement.tolerances == SPREAD and isinstance(quantity, YieldOf):
@@ -86,7 +86,7 @@ def _no_parameter(flat: FlatGraph, name: str, path: tuple[str, ...]) -> Iterator
 
 
 @dataclass(frozen=True)
-class Verdict:
+class StabilityVerdict:
     """Return whether a loop is stable."""
 
     loop: str
@@ -96,7 +96,7 @@ class Verdict:
         return f"{self.loop}.{_VERDICT}"
 
 
-def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | Verdict:
+def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | StabilityVerdict:
     """Return the quantity of a requirement, whose name or table it has; raises `Refusal`."""
     wanted = requirement.quantity
     if not isinstance(wanted, str):
@@ -110,7 +110,7 @@ def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | Verdict
         return MeasureOf(wanted, units[wanted])
     loop, margin = split(wanted)
     if loop in flat.loops and margin == _VERDICT:
-        return Verdict(loop)
+        return StabilityVerdict(loop)
     if loop in flat.loops and margin in MARGIN_MEASURES:
         return LoopFigure(loop, margin, MARGIN_MEASURES[margin])
     head, _, limit = wanted.partition(".")
@@ -121,9 +121,9 @@ def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | Verdict
     raise Refusal(f"there is no quantity {shown(wanted)[1:-1]}", did_you_mean(wanted, names, "the quantities"))
 
 
-def _limit(quantity: Quantity | Verdict, key: str, written: float | str) -> float:
+def _limit(quantity: Quantity | StabilityVerdict, key: str, written: float | str) -> float:
     try:
-        if isinstance(quantity, Verdict) and isinstance(written, str):
+        if isinstance(quantity, StabilityVerdict) and isinstance(written, str):
             return _verdict(written)
         return _number(written, quantity.unit)
     except Refusal as error:

@@ -38,17 +38,17 @@ class Beat(NamedTuple):
         return self.phase + number * self.stride
 
 
-Step: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
+OutputStep: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
 
 
 class Torn(NamedTuple):
     """Steps that need each other: from the `tears` the `others` follow one after the other."""
 
-    tears: tuple[Step, ...]
-    others: tuple[Step, ...]
+    tears: tuple[OutputStep, ...]
+    others: tuple[OutputStep, ...]
 
     @property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[OutputStep, ...]:
         """All members of the loop, the tears first."""
         return self.tears + self.others
 
@@ -81,7 +81,7 @@ class Schedule:
 
     base_rate: Fraction
     divisors: dict[str, int]
-    order: tuple[Step, ...]
+    order: tuple[OutputStep, ...]
     drivers: dict[Endpoint, Endpoint]
     loops: tuple[AlgebraicLoop, ...] = ()
     without_noise: bool = False
@@ -112,7 +112,7 @@ def schedule(graph: FlatGraph) -> Schedule:
     return Schedule(base, divisors, order, drivers, tuple(map(loop_of, cycles)), phases=phases)
 
 
-def outputs_of(steps: Iterable[Step]) -> tuple[Endpoint, ...]:
+def outputs_of(steps: Iterable[OutputStep]) -> tuple[Endpoint, ...]:
     """Return the steps that are outputs."""
     return tuple(step for step in steps if not isinstance(step, ConstantsOf))
 
@@ -122,12 +122,12 @@ def loop_of(cycle: Torn) -> AlgebraicLoop:
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
 
-def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[Step, list[Step]]:
+def _needs(graph: FlatGraph, drivers: dict[Endpoint, Endpoint]) -> dict[OutputStep, list[OutputStep]]:
     """Steps that must come before each output, and before the constants of each block with driven parameters."""
-    needs: dict[Step, list[Step]] = {}
+    needs: dict[OutputStep, list[OutputStep]] = {}
     for name, block in graph.blocks.items():
-        constants: list[Step] = []
-        driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
+        constants: list[OutputStep] = []
+        driven: list[OutputStep] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
         if driven:
             constants = [ConstantsOf(name)]
             needs[ConstantsOf(name)] = driven
@@ -142,13 +142,13 @@ def last_name(path: str) -> tuple[str, str]:
     return path.rpartition(".")[2], path
 
 
-def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tuple[Torn, ...]]:
+def in_order(needs: Mapping[OutputStep, Sequence[OutputStep]]) -> tuple[tuple[OutputStep, ...], tuple[Torn, ...]]:
     """The alphabetically first order in which each step comes after all that it needs, and the cycles in it."""
     cycles = sorted((_torn(needs, part) for part in loops(needs)), key=lambda cycle: cycle.tears)
     if not cycles:
         return tuple(alphabetical(needs)), ()
     first = {node: cycle.tears[0] for cycle in cycles for node in cycle.steps}
-    merged: dict[Step, set[Step]] = {}
+    merged: dict[OutputStep, set[OutputStep]] = {}
     for node, befores in needs.items():
         one = first.get(node, node)
         merged.setdefault(one, set()).update(other for b in befores if (other := first.get(b, b)) != one)
@@ -156,9 +156,9 @@ def in_order(needs: Mapping[Step, Sequence[Step]]) -> tuple[tuple[Step, ...], tu
     return tuple(node for one in alphabetical(merged) for node in whole.get(one, (one,))), tuple(cycles)
 
 
-def _torn(needs: Mapping[Step, Sequence[Step]], part: set[Step]) -> Torn:
+def _torn(needs: Mapping[OutputStep, Sequence[OutputStep]], part: set[OutputStep]) -> Torn:
     """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
-    left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[Step]()
+    left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[OutputStep]()
     while parts := loops(left):
         new = {min(part, key=_by_last_name) for part in parts}
         tears |= new
@@ -167,7 +167,7 @@ def _torn(needs: Mapping[Step, Sequence[Step]], part: set[Step]) -> Torn:
     return Torn(tuple(sorted(tears, key=_by_last_name)), tuple(others))
 
 
-def _by_last_name(step: Step) -> tuple[str, str, str]:
+def _by_last_name(step: OutputStep) -> tuple[str, str, str]:
     return *last_name(step[0]), "" if isinstance(step, ConstantsOf) else step[1]
 
 
@@ -196,9 +196,9 @@ def block_rate(graph: FlatGraph, name: str) -> Fraction:
     return rate
 
 
-def _cycle(cycle: Torn, needs: Mapping[Step, Sequence[Step]]) -> list[Step]:
+def _cycle(cycle: Torn, needs: Mapping[OutputStep, Sequence[OutputStep]]) -> list[OutputStep]:
     """One way round a cycle; the first and last step are the same."""
-    inside, path = set(cycle.steps), dict[Step, None]()
+    inside, path = set(cycle.steps), dict[OutputStep, None]()
     node = cycle.steps[0]
     while node not in path:
         path[node] = None
@@ -207,7 +207,7 @@ def _cycle(cycle: Torn, needs: Mapping[Step, Sequence[Step]]) -> list[Step]:
     return backwards[backwards.index(node) :][::-1]
 
 
-def _loop(graph: FlatGraph, cycle: list[Step], drivers: dict[Endpoint, Endpoint], obstacle: str) -> Problem:
+def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, Endpoint], obstacle: str) -> Problem:
     """The ports of a loop in order, from its alphabetically first wire on; the first and last are the same."""
     wires = []
     for source, target in pairwise(cycle):

@@ -5,7 +5,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.items import Spot
-from proofmass.graphs.drawing.links import Wired
+from proofmass.graphs.drawing.links import WiredPorts
 from proofmass.graphs.drawing.looks import NAME, SYMBOL, Look, kind_text
 from proofmass.graphs.drawing.picture import Box
 from proofmass.graphs.drawing.style import SHADES
@@ -21,7 +21,7 @@ def flag(way: int) -> str:
 
 
 def block_lines(
-    name: str, box: Box, look: Look, spot: Spot, wired: Wired, classes: Iterable[str], formats: Mapping[str, str]
+    name: str, box: Box, look: Look, spot: Spot, wired: WiredPorts, classes: Iterable[str], formats: Mapping[str, str]
 ) -> Iterator[str]:
     """Yield a block with its ports but for its end tag; unused outputs are drawn in a soft colour."""
     x, y, width, height = spot.x, spot.y, look.shape.width, look.shape.height

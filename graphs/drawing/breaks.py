@@ -11,7 +11,7 @@ _CROSSING = 0.015  # cost of a wire between rows; a row costs the square of its 
 _LONGEST = 1.35  # largest width of a row over the preferred one
 _TRIES = 5
 
-Rows = Sequence[tuple[int, int]]  # first layer of each row, and the first of the next
+RowRanges = Sequence[tuple[int, int]]  # first layer of each row, and the first of the next
 NetsOf = dict[tuple[NetName, int, int], Net]  # by net, row and gap
 
 
@@ -28,7 +28,7 @@ def fits(width: int, height: int) -> bool:
     return width <= max(WIDEST, _ASPECT * height)
 
 
-def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: float) -> Rows:
+def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: float) -> RowRanges:
     """Return rows of about the wanted width.
 
     `starts` are the places of the layers in one row of the given width, `crossing` the wires in the gap before each.
@@ -53,7 +53,7 @@ def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: 
 
 
 def broken(
-    columns: Iterable[Sequence[Item]], nets: dict[tuple[str, str, int], Net], rows: Rows
+    columns: Iterable[Sequence[Item]], nets: dict[tuple[str, str, int], Net], rows: RowRanges
 ) -> tuple[list[list[Item]], NetsOf]:
     """Return columns and nets within rows. A wire that goes on in another row leaves its row beside its last pin.
 

@@ -10,12 +10,12 @@ from proofmass.graphs.drawing.boxes import block_lines, flag
 from proofmass.graphs.drawing.items import Layout
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import lay_out
-from proofmass.graphs.drawing.links import Wired, links_of, probed, rate_text
+from proofmass.graphs.drawing.links import WiredPorts, links_of, probed, rate_text
 from proofmass.graphs.drawing.looks import Look, inner_place, look_of
 from proofmass.graphs.drawing.opened import with_tabs
 from proofmass.graphs.drawing.overlays import Overlays
 from proofmass.graphs.drawing.picture import picture_of
-from proofmass.graphs.drawing.routing import Point
+from proofmass.graphs.drawing.routing import GridPoint
 from proofmass.graphs.drawing.style import SHADES, STYLE
 from proofmass.graphs.drawing.texts import text, unit_in_print, width_of
 from proofmass.graphs.drawing.wires import drawn_path, hops_of, shared
@@ -92,7 +92,7 @@ class Drawing:
         picture = picture_of(flat, graph, path)
         self.picture = with_tabs(flat, graph, picture, path) if path else picture
         self.links = links_of(self.picture)
-        self.wired = Wired(self.picture, self.links)
+        self.wired = WiredPorts(self.picture, self.links)
         self.looks = {name: self._look(name) for name in self.picture.blocks}
         self.layout: Layout = lay_out({name: look.shape for name, look in self.looks.items()}, self.links)
 
@@ -104,8 +104,8 @@ class Drawing:
     def lines(self) -> Iterator[str]:
         """Yield the wires, then the blocks, so that symbols cover the ends of wires."""
         hops = hops_of(self.layout)
-        paths: dict[Point, list[tuple[Point, ...]]] = {}  # by start
-        dots: dict[Point, str] = {}
+        paths: dict[GridPoint, list[tuple[GridPoint, ...]]] = {}  # by start
+        dots: dict[GridPoint, str] = {}
         for link in sorted(self.links, key=lambda link: (link.driven, link)):
             path = self.layout.paths[link]
             others = paths.setdefault(path[0], [])
@@ -137,7 +137,7 @@ class Drawing:
     def _net(self, link: Link) -> str:
         return f"net{self.wired.net_of[link.source, link.output] % SHADES}" if link.driven else ""
 
-    def _wire(self, link: Link, own: Sequence[Point], hops: Mapping[int, Sequence[int]]) -> str:
+    def _wire(self, link: Link, own: Sequence[GridPoint], hops: Mapping[int, Sequence[int]]) -> str:
         """Return one wire; `own` is the part that it does not share with other wires from the same output."""
         layout, source, target = self.layout, self.looks[link.source], self.looks[link.target]
         path = list(layout.paths[link])
@@ -187,7 +187,7 @@ def _end(path: str, name: str, port: str) -> str:
     return f"{path}{name}.{port}"
 
 
-def _outwards(start: Point, after: Point, inset: float) -> tuple[float, float]:
+def _outwards(start: GridPoint, after: GridPoint, inset: float) -> tuple[float, float]:
     """Return the start of a wire at the symbol that it leaves, which is smaller than its block."""
     return start[0] - inset * ((after[0] > start[0]) - (after[0] < start[0])), start[1]
 

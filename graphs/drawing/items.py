@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import NamedTuple
 
 from proofmass.graphs.drawing.layers import Link
-from proofmass.graphs.drawing.routing import GRID, Point
+from proofmass.graphs.drawing.routing import GRID, GridPoint
 
 NetName = tuple[str, str]  # of the wires of one output: block and port
 
@@ -47,8 +47,8 @@ class Layout:
     width: int
     height: int
     spots: Mapping[str, Spot]
-    paths: Mapping[Link, tuple[Point, ...]]
-    dots: frozenset[Point]
+    paths: Mapping[Link, tuple[GridPoint, ...]]
+    dots: frozenset[GridPoint]
 
 
 @dataclass(eq=False)

@@ -3,10 +3,10 @@
 from bisect import bisect_left, insort
 from collections.abc import Mapping, Sequence
 
-from proofmass.graphs.drawing.breaks import NetsOf, Rows, broken, fits, rows_of, widths_to_try
+from proofmass.graphs.drawing.breaks import NetsOf, RowRanges, broken, fits, rows_of, widths_to_try
 from proofmass.graphs.drawing.items import Item, Layout, Net, Pin, Shape, Spot
 from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
-from proofmass.graphs.drawing.routing import GRID, Point, corners, walked
+from proofmass.graphs.drawing.routing import GRID, GridPoint, corners, walked
 from proofmass.graphs.drawing.rows import Routed, route
 from proofmass.graphs.model.digraph import connected
 
@@ -21,8 +21,8 @@ def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 12
     widest = max([widest, *(part.width for part in parts)])
     x = y = shelf = width = 0
     spots: dict[str, Spot] = {}
-    paths: dict[Link, tuple[Point, ...]] = {}
-    dots: set[Point] = set()
+    paths: dict[Link, tuple[GridPoint, ...]] = {}
+    dots: set[GridPoint] = set()
     for part in parts:
         if x and x + part.width > widest:
             x, y, shelf = 0, y + shelf + 4 * GRID, 0
@@ -135,7 +135,7 @@ class _Part:
             best = min(best, self._state(), key=lambda state: state[0])
         self._restore(best)
 
-    def _in_rows(self, rows: Rows) -> tuple[Layout, list[int]]:
+    def _in_rows(self, rows: RowRanges) -> tuple[Layout, list[int]]:
         """Return the layout with the layers in these rows, and the place of each layer."""
         self.columns, self.within = broken(self.columns, self.nets, rows)
         best = self._state(straight=True)
@@ -228,8 +228,8 @@ class _Part:
 
     def _traced(self, routed: Routed) -> Layout:
         spots = {name: Spot(item.x, item.top, item.backward) for name, item in self.blocks.items()}
-        paths: dict[Link, tuple[Point, ...]] = {}
-        dots: set[Point] = set()
+        paths: dict[Link, tuple[GridPoint, ...]] = {}
+        dots: set[GridPoint] = set()
         for name, tree in routed.trees.items():
             before = walked(tree, self._end(*name, is_output=True))
             dots |= {point for point, near in tree.items() if len(near) > 2}
@@ -243,7 +243,7 @@ class _Part:
                 paths[link] = tuple(corners(path[::-1], dots))
         return Layout(routed.width, routed.height, spots, paths, frozenset(dots))
 
-    def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> Point:
+    def _end(self, name: str, port: str, is_output: bool = False, driven: bool = False) -> GridPoint:
         """Return where a wire leaves or reaches a block (for a driven parameter: in the row below it)."""
         item, shape = self.blocks[name], self.shapes[name]
         if driven:

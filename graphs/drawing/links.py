@@ -27,7 +27,7 @@ def rate_text(graph: Picture, name: str) -> str:
     return "" if rate is None or rate == graph.rate else write_rate(rate)
 
 
-class Wired:
+class WiredPorts:
     """Wired ports and parameters of each block with their sources, its wired outputs and its probed ones."""
 
     def __init__(self, graph: Picture, links: list[Link]) -> None:

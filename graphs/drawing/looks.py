@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.items import Shape
-from proofmass.graphs.drawing.links import Wired
+from proofmass.graphs.drawing.links import WiredPorts
 from proofmass.graphs.drawing.picture import Box
 from proofmass.graphs.drawing.texts import unit_in_print, width_of
 
@@ -39,7 +39,7 @@ class Look:
     insets: Mapping[str, float] = field(default_factory=dict)  # by port
 
 
-def look_of(name: str, box: Box, wired: Wired, rate: str, inner: tuple[int, int] | None) -> Look:
+def look_of(name: str, box: Box, wired: WiredPorts, rate: str, inner: tuple[int, int] | None) -> Look:
     """Return the look of a block; `inner` is the size of what an opened subgraph shows."""
     into = wired.into[name]
     needed = [port for port, declared in box.inputs.items() if declared.default is None or port in into]

@@ -6,9 +6,9 @@ from itertools import pairwise
 from typing import TypeVar
 
 GRID = 10
-Point = tuple[int, int]
-Tree = dict[Point, set[Point]]  # lines of one wire: the neighbours of each point
-Key = TypeVar("Key", bound=Hashable)
+GridPoint = tuple[int, int]
+WireTree = dict[GridPoint, set[GridPoint]]  # lines of one wire: the neighbours of each point
+_Key = TypeVar("_Key", bound=Hashable)
 Heights = tuple[Sequence[int], Sequence[int]]  # of the pins of one net on the left and on the right side of a gap
 LARGEST_SIFTED = 150  # bars in one gap
 _NEVER = 10**6
@@ -30,7 +30,7 @@ class Bar:
         self.high: int = self.heights[-1]
 
 
-def channel(nets: Mapping[Key, Heights]) -> tuple[int, dict[Key, list[Bar]]]:
+def channel(nets: Mapping[_Key, Heights]) -> tuple[int, dict[_Key, list[Bar]]]:
     """Return the number of tracks of a gap and the bars of each net: none if it runs straight, two if it must dodge.
 
     Where one net arrives on the left at the height where another leaves on the right, its bar stands further left; nets
@@ -72,9 +72,9 @@ def _free_heights(bars: Sequence[Bar]) -> list[int]:
     return list(range(low + GRID // 2, high + GRID * (1 + len(bars)), GRID))
 
 
-def _before(bars: Mapping[Key, Sequence[Bar]]) -> dict[Bar, set[Bar]]:
+def _before(bars: Mapping[_Key, Sequence[Bar]]) -> dict[Bar, set[Bar]]:
     """Return for each bar those that must stand to its right."""
-    ending: dict[int, list[tuple[Key, Bar]]] = {}
+    ending: dict[int, list[tuple[_Key, Bar]]] = {}
     for key, net_bars in bars.items():
         for bar in net_bars:
             for y in bar.right:
@@ -136,7 +136,7 @@ def _apart(first: Bar, second: Bar) -> bool:
     return first.low < second.high + GRID and second.low < first.high + GRID
 
 
-def add_line(tree: Tree, *points: Point) -> None:
+def add_line(tree: WireTree, *points: GridPoint) -> None:
     """Add a line through points to a tree."""
     for a, b in pairwise(points):
         if a != b:
@@ -144,9 +144,9 @@ def add_line(tree: Tree, *points: Point) -> None:
             tree.setdefault(b, set()).add(a)
 
 
-def walked(tree: Tree, start: Point) -> dict[Point, Point]:
+def walked(tree: WireTree, start: GridPoint) -> dict[GridPoint, GridPoint]:
     """Return for each point of a tree its predecessor on the way from the start."""
-    before: dict[Point, Point] = {}
+    before: dict[GridPoint, GridPoint] = {}
     waiting = [start]
     for point in waiting:
         for near in sorted(tree.get(point, ())):
@@ -156,7 +156,7 @@ def walked(tree: Tree, start: Point) -> dict[Point, Point]:
     return before
 
 
-def corners(path: list[Point], dots: set[Point]) -> list[Point]:
+def corners(path: list[GridPoint], dots: set[GridPoint]) -> list[GridPoint]:
     """Return the path without points on straight lines, unless it branches there."""
     inner = (
         b

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Mapping, Sequence
 from typing import NamedTuple
 
-from proofmass.graphs.drawing.breaks import NetsOf, Rows
+from proofmass.graphs.drawing.breaks import NetsOf, RowRanges
 from proofmass.graphs.drawing.items import Item, Net, NetName
-from proofmass.graphs.drawing.routing import GRID, Bar, Tree, add_line, channel
+from proofmass.graphs.drawing.routing import GRID, Bar, WireTree, add_line, channel
 
 _BAND = 6 * GRID  # height of a band without blocks
 _ABOVE, _BELOW = -2 * GRID, 2 * GRID  # where wires leave a row, from its top and its bottom, until corridors are known
@@ -18,7 +18,7 @@ class Routed(NamedTuple):
 
     width: int
     height: int
-    trees: Mapping[NetName, Tree]
+    trees: Mapping[NetName, WireTree]
     starts: list[int]
 
 
@@ -72,7 +72,7 @@ class _Row:
         left, bars = self.bars[self.leaves[down][name]]
         return left + GRID * bars[name][0].track
 
-    def grow(self, trees: dict[NetName, Tree], corridors: Mapping[tuple[bool, NetName], int]) -> None:
+    def grow(self, trees: dict[NetName, WireTree], corridors: Mapping[tuple[bool, NetName], int]) -> None:
         """Add the lines of the row to the trees; `corridors` has the heights at which nets go on, in the diagram."""
         for gap, nets in self.nets.items():
             left, bars = self.bars[gap]
@@ -91,7 +91,7 @@ def _close_up(items: Sequence[Item]) -> None:
         bottom = max(bottom, item.top + item.height)
 
 
-def route(columns: Sequence[Sequence[Item]], within: NetsOf, rows: Rows, room: Room) -> Routed:
+def route(columns: Sequence[Sequence[Item]], within: NetsOf, rows: RowRanges, room: Room) -> Routed:
     """Set the places of all items, row by row, and return the wires."""
     placed = [_Row(columns, first, last) for first, last in rows]
     for (name, number, gap), net in within.items():
@@ -108,7 +108,7 @@ def route(columns: Sequence[Sequence[Item]], within: NetsOf, rows: Rows, room: R
     for row in placed:
         row.nets = {gap: dict(sorted(nets.items())) for gap, nets in row.nets.items()}
         row.place(room)
-    trees: dict[NetName, Tree] = {}
+    trees: dict[NetName, WireTree] = {}
     levels: list[dict[tuple[bool, NetName], int]] = [{} for _ in placed]
     bottom = 0
     for number, row in enumerate(placed):
@@ -133,7 +133,7 @@ def _joined(within: NetsOf) -> dict[NetName, dict[int, list[int]]]:
 
 
 def _corridor(
-    trees: dict[NetName, Tree],
+    trees: dict[NetName, WireTree],
     placed: Sequence[_Row],
     levels: Sequence[dict[tuple[bool, NetName], int]],
     number: int,
@@ -159,7 +159,7 @@ def _corridor(
     return first + GRID * tracks + 2 * GRID
 
 
-def _grow(tree: Tree, net: Net, bars: list[Bar], left: int, top: int, heights: Mapping[int, int]) -> None:
+def _grow(tree: WireTree, net: Net, bars: list[Bar], left: int, top: int, heights: Mapping[int, int]) -> None:
     """Add the lines of a net in one gap, and through the layer before it, to its tree."""
     for pin in net.left:
         if not pin.item.name:  # the layer that the wire comes through

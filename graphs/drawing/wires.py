@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
 from proofmass.graphs.drawing.items import Layout, NetName
-from proofmass.graphs.drawing.routing import Point
+from proofmass.graphs.drawing.routing import GridPoint
 
 _CORNER, _HOP = 5, 4  # radii in pixels
 
@@ -32,12 +32,14 @@ def hops_of(layout: Layout) -> Hops:
     return {key: sorted(found) for key, found in hops.items()}
 
 
-def shared(first: Sequence[Point], second: Sequence[Point]) -> int:
+def shared(first: Sequence[GridPoint], second: Sequence[GridPoint]) -> int:
     """Return the last point that two wires from one output share, counted from their start."""
     return next((i for i, (a, b) in enumerate(zip(first[1:], second[1:], strict=False)) if a != b), 0)
 
 
-def drawn_path(path: Sequence[tuple[float, float]], dots: Iterable[Point], hops: Mapping[int, Sequence[int]]) -> str:
+def drawn_path(
+    path: Sequence[tuple[float, float]], dots: Iterable[GridPoint], hops: Mapping[int, Sequence[int]]
+) -> str:
     """Return a path with small arcs at its corners, except where wires branch, and over the wires that it crosses."""
     at = path[0]
     out = [f"M{_point(at)}"]

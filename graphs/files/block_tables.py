@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.graphs.files.locate_keys import KeyPath
 from proofmass.graphs.files.number_files import is_number_file, numbers_of_file
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
@@ -21,8 +22,6 @@ from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.model.names import is_rate, is_value
 from proofmass.graphs.model.targets import CLOCK_OFFSET
-
-Path = tuple[str, ...]
 
 
 class BlockTables:
@@ -185,7 +184,7 @@ class BlockTables:
     def _changed(self, name: str, part: Graph, table: dict[str, Any], names: list[str]) -> Graph:
         """Return the subgraph with the values and parameters of its table."""
         values: dict[str, object] = {}
-        paths: dict[str, Path] = {}
+        paths: dict[str, KeyPath] = {}
         problems = []
         for path, value in _leaves({key: value for key, value in table.items() if key not in PART_KEYS}, ()):
             key, where = ".".join(path), ("blocks", name, *path)
@@ -276,13 +275,13 @@ def _unknown(kind: type[Block], name: str, key: str) -> Problem:
     return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
 
 
-def note_line(place: Place, path: Path, other: Path) -> None:
+def note_line(place: Place, path: KeyPath, other: KeyPath) -> None:
     """Note the line of a key that has another name in the graph than in the file."""
     if isinstance(place.lines, dict):
         place.lines.setdefault(place.top + path, place.line(other))
 
 
-def _leaves(table: Mapping[str, object], path: Path) -> Iterator[tuple[Path, object]]:
+def _leaves(table: Mapping[str, object], path: KeyPath) -> Iterator[tuple[KeyPath, object]]:
     """Values of a table and of nested tables: `adc.reference = 5` is a table in a table."""
     for key, value in table.items():
         if isinstance(value, dict) and value:

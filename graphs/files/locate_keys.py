@@ -11,7 +11,7 @@ from collections.abc import Iterator
 
 from proofmass.graphs.model.limits import ESCAPES, KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
 
-Path = tuple[str, ...]
+KeyPath = tuple[str, ...]
 Token = tuple[str, str, int]  # kind, text and line; the kind of a mark is the mark itself
 
 # Possessive quantifiers (*+) never backtrack: the time grows with the length of the text alone.
@@ -34,7 +34,7 @@ class LimitError(ValueError):
         self.line = line
 
 
-def locate_keys(text: str) -> dict[Path, int]:
+def locate_keys(text: str) -> dict[KeyPath, int]:
     """Line of each table, key and array entry; entries are numbered from "0".
 
     Raises `LimitError` for nesting, keys, numbers or counts beyond `limits`.
@@ -44,7 +44,7 @@ def locate_keys(text: str) -> dict[Path, int]:
     return _Locator(list(_tokens(text))).lines
 
 
-def repeated_key(text: str, line: int) -> tuple[Path, int] | None:
+def repeated_key(text: str, line: int) -> tuple[KeyPath, int] | None:
     """Return the key or table that is declared in a line and was before, and where it was; None if none is.
 
     >>> repeated_key("[adc]\nbits = 16\nbits = 12", 3)
@@ -85,10 +85,10 @@ class _Locator:
     def __init__(self, tokens: list[Token]) -> None:
         self.tokens = [*tokens, ("end", "", tokens[-1][2] if tokens else 1)]
         self.at = 0
-        self.lines: dict[Path, int] = {}
-        self.again: dict[int, Path] = {}  # by line, keys and tables that were there before
-        self.last: dict[Path, int] = {}  # index of the last table of each array of tables
-        table: Path = ()
+        self.lines: dict[KeyPath, int] = {}
+        self.again: dict[int, KeyPath] = {}  # by line, keys and tables that were there before
+        self.last: dict[KeyPath, int] = {}  # index of the last table of each array of tables
+        table: KeyPath = ()
         while not self._is("end"):
             if self._is("newline"):
                 self.at += 1
@@ -103,7 +103,7 @@ class _Locator:
     def _line(self) -> int:
         return self.tokens[self.at][2]
 
-    def _note(self, path: Path, line: int) -> None:
+    def _note(self, path: KeyPath, line: int) -> None:
         """The line of a path, and of every table above it that is named here first."""
         if path in self.lines:
             self.again[line] = path
@@ -111,12 +111,12 @@ class _Locator:
             self.lines[path] = line
             path = path[:-1]
 
-    def _header(self) -> Path:
+    def _header(self) -> KeyPath:
         line, brackets = self._line(), 0
         while self._is("["):
             self.at += 1
             brackets += 1
-        table: Path = ()
+        table: KeyPath = ()
         parts = self._key()
         for part in parts[:-1]:
             table = (*table, part)
@@ -130,7 +130,7 @@ class _Locator:
         self._rest_of_line()
         return table
 
-    def _key(self) -> Path:
+    def _key(self) -> KeyPath:
         parts: list[str] = []
         while self._is("bare", "text"):
             kind, text, line = self.tokens[self.at]
@@ -146,11 +146,11 @@ class _Locator:
             self.at += 1
         return tuple(parts)
 
-    def _entry(self, table: Path) -> None:
+    def _entry(self, table: KeyPath) -> None:
         self._pair(table)
         self._rest_of_line()
 
-    def _pair(self, table: Path) -> None:
+    def _pair(self, table: KeyPath) -> None:
         line = self._line()
         path = table + self._key()
         if path != table:
@@ -159,7 +159,7 @@ class _Locator:
             self.at += 1
             self._value(path)
 
-    def _value(self, path: Path) -> None:
+    def _value(self, path: KeyPath) -> None:
         if self._is("["):
             self._entries(path, "]")
         elif self._is("{"):
@@ -168,7 +168,7 @@ class _Locator:
             while self._is("bare", "text", "long", "."):
                 self.at += 1
 
-    def _entries(self, path: Path, end: str) -> None:
+    def _entries(self, path: KeyPath, end: str) -> None:
         """An array, whose entries are numbered, or an inline table, whose entries have keys."""
         self.at += 1
         index = 0

@@ -8,12 +8,11 @@ from typing import Any
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.problem import Problem, Refusal
+from proofmass.graphs.files.locate_keys import KeyPath
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.targets import Target, number_of, of_parameter, target_at
-from proofmass.graphs.model.values import Value
-
-Path = tuple[str, ...]
+from proofmass.graphs.model.values import NamedValue
 
 
 class TableFormulas:
@@ -22,7 +21,7 @@ class TableFormulas:
     A formula that needs a value that could not be read is not reported: the problem is that of the value.
     """
 
-    def __init__(self, values: Mapping[str, Value], declared: object) -> None:
+    def __init__(self, values: Mapping[str, NamedValue], declared: object) -> None:
         self.values, self.formulas = values, dict[str, Formula]()
         self.problems: list[Problem] = []
         self.waiting: set[str] = set()  # blocks whose formulas need values that could not be read
@@ -58,7 +57,7 @@ class TableFormulas:
                 self.formulas |= {f"{name}.{key}": formula for name in names[1:]} if formula else {}
         return numbers
 
-    def _put(self, numbers: dict[str, Any], key: str, of: str, path: Path, find: Callable[[], Target]) -> None:
+    def _put(self, numbers: dict[str, Any], key: str, of: str, path: KeyPath, find: Callable[[], Target]) -> None:
         """Put the number of a formula in its place, or take it out."""
         number = self._number(of, numbers[key], path, find)
         if number is None:
@@ -66,14 +65,14 @@ class TableFormulas:
         else:
             numbers[key] = number
 
-    def _entries(self, entries: Sequence[object], of: str, path: Path, unit: str) -> list[object]:
+    def _entries(self, entries: Sequence[object], of: str, path: KeyPath, unit: str) -> list[object]:
         """A list with numbers in place of formulas, None in place of wrong ones."""
         return [
             self._number(f"{of}[{place}]", entry, path, partial(Target, unit)) if is_formula(entry) else entry
             for place, entry in enumerate(entries)
         ]
 
-    def _number(self, of: str, text: str, path: Path, find: Callable[[], Target]) -> float | int | Fraction | None:
+    def _number(self, of: str, text: str, path: KeyPath, find: Callable[[], Target]) -> float | int | Fraction | None:
         """Note a formula and return its number; None, and a problem, if it has none."""
         try:
             formula = Formula(text)

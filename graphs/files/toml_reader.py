@@ -16,8 +16,8 @@ from proofmass.graphs.files.locate_keys import LimitError, locate_keys, repeated
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
-from proofmass.graphs.model.graph import Given, Place
 from proofmass.graphs.model.graph import Graph as Value
+from proofmass.graphs.model.graph import Place, _Given
 from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
@@ -33,7 +33,7 @@ _ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires c
 GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
 
 
-def graph_from(source: Given | str | Path) -> Given | Graph:
+def graph_from(source: _Given | str | Path) -> _Given | Graph:
     """Return a graph itself, or the graph of its file or of "library:NAME"; raises `ModelError`."""
     if isinstance(source, str | Path):
         return read_graph(source)

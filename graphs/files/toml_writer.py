@@ -17,7 +17,7 @@ from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
-from proofmass.graphs.model.values import Value
+from proofmass.graphs.model.values import NamedValue
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
 SCHEMA_LINE = "#:schema proofmass-graph.json"
@@ -122,7 +122,7 @@ def _block_of(target: str) -> str:
     return split(target.partition("[")[0])[0]
 
 
-def _value(value: Value) -> str:
+def _value(value: NamedValue) -> str:
     """A value as TOML: a plain number, or a text with a unit or a formula."""
     plain = value.formula is None and split_quantity(value.written)[1] == "" and "/" not in value.written
     return value.written if plain else quoted(value.written)

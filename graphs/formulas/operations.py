@@ -18,17 +18,17 @@ Dimension = tuple[Fraction, ...]  # exponents of the base units
 NUMBER: Dimension = (Fraction(0),) * len(BASE)
 LARGEST_EXPONENT = 100  # of a base unit
 
-Slopes = Callable[..., tuple[float, ...]]  # partial derivatives at the arguments
+SlopeFunction = Callable[..., tuple[float, ...]]  # partial derivatives at the arguments
 
 
 @dataclass(frozen=True)
-class Operation:
+class FormulaOperation:
     """An operator or a function; `dimension` raises `Refusal` if the units of its arguments do not go together."""
 
     name: str
     arity: int
     function: Callable[..., float]
-    slopes: Slopes
+    slopes: SlopeFunction
     dimension: Callable[[str, Sequence[Dimension]], Dimension]
 
 
@@ -131,9 +131,11 @@ _BELOW = ("m", "s", "V", "A", "K", "m^2", "s^2", "m^3", "sqrt(Hz)", "(m/s^2)")
 _WORDS = {"+": "a sum", "-": "a difference"}
 
 
-def _operations() -> dict[str, Operation]:
+def _operations() -> dict[str, FormulaOperation]:
     of = elementary
-    rows: list[tuple[str, int, Callable[..., float], Slopes, Callable[[str, Sequence[Dimension]], Dimension]]] = [
+    rows: list[
+        tuple[str, int, Callable[..., float], SlopeFunction, Callable[[str, Sequence[Dimension]], Dimension]]
+    ] = [
         ("+", 2, lambda a, b: a + b, lambda a, b: (1.0, 1.0), _same),
         ("-", 2, lambda a, b: a - b, lambda a, b: (1.0, -1.0), _same),
         ("*", 2, lambda a, b: a * b, lambda a, b: (b, a), _product),
@@ -166,7 +168,7 @@ def _operations() -> dict[str, Operation]:
         ("tanh", 1, of.hyperbolic_tangent, lambda a: (1.0 - of.hyperbolic_tangent(a) ** 2,), _numbers),
         ("power", 2, of.power, _power_slopes, _numbers),
     ]
-    return {row[0]: Operation(*row) for row in rows}
+    return {row[0]: FormulaOperation(*row) for row in rows}
 
 
 def _power_slopes(base: float, exponent: float) -> tuple[float, float]:

@@ -14,7 +14,17 @@ from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.formula_tables import read_formulas, split_measures
-from proofmass.graphs.model.graph import DEFAULT_INTEGRATION, NOWHERE, Place, Probe, Size, Wire, size_of, split, thawed
+from proofmass.graphs.model.graph import (
+    DEFAULT_INTEGRATION,
+    NOWHERE,
+    GraphSize,
+    Place,
+    Probe,
+    Wire,
+    size_of,
+    split,
+    thawed,
+)
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.in_python import asked, assigned, refuse_unnamed
 from proofmass.graphs.model.integration import Integration, read_integration
@@ -27,14 +37,14 @@ from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
-from proofmass.graphs.model.values import Value as NamedValue
+from proofmass.graphs.model.values import NamedValue as NamedValue
 from proofmass.graphs.model.values import read_values
 
 if TYPE_CHECKING:
     import networkx
 
 _SMALL_BEFORE = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
-Entry = TypeVar("Entry")
+_Entry = TypeVar("_Entry")
 
 
 class Graph(Value):
@@ -208,21 +218,21 @@ class _Reader:
     def __init__(self) -> None:
         self.problems: list[Problem] = []
 
-    def value(self, read: Callable[[object], Entry], value: object, *path: str) -> Entry | None:
+    def value(self, read: Callable[[object], _Entry], value: object, *path: str) -> _Entry | None:
         try:
             return read(value)
         except Refusal as error:
             self.problems.append(error.problem(".".join(path), value, path=path))
             return None
 
-    def list(self, read: Callable[[object], Entry], values: Iterable[object], key: str) -> tuple[Entry, ...]:
+    def list(self, read: Callable[[object], _Entry], values: Iterable[object], key: str) -> tuple[_Entry, ...]:
         if isinstance(values, str):
             self.problems.append(Problem(message="must be a list", key=key, got=shown(values), path=(key,)))
             return ()
         entries = [self.value(read, value, key, str(index)) for index, value in enumerate(values)]
         return tuple(entry for entry in entries if entry is not None)
 
-    def table(self, read: Callable[[], Entry], nothing: Entry) -> Entry:
+    def table(self, read: Callable[[], _Entry], nothing: _Entry) -> _Entry:
         try:
             return read()
         except ModelError as error:
@@ -362,7 +372,7 @@ def _settled(graph: Graph) -> Graph:
 
 def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collection[object]) -> Iterator[Problem]:
     """Check the size of all subgraphs together, before any of them is built."""
-    size = size_of(len(blocks) - len(parts), parts, len(wires)) if parts else Size(0, 0, 0)
+    size = size_of(len(blocks) - len(parts), parts, len(wires)) if parts else GraphSize(0, 0, 0)
     for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
         if count > largest:
             message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"

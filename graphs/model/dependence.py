@@ -18,7 +18,7 @@ from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE, target_
 
 
 @dataclass(frozen=True)
-class Step:
+class FormulaStep:
     """A formula and its target, by paths of the flat graph."""
 
     target: str
@@ -52,7 +52,7 @@ class Dependence:
         }
 
     @cached_property
-    def steps(self) -> tuple[Step, ...]:
+    def steps(self) -> tuple[FormulaStep, ...]:
         """The formulas in order; also those of rates and of the duration, which no run can vary."""
         steps = {step.target: step for path, part in parts(self.root) for step in self._steps(path, part)}
         needs = {step.target: {path for path in step.names.values() if path in steps} for step in steps.values()}
@@ -63,9 +63,9 @@ class Dependence:
         """The place of each target in the order of the formulas."""
         return {step.target: place for place, step in enumerate(self.steps)}
 
-    def followers(self, names: Collection[str]) -> list[Step]:
+    def followers(self, names: Collection[str]) -> list[FormulaStep]:
         """Return the formulas that move with one of some values, in order."""
-        moved, followers = set(names), list[Step]()
+        moved, followers = set(names), list[FormulaStep]()
         for step in self.steps:
             if not moved.isdisjoint(step.names.values()):
                 moved.add(step.target)
@@ -90,7 +90,7 @@ class Dependence:
             slopes[step.target] = sum(slope * slopes[name] for name, slope in by_name.items() if name in slopes)
         return {target: slope for target, slope in slopes.items() if target not in self.numbers}
 
-    def _steps(self, path: str, part: Graph) -> Iterator[Step]:
+    def _steps(self, path: str, part: Graph) -> Iterator[FormulaStep]:
         paths = {name: path + name for name in part.values}
         for name, value in part.values.items():
             if value.formula is not None:
@@ -100,8 +100,10 @@ class Dependence:
             unit = self.units[whole] if of_value else _unit(part, target)
             yield self._step(whole, formula, paths, unit, of_value=of_value)
 
-    def _step(self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, of_value: bool) -> Step:
-        return Step(target, formula, {name: own[name] for name in sorted(formula.names) if name in own}, unit, of_value)
+    def _step(self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, of_value: bool) -> FormulaStep:
+        return FormulaStep(
+            target, formula, {name: own[name] for name in sorted(formula.names) if name in own}, unit, of_value
+        )
 
 
 def is_fixed(target: str) -> bool:

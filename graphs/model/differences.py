@@ -17,11 +17,11 @@ from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
-from proofmass.graphs.model.values import Value
+from proofmass.graphs.model.values import NamedValue
 
 
 @dataclasses.dataclass(frozen=True)
-class Difference:
+class GraphDifference:
     """One difference: a key as in a graph file, and its text in each graph, empty if the graph does not have it.
 
     `follows` names the values of which this is a consequence.
@@ -45,13 +45,13 @@ class Difference:
         return data | ({"follows": self.follows} if self.follows else {})
 
 
-def differences(first: Graph, second: Graph) -> list[Difference]:
+def differences(first: Graph, second: Graph) -> list[GraphDifference]:
     """Return the differences of two graphs in the order of a graph file; none if they mean the same."""
     before, after = flatten(first), flatten(second)
     names = _Names(_renamed(before, after))
     followed = _followed(first, second, names)
     changes = [*_top(before, after), *_values(first, second, names, followed)]
-    changes += [Difference("blocks", old, new) for old, new in names.blocks.items()]
+    changes += [GraphDifference("blocks", old, new) for old, new in names.blocks.items()]
     formulas = {names.signal(target): text for target, text in _formulas(first).items()}, _formulas(second)
     before = names.flat(before)
     changes += _blocks(before, after, formulas, followed)
@@ -86,7 +86,7 @@ class _Names:
         )
 
 
-def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+def _top(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     texts = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Text)]
     integers = [key for key, form in PLAIN_KEYS.items() if isinstance(form, Integer) and key != "samples"]
     for key in texts:
@@ -99,7 +99,7 @@ def _top(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
         yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
 
 
-def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[Difference]:
+def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[GraphDifference]:
     before = {names.signal(name): value for name, value in _written(first).items()}
     for name, (old, new) in _both(before, _written(second)):
         same = old and new and old.number == new.number and old.dimension == new.dimension
@@ -108,7 +108,7 @@ def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, s
             yield from _changed(f"values.{name}", old.written if old else "", new.written if new else "", causes)
 
 
-def _written(graph: Graph) -> dict[str, Value]:
+def _written(graph: Graph) -> dict[str, NamedValue]:
     return {path + name: value for path, part in parts(graph) for name, value in part.values.items()}
 
 
@@ -152,13 +152,13 @@ def _renamed(before: FlatGraph, after: FlatGraph) -> dict[str, str]:
 
 def _blocks(
     before: FlatGraph, after: FlatGraph, formulas: tuple[dict[str, str], dict[str, str]], followed: Mapping[str, str]
-) -> Iterator[Difference]:
+) -> Iterator[GraphDifference]:
     for name, (old, new) in _both(before.blocks, after.blocks):
         key = f"blocks.{name}"
         if old is None or new is None:
-            yield Difference(key, *("" if block is None else block_text(block) for block in (old, new)))
+            yield GraphDifference(key, *("" if block is None else block_text(block) for block in (old, new)))
         elif type(old) is not type(new):
-            yield Difference(f"{key}.kind", type(old).__name__, type(new).__name__)
+            yield GraphDifference(f"{key}.kind", type(old).__name__, type(new).__name__)
         else:
             for parameter in type(old).parameters:
                 path = f"{name}.{parameter}"
@@ -173,13 +173,13 @@ def _blocks(
             yield from _changed(f"{key}.clock_offset", _offset(before, name), _offset(after, name))
 
 
-def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     sources = [{wire.target: wire.source for wire in flat.wires} for flat in (before, after)]
     for target, (old, new) in _both(*sources):
         yield from _changed(f"wires: {target}", old or "", new or "")
 
 
-def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[Difference]:
+def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     flats = before, after
     probes = [{probe.signal: f"every {probe.every} {probe.unit}".rstrip() for probe in flat.probes} for flat in flats]
     for signal, (old, new) in _both(*probes):
@@ -265,9 +265,9 @@ def _seconds(duration: Any) -> str:
     return "" if duration is None else f"{duration} s"
 
 
-def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[Difference]:
+def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[GraphDifference]:
     if before != after:
-        yield Difference(key, before, after, follows)
+        yield GraphDifference(key, before, after, follows)
 
 
 def _both(first: Mapping[str, Any], second: Mapping[str, Any]) -> Iterator[tuple[str, tuple[Any, Any]]]:

@@ -18,14 +18,14 @@ from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.requirements import Requirement
-from proofmass.graphs.model.values import Value
+from proofmass.graphs.model.values import NamedValue
 
 DEFAULT_INTEGRATION = Integration()
 
 _ASKING = ("measures", "derived", "loops", "requirements")  # fields that name signals, loops and each other
 
 Endpoint = tuple[str, str]  # of a wire: block and port
-Given = TypeVar("Given", bound="Graph")
+_Given = TypeVar("_Given", bound="Graph")
 
 
 class Wire(NamedTuple):
@@ -43,7 +43,7 @@ class Wire(NamedTuple):
         return f"{self.source} -> {self.target}"
 
 
-class Size(NamedTuple):
+class GraphSize(NamedTuple):
     """Size of a graph, with everything inside its subgraphs."""
 
     blocks: int
@@ -114,7 +114,7 @@ class Graph:
     integration: Integration  # how continuous blocks are integrated
     loops: Mapping[str, Loop]  # control loops by name
     requirements: Mapping[str, Requirement]  # by name, for `verify`
-    values: Mapping[str, Value]  # named values
+    values: Mapping[str, NamedValue]  # named values
     formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
     place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
@@ -133,7 +133,7 @@ class Graph:
         return self.changed(**{**{key: {} for key in _ASKING}, "probes": (), **values})
 
     @cached_property
-    def size(self) -> Size:
+    def size(self) -> GraphSize:
         """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
 
@@ -157,17 +157,17 @@ def thawed(value: Any) -> dict[str, Any]:
     return {key: dict(entry) if isinstance(entry, MappingProxyType) else entry for key, entry in fields.items()}
 
 
-def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> Size:
+def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> GraphSize:
     """Return the size of a graph that holds this many blocks and wires itself, and these subgraphs."""
     sizes = [part.size for part in parts.values()]
-    return Size(
+    return GraphSize(
         blocks + sum(size.blocks for size in sizes),
         wires + sum(size.wires for size in sizes),
         max((size.depth + 1 for size in sizes), default=0),
     )
 
 
-def _restored(kind: type[Given], values: dict[str, Any]) -> Given:
+def _restored(kind: type[_Given], values: dict[str, Any]) -> _Given:
     """Return a graph of checked values, whatever the constructor of its class."""
     graph = kind.__new__(kind)
     Graph.__init__(graph, **values)

@@ -15,7 +15,7 @@ from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.rates import simplest
-from proofmass.graphs.model.values import Value
+from proofmass.graphs.model.values import NamedValue
 
 RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
@@ -29,7 +29,7 @@ class Target(NamedTuple):
     rate: bool = False  # of a block: a frequency, exactly, or a period
 
 
-def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> float | int | Fraction:
+def number_of(formula: Formula, values: Mapping[str, NamedValue], target: Target) -> float | int | Fraction:
     """Return the number of a formula in the unit of its target; raises `Refusal`."""
     if target.rate:
         return rate_of(formula, values)
@@ -42,7 +42,7 @@ def number_of(formula: Formula, values: Mapping[str, Value], target: Target) -> 
     return int(number)
 
 
-def rate_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
+def rate_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
     """Return the rate in hertz that a formula of a frequency or a period gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     if dimension == unit("s").exponents:
@@ -51,7 +51,7 @@ def rate_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
     return _exactly(formula, values, "Hz")
 
 
-def offset_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
+def offset_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
     """Return the clock offset in seconds that a formula gives; raises `Refusal`."""
     number = number_of(formula, values, Target("s"))
     if not 0.0 <= number < math.inf:
@@ -59,7 +59,7 @@ def offset_of(formula: Formula, values: Mapping[str, Value]) -> Fraction:
     return simplest(float(number)) if number else Fraction(0)
 
 
-def _exactly(formula: Formula, values: Mapping[str, Value], unit: str) -> Fraction:
+def _exactly(formula: Formula, values: Mapping[str, NamedValue], unit: str) -> Fraction:
     """Return the value of a formula without the rounding of its arithmetic."""
     number = number_of(formula, values, Target(unit))
     if not 0.0 < number < math.inf:

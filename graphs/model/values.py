@@ -19,7 +19,7 @@ TABLE = "values"
 
 
 @dataclass(frozen=True)
-class Value:
+class NamedValue:
     """A named value: as written, and as a number.
 
     `number` is in coherent SI units; a value written in other units is rounded once.
@@ -45,13 +45,13 @@ class Value:
         return f"{in_unit(self.number, own):.6g}" + (f" {own}" if own != "1" else "")
 
 
-def quantity_of(number: float, dimension: Dimension) -> Value:
+def quantity_of(number: float, dimension: Dimension) -> NamedValue:
     """Return a value of a number in coherent SI units."""
     own = coherent_unit(dimension)
-    return Value(repr(float(number)) + (f" {own}" if own != "1" else ""), float(number), dimension)
+    return NamedValue(repr(float(number)) + (f" {own}" if own != "1" else ""), float(number), dimension)
 
 
-def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Value], list[Problem]]:
+def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, NamedValue], list[Problem]]:
     """Return the values of a table in the order of their names, and its problems; `taken` names are refused."""
     if not isinstance(table, Mapping):
         hint = f"write [values] and below it values; {EXAMPLE}"
@@ -59,11 +59,11 @@ def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Valu
     if len(table) > MOST_VALUES:
         return {}, [_problem("too many", (), got=str(len(table)), expected=f"at most {MOST_VALUES}")]
     problems = [problem for name in table for problem in bad_name(name, taken)]
-    read: dict[str, Value] = {}
+    read: dict[str, NamedValue] = {}
     formulas: dict[str, Formula] = {}
     for name, entry in table.items():
         try:
-            if isinstance(entry, Value):
+            if isinstance(entry, NamedValue):
                 entry = entry.written
             if is_formula(entry):
                 formulas[str(name)] = Formula(entry)
@@ -90,7 +90,7 @@ def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
         yield _problem(f"the name is taken: {name} is {why}", (name,), hint=hint)
 
 
-def read_quantity(entry: object) -> Value:
+def read_quantity(entry: object) -> NamedValue:
     """Return the value of a number, or a text with a number and a unit; raises `Refusal`."""
     if isinstance(entry, bool) or not isinstance(entry, int | float | str):
         raise Refusal("must be a number, or a text with a unit", EXAMPLE)
@@ -103,10 +103,10 @@ def read_quantity(entry: object) -> Value:
         number = float(convert_exactly(text, coherent_unit(parsed.exponents)))
     except OverflowError:
         raise Refusal("is too large for a number") from None
-    return Value(text.strip(), number, parsed.exponents)
+    return NamedValue(text.strip(), number, parsed.exponents)
 
 
-def _resolve(formulas: Mapping[str, Formula], read: dict[str, Value], unknown: set[str]) -> Iterator[Problem]:
+def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unknown: set[str]) -> Iterator[Problem]:
     """Add the values of formulas to those read, each after those that it needs; yield the problems.
 
     A formula that needs a value that could not be read has no value either, and no problem of its own.
@@ -138,10 +138,10 @@ def circle(needs: Mapping[str, set[str]]) -> list[str]:
     return []
 
 
-def resolved(formula: Formula, values: Mapping[str, Value]) -> Value:
+def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
     """Return the value that a formula gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
-    return Value(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
+    return NamedValue(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
 
 
 def _is_unit(name: str) -> bool:

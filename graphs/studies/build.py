@@ -14,8 +14,8 @@ from proofmass.graphs.studies.study import bad_numbers
 from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.graphs.studies.table_entries import read_values
 
-Tables = Mapping[str, Any]
-NOTHING: Tables = MappingProxyType({})
+PlainTables = Mapping[str, Any]
+NOTHING: PlainTables = MappingProxyType({})
 
 
 class Study(Value):
@@ -46,17 +46,17 @@ class Study(Value):
         runs: int = 100,
         seed: int = 0,
         design: str = "random",
-        spread: Tables = NOTHING,
-        correlation: Tables = NOTHING,
-        sweep: Tables = NOTHING,
-        epochs: Tables = NOTHING,
-        drift: Tables = NOTHING,
-        recalibration: Tables = NOTHING,
+        spread: PlainTables = NOTHING,
+        correlation: PlainTables = NOTHING,
+        sweep: PlainTables = NOTHING,
+        epochs: PlainTables = NOTHING,
+        drift: PlainTables = NOTHING,
+        recalibration: PlainTables = NOTHING,
         margins: str | float = "",
-        missions: Tables = NOTHING,
-        changes: Tables = NOTHING,
-        limits: Tables = NOTHING,
-        stop: Tables = NOTHING,
+        missions: PlainTables = NOTHING,
+        changes: PlainTables = NOTHING,
+        limits: PlainTables = NOTHING,
+        stop: PlainTables = NOTHING,
         place: Place = NOWHERE,
     ) -> None:
         read = StudyTables(checked(graph), margins)

@@ -19,7 +19,7 @@ from proofmass.graphs.studies.table_entries import placed, unknown_keys
 from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
-Change = Callable[[Graph], Graph]  # of the graph of a study, before its study is read
+GraphChange = Callable[[Graph], Graph]  # of the graph of a study, before its study is read
 
 
 def unchanged(graph: Graph) -> Graph:
@@ -27,7 +27,7 @@ def unchanged(graph: Graph) -> Graph:
     return graph
 
 
-def read_study(path: str | Path, own: Own | None = None, change: Change = unchanged) -> Study:
+def read_study(path: str | Path, own: Own | None = None, change: GraphChange = unchanged) -> Study:
     """The study of a file, of variants the first.
 
     Raises `ModelError` with every problem that can be seen, each with file, line and key.
@@ -44,7 +44,7 @@ def read_study(path: str | Path, own: Own | None = None, change: Change = unchan
     return _study_of_file(*read_table(path), own, change, path)
 
 
-def read_variants(path: str | Path, own: Own | None = None, change: Change = unchanged) -> dict[str, Study]:
+def read_variants(path: str | Path, own: Own | None = None, change: GraphChange = unchanged) -> dict[str, Study]:
     """The variants of the study of a file by name, of its graph after a `change`; one without a name if none.
 
     Raises `ModelError`.
@@ -60,7 +60,7 @@ def read_study_text(text: str, file: str = "<text>", own: Own | None = None, fol
 
 
 def _study_of_file(
-    data: dict[str, Any], place: Place, own: Own | None, change: Change, path: Path | None = None
+    data: dict[str, Any], place: Place, own: Own | None, change: GraphChange, path: Path | None = None
 ) -> Study:
     return study_of_table(data, place, change(_graph_of(data, place, own, path)))
 

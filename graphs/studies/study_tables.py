@@ -35,7 +35,7 @@ from proofmass.graphs.studies.epochs import (
 from proofmass.graphs.studies.missions import Mission, read_mission
 from proofmass.graphs.studies.table_entries import checked_table, read_quantity
 
-Entry = TypeVar("Entry")
+_Entry = TypeVar("_Entry")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -123,9 +123,9 @@ class StudyTables:
             self.refuse(Refusal("the graph names no loops", hint), "margins")
         return moment
 
-    def parameters(self, table: str, given: object, read: Callable[[object, str], Entry]) -> Mapping[str, Entry]:
+    def parameters(self, table: str, given: object, read: Callable[[object, str], _Entry]) -> Mapping[str, _Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
-        entries: dict[str, Entry] = {}
+        entries: dict[str, _Entry] = {}
         for key, entry in self.entries(table, given):
             name = self._flat_name(key)
             try:
@@ -273,9 +273,9 @@ class StudyTables:
             units |= {f"{loop}.{name}": unit for loop in self.flat.loops for name, unit in MARGIN_MEASURES.items()}
         return units
 
-    def read(self, table: str, given: object, read: Callable[[str, Any], Entry]) -> Mapping[str, Entry]:
+    def read(self, table: str, given: object, read: Callable[[str, Any], _Entry]) -> Mapping[str, _Entry]:
         """Read the entries of a table by name, and note those that are refused."""
-        entries: dict[str, Entry] = {}
+        entries: dict[str, _Entry] = {}
         for name, entry in self.entries(table, given):
             try:
                 entries[name] = read(name, entry)

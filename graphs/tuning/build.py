@@ -19,8 +19,8 @@ from proofmass.graphs.studies.study_tables import StudyTables
 from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 
-Tables = Mapping[str, Any]
-NOTHING: Tables = MappingProxyType({})
+TuningTables = Mapping[str, Any]
+NOTHING: TuningTables = MappingProxyType({})
 SCALES = ("linear", "logarithmic")
 _WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by default
 
@@ -28,10 +28,10 @@ _WIDE = 8.0  # from this ratio of the bounds on the axis is logarithmic by defau
 def tuning_of(
     graph: Graph,
     *,
-    free: Tables = NOTHING,
-    goals: Tables = NOTHING,
-    points: Tables = NOTHING,
-    tolerances: Tables = NOTHING,
+    free: TuningTables = NOTHING,
+    goals: TuningTables = NOTHING,
+    points: TuningTables = NOTHING,
+    tolerances: TuningTables = NOTHING,
     ages: object = (),
     at: object = "",
     starts: object = TUNE_INTEGERS["starts"].default,
@@ -177,7 +177,7 @@ def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Re
                 yield name, Refusal("the block does not take it", key=key, got=f"{value:g}")
 
 
-def _limit(table: Tables, key: str, unit: str) -> float:
+def _limit(table: TuningTables, key: str, unit: str) -> float:
     """Read a limit in the unit of its quantity; decibels are no unit of anything else."""
     if unit == "dB":
         try:

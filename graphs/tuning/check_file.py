@@ -9,11 +9,18 @@ from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import STUDY, Change, graph_of_study, is_study, study_of_table, unchanged
+from proofmass.graphs.studies.study_reader import (
+    STUDY,
+    GraphChange,
+    graph_of_study,
+    is_study,
+    study_of_table,
+    unchanged,
+)
 from proofmass.graphs.tuning.reader import TUNE, tuning_of_table
 
 
-class Checked(NamedTuple):
+class CheckedFile(NamedTuple):
     """The graph of a file and the study in it, where they could be read, and all problems with their places."""
 
     graph: Graph | None
@@ -21,25 +28,25 @@ class Checked(NamedTuple):
     study: Study | None = None
 
 
-def check_file(path: Path, own: Own | None = None, change: Change = unchanged) -> Checked:
+def check_file(path: Path, own: Own | None = None, change: GraphChange = unchanged) -> CheckedFile:
     """Check a graph file or a study file, its graph after a `change`."""
     try:
         return _check_table(*read_table(path), own, path, change)
     except ModelError as error:
-        return Checked(None, list(error.problems))
+        return CheckedFile(None, list(error.problems))
 
 
-def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Checked:
+def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> CheckedFile:
     """Check a TOML text; file names in it start from `folder`."""
     try:
         return _check_table(*parsed(text, file, folder), own, None)
     except ModelError as error:
-        return Checked(None, list(error.problems))
+        return CheckedFile(None, list(error.problems))
 
 
 def _check_table(
-    data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: Change = unchanged
-) -> Checked:
+    data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: GraphChange = unchanged
+) -> CheckedFile:
     graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
@@ -52,4 +59,4 @@ def _check_table(
             tuning_of_table(data, place, graph)
         except ModelError as error:
             problems += error.problems
-    return Checked(graph, problems, study)
+    return CheckedFile(graph, problems, study)

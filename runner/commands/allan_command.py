@@ -5,7 +5,7 @@ import numpy as np
 from proofmass.runner.analysis.allan.deviations import Allan, Curve, allan
 from proofmass.runner.analysis.allan.duration import Duration, duration
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.freedom import AllanStatistic
 from proofmass.runner.analysis.allan.levels import Level
 from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.commands.answers import print_answer, print_picture
@@ -38,10 +38,12 @@ def allan_text(of: Allan) -> str:
         f"  {'tau [s]':>12} {'Allan':>12}  {'95 %':^27} {'freedom':>8} {'Hadamard':>12} {'modified':>12}"
         f"  [{field_unit('B', of.unit)}]",
     ]
-    curve = of.curves[Statistic.ALLAN]
+    curve = of.curves[AllanStatistic.ALLAN]
     for i in _octaves(curve):
         cells = [in_field_unit("B", float(v[i]), of.unit) for v in (curve.deviation, curve.low, curve.high)]
-        others = [_at(of.curves[s], float(curve.taus[i]), of.unit) for s in (Statistic.HADAMARD, Statistic.MODIFIED)]
+        others = [
+            _at(of.curves[s], float(curve.taus[i]), of.unit) for s in (AllanStatistic.HADAMARD, AllanStatistic.MODIFIED)
+        ]
         lines.append(
             f"  {curve.taus[i]:12.6g} {cells[0]:12.6g}  {cells[1]:12.6g} to {cells[2]:<11.6g} {curve.freedom[i]:8.1f}"
             + "".join(f" {other:>12}" for other in others)

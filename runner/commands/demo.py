@@ -31,7 +31,7 @@ GRAPH = "pn_self_test_accelerometer.toml"
 CELLS = "correlator.impulse_response"
 
 
-class Verdict(NamedTuple):
+class CellSums(NamedTuple):
     """Cell by cell: sums of the run and sums by the analytic response, in codes."""
 
     measured: Any
@@ -44,7 +44,7 @@ class Verdict(NamedTuple):
         return self.measured / self.analytic - 1.0
 
 
-def judge(result: Result) -> Verdict:
+def judge(result: Result) -> CellSums:
     """Mean of the sums of all periods after the first against the analytic response of the same graph."""
     sums = result[CELLS].values
     if len(sums) < 3:
@@ -52,7 +52,7 @@ def judge(result: Result) -> Verdict:
     response = analytic_response(result.graph)
     chips = result.graph.blocks["correlator"].chips  # type: ignore[attr-defined]
     measured = sums[2:].mean(axis=0)
-    return Verdict(
+    return CellSums(
         measured=measured,
         analytic=(chips + 1) * response[: sums.shape[1]] - response.sum(),
         constant=-float(response.sum()),
@@ -79,7 +79,7 @@ def analytic_response(graph: Graph, cells: int = 1023) -> Any:
     return np.array(response)
 
 
-def table(verdict: Verdict, finer: Verdict) -> list[str]:
+def table(verdict: CellSums, finer: CellSums) -> list[str]:
     """The verdict as lines of text; `finer` is that of the same graph with a converter of 32 bits."""
     lines = [f"{'cell':>4} {'estimated':>14} {'analytic':>14} {'error':>10}"]
     for k, (measured, analytic, error) in enumerate(
@@ -95,7 +95,7 @@ def table(verdict: Verdict, finer: Verdict) -> list[str]:
     return lines
 
 
-def drawn(verdict: Verdict) -> Any:
+def drawn(verdict: CellSums) -> Any:
     """Estimated and analytic response, and the error of each cell."""
     with sheet(8.0, 6.0, "Impulse response of the accelerometer by its PN self-test") as figure:
         above, below = figure.subplots(2, 1, sharex=True, height_ratios=(2, 1))

@@ -10,7 +10,7 @@ from proofmass.runner.commands.declarations.comparison import DiffRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.comparison.files import file_differences
-from proofmass.runner.comparison.runs import Tolerance, compare_runs, is_run
+from proofmass.runner.comparison.runs import Allowance, compare_runs, is_run
 from proofmass.runner.comparison.studies import compare_studies
 from proofmass.runner.comparison.tables import Table, difference_table, run_tables, save_tables, study_tables, text_of
 from proofmass.runner.studies.kept.folder import STUDY_FILE, kept_result
@@ -51,7 +51,7 @@ def _kind(path: Path) -> str:
 def _compared(kind: str, request: DiffRequest, own: Own | None) -> tuple[dict[str, Any], list[Table], bool]:
     """Return a comparison as plain data and as tables, and whether all is the same."""
     if kind == RUN:
-        runs = compare_runs(request.before, request.after, Tolerance(request.absolute, request.relative))
+        runs = compare_runs(request.before, request.after, Allowance(request.absolute, request.relative))
         return runs.as_data(), run_tables(runs), runs.same
     if kind == OF_STUDY:
         studies = compare_studies(kept_result(request.before, own), kept_result(request.after, own))

@@ -23,7 +23,7 @@ from proofmass.runner.rtl.proof.proof import Proof
 from proofmass.runner.rtl.proof.prove_machine import proofs_data, prove_machine
 from proofmass.runner.rtl.text.amaranth import amaranth_files
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
-from proofmass.runner.rtl.tools.synth import Family, Resources, synthesized
+from proofmass.runner.rtl.tools.synth import ChipFamily, Resources, synthesized
 
 
 @dataclass(frozen=True)
@@ -88,7 +88,7 @@ def _write_report(graph: Graph, report: dict[str, Any], out: Path) -> list[str]:
     return [path.name for path in save_report(graph, report, out)]
 
 
-def _resources(machine: Machine, verilog: str, family: Family | None) -> dict[str, Resources]:
+def _resources(machine: Machine, verilog: str, family: ChipFamily | None) -> dict[str, Resources]:
     """Return the resources of each module in a family of FPGAs, the top included."""
     if family is None:
         return {}

@@ -6,7 +6,7 @@ from pathlib import Path
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.files.toml_writer import inline
-from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
@@ -16,7 +16,7 @@ from proofmass.runner.comparison.studies import study_differences
 THERE = "there"
 
 
-def file_differences(before: Path, after: Path, own: Own | None) -> list[Difference]:
+def file_differences(before: Path, after: Path, own: Own | None) -> list[GraphDifference]:
     """Return the differences of two graph or study files; raises `ModelError`."""
     tables = [read_table(path)[0] for path in (before, after)]
     studied = [is_study(table) or STUDY in table for table in tables]
@@ -35,12 +35,12 @@ def _graph(path: Path, own: Own | None, study: bool) -> Graph:
     return next(iter(read_variants(path, own).values())).graph if study else read_graph(path, own)
 
 
-def _only_one(key: str, there: list[bool]) -> Iterator[Difference]:
+def _only_one(key: str, there: list[bool]) -> Iterator[GraphDifference]:
     if there[0] != there[1]:
-        yield Difference(key, *(THERE if one else "" for one in there))
+        yield GraphDifference(key, *(THERE if one else "" for one in there))
 
 
-def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterator[Difference]:
+def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterator[GraphDifference]:
     """Yield what all variants differ by once, then what each of them differs by, below its name."""
     both = [name for name in first if name in second]
     apart = {n: [*differences(first[n].graph, second[n].graph), *study_differences(first[n], second[n])] for n in both}
@@ -51,16 +51,16 @@ def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterat
     yield from of_all
     for name, own in apart.items():
         place = f"study.variants.{name}." if name else ""
-        yield from (Difference(place + d.key, d.before, d.after, d.follows) for d in own if d not in of_all)
+        yield from (GraphDifference(place + d.key, d.before, d.after, d.follows) for d in own if d not in of_all)
     for name in sorted((first.keys() ^ second.keys()) - {""}):
-        yield Difference(f"study.variants.{name}", THERE if name in first else "", THERE if name in second else "")
+        yield GraphDifference(f"study.variants.{name}", THERE if name in first else "", THERE if name in second else "")
 
 
-def _tunings(before: Path, after: Path, own: Own | None) -> Iterator[Difference]:
+def _tunings(before: Path, after: Path, own: Own | None) -> Iterator[GraphDifference]:
     first, second = (_lines(path, own) for path in (before, after))
     for key in sorted({*first, *second}):
         if first.get(key) != second.get(key):
-            yield Difference(key, first.get(key, ""), second.get(key, ""))
+            yield GraphDifference(key, first.get(key, ""), second.get(key, ""))
 
 
 def _lines(path: Path, own: Own | None) -> dict[str, str]:

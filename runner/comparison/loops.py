@@ -8,10 +8,10 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 
 START = "0 s"
-Row = dict[str, float | str | None]
+_Row = dict[str, float | str | None]
 
 
-def margins_of_loops(graph: Graph) -> tuple[dict[str, Row], str]:
+def margins_of_loops(graph: Graph) -> tuple[dict[str, _Row], str]:
     """Return values and units by name, as measures of a run have them, and why there are none."""
     try:
         planned = plan(graph.changed(probes=()))

@@ -12,17 +12,18 @@ import numpy as np
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.comparison.loops import margins_of_loops
-from proofmass.runner.run.result import Array, pieces
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.run.result import pieces
 
 SUMMARY, TRACES = "summary.json", "traces.nc"
 _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that its numbers depend on, beside the graph
 
 
 @dataclass(frozen=True)
-class Tolerance:
+class Allowance:
     """Allowed difference: in the unit, and relative to the largest of the trace or measure before."""
 
     absolute: float = 0.0
@@ -67,8 +68,8 @@ class MeasureChange:
 class RunComparison:
     """Two runs: differences of their graphs and seeds, of their traces and measures."""
 
-    graph: tuple[Difference, ...]
-    facts: tuple[Difference, ...]
+    graph: tuple[GraphDifference, ...]
+    facts: tuple[GraphDifference, ...]
     traces: tuple[TraceChange, ...]
     measures: tuple[MeasureChange, ...]
     margins: tuple[MeasureChange, ...] = ()  # of the named loops, where the graphs differ
@@ -98,13 +99,13 @@ def is_run(folder: Path) -> bool:
     return (folder / SUMMARY).is_file()
 
 
-def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparison:
+def compare_runs(before: Path, after: Path, tolerance: Allowance) -> RunComparison:
     """Compare the runs in two folders; raises `ModelError` where there is none, `OSError`."""
     first, second = _summary(before), _summary(after)
     one, other = _graph(first), _graph(second)
     graph = differences(one, other) if one and other else []
     facts = [
-        Difference(key, str(first.get(key, "")), str(second.get(key, "")))
+        GraphDifference(key, str(first.get(key, "")), str(second.get(key, "")))
         for key in _DEPENDS
         if first.get(key) != second.get(key)
     ]
@@ -114,7 +115,7 @@ def compare_runs(before: Path, after: Path, tolerance: Tolerance) -> RunComparis
     return RunComparison(tuple(graph), tuple(facts), traces, measures, margins, notes)
 
 
-def _margins(before: Graph, after: Graph, tolerance: Tolerance) -> tuple[tuple[MeasureChange, ...], tuple[str, ...]]:
+def _margins(before: Graph, after: Graph, tolerance: Allowance) -> tuple[tuple[MeasureChange, ...], tuple[str, ...]]:
     """Compare the margins of the loops of two graphs; equal graphs have equal ones."""
     if not (before.loops or after.loops):
         return (), ()
@@ -146,7 +147,7 @@ def _graph(summary: Mapping[str, Any]) -> Graph | None:
         return None
 
 
-def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: Tolerance) -> Iterator[MeasureChange]:
+def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: Allowance) -> Iterator[MeasureChange]:
     for name in sorted({*before, *after}):
         rows = before.get(name), after.get(name)
         unit = next(row["unit"] for row in rows if row)
@@ -154,14 +155,14 @@ def _measures(before: Mapping[str, Any], after: Mapping[str, Any], tolerance: To
         yield MeasureChange(name, unit, was, now, all(rows) and _close(was, now, tolerance))
 
 
-def _close(was: float | None, now: float | None, tolerance: Tolerance) -> bool:
+def _close(was: float | None, now: float | None, tolerance: Allowance) -> bool:
     """Return whether a measure stays within the tolerance; None has no value."""
     if was is None or now is None or math.isinf(was) or math.isinf(now):
         return was == now
     return abs(now - was) <= tolerance.of(abs(was))
 
 
-def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceChange]:
+def _traces(before: Path, after: Path, tolerance: Allowance) -> Iterator[TraceChange]:
     there = [path.is_file() for path in (before, after)]
     if not all(there):
         if any(there):
@@ -179,7 +180,7 @@ def _traces(before: Path, after: Path, tolerance: Tolerance) -> Iterator[TraceCh
             yield _trace(name, first, second, tolerance)
 
 
-def _trace(name: str, first: Any, second: Any, tolerance: Tolerance) -> TraceChange:
+def _trace(name: str, first: Any, second: Any, tolerance: Allowance) -> TraceChange:
     for place, data in (("before", first), ("after", second)):
         if name not in data.variables:
             return TraceChange(name, "", problem=f"not recorded {place}")
@@ -213,7 +214,7 @@ class _Axis:
         return float(self.variable[min(row, len(self) - 1) if row >= 0 else len(self) + row])
 
 
-def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: Tolerance) -> TraceChange:
+def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: Allowance) -> TraceChange:
     """Compare rows piece by piece; NaN equals NaN."""
     entries, size = math.prod(before.shape[1:]), 0.0
     for start, end in pieces(of.rows, entries) if tolerance.relative else ():
@@ -237,7 +238,7 @@ def _compared(of: TraceChange, before: Any, after: Any, times: Any, tolerance: T
     return TraceChange(of.signal, of.unit, of.rows, largest, rms, size, first)
 
 
-def _numbers(variable: Any, start: int, end: int) -> Array:
+def _numbers(variable: Any, start: int, end: int) -> AnyArray:
     return np.asarray(variable[start:end], dtype=np.float64)
 
 

@@ -13,10 +13,10 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, mean_interval
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, mean_interval
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.points import by_point, point_text
 
@@ -35,7 +35,7 @@ class MeanChange:
     before: float
     after: float
     difference: float
-    interval: Interval
+    interval: Bounds
     pairing: float  # how many times wider the interval of independent samples is; 1 where they are
     probability: float  # of a difference as large by chance, among all that are compared
     moved: bool = False
@@ -58,7 +58,7 @@ class YieldChange:
 class StudyComparison:
     """Two studies: differences of what was asked, of means and of yields."""
 
-    differences: tuple[Difference, ...]
+    differences: tuple[GraphDifference, ...]
     paired: bool
     means: tuple[MeanChange, ...]
     yields: tuple[YieldChange, ...]
@@ -100,14 +100,14 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
     )
 
 
-def study_differences(before: Study, after: Study) -> Iterator[Difference]:
+def study_differences(before: Study, after: Study) -> Iterator[GraphDifference]:
     """Yield what two studies ask otherwise."""
     first, second = (dict(line.split(" = ", 1) for line in study.text().splitlines()) for study in (before, after))
     first |= {"runs": str(before.runs), **_limits(before)}
     second |= {"runs": str(after.runs), **_limits(after)}
     for key in sorted({*first, *second}):
         if first.get(key) != second.get(key):
-            yield Difference(f"study.{key}", first.get(key, ""), second.get(key, ""))
+            yield GraphDifference(f"study.{key}", first.get(key, ""), second.get(key, ""))
 
 
 def _limits(study: Study) -> dict[str, str]:
@@ -161,7 +161,7 @@ def _means(
                 yield _mean_change((point, name, units[name], age), *values, paired=paired)
 
 
-def _mean_change(place: tuple[str, str, str, float], first: Array, second: Array, *, paired: bool) -> MeanChange:
+def _mean_change(place: tuple[str, str, str, float], first: AnyArray, second: AnyArray, *, paired: bool) -> MeanChange:
     (interval, probability), gain = _independent(first, second), 1.0
     if paired:
         width = interval[1] - interval[0]
@@ -172,12 +172,12 @@ def _mean_change(place: tuple[str, str, str, float], first: Array, second: Array
     return MeanChange(*place, (len(first), len(second)), *means, difference, interval, gain, probability)
 
 
-def _paired(apart: Array) -> float:
+def _paired(apart: AnyArray) -> float:
     """Probability of Student's test of differences; certain where they are all the same."""
     return _probability(float(apart.mean()), float(apart.var(ddof=1)) / len(apart), len(apart) - 1.0)
 
 
-def _independent(first: Array, second: Array) -> tuple[Interval, float]:
+def _independent(first: AnyArray, second: AnyArray) -> tuple[Bounds, float]:
     """Interval of the difference of two means and the probability of Welch's test."""
     # for start-up time: graphs and runs are compared without it
     from scipy.special import stdtrit
@@ -217,17 +217,17 @@ def _yields(
                 yield YieldChange(point, name, age, float(one.mean()), float(other.mean()), probability)
 
 
-def _within(result: StudyResult, name: str) -> Array:
+def _within(result: StudyResult, name: str) -> AnyArray:
     """Return by run and epoch whether a limit is kept, or all of them."""
     names = result.study.limits if name == ALL else [name]
     return np.asarray(np.logical_and.reduce([result.within(limit) for limit in names]))
 
 
-def _at(within: Array, study: Study, age: float | None) -> Array:
+def _at(within: AnyArray, study: Study, age: float | None) -> AnyArray:
     return np.asarray(within.all(axis=1) if age is None else within[:, study.epochs.index(age)])
 
 
-def _yield_probability(first: Array, second: Array, *, paired: bool) -> float:
+def _yield_probability(first: AnyArray, second: AnyArray, *, paired: bool) -> float:
     """McNemar's exact test of sensors that changed sides, or Fisher's of two samples."""
     # for start-up time: graphs and runs are compared without it
     from scipy.stats import binomtest, fisher_exact

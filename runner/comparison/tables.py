@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
-from proofmass.graphs.model.differences import Difference
+from proofmass.graphs.model.differences import GraphDifference
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.comparison.runs import MeasureChange, RunComparison, TraceChange
 from proofmass.runner.comparison.studies import MeanChange, StudyComparison, YieldChange
@@ -27,7 +27,7 @@ class Table:
     left: tuple[int, ...]
 
 
-def difference_table(title: str, differences: Iterable[Difference]) -> Table:
+def difference_table(title: str, differences: Iterable[GraphDifference]) -> Table:
     """Return what differs between two graphs, or the questions of two studies."""
     rows = tuple(
         (_MARKS[d.what], d.key, _cut(d.before), _cut(d.after), f"follows {d.follows}" if d.follows else "")

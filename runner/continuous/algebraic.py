@@ -14,9 +14,7 @@ import math
 from collections.abc import Callable, Sequence
 from typing import Any
 
-from proofmass.runner.continuous.linear_equations import factorise, substitute
-
-Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+from proofmass.runner.continuous.linear_equations import Flat, factorise, substitute
 
 ITERATIONS = 50
 NUDGE = 1e-7  # for the derivatives

@@ -11,11 +11,11 @@ loop on arrays: to the same bits, in every tick where a driven parameter has mov
 """
 
 from collections.abc import Callable
-from typing import Any
 
-Matrix = list[list[float]]
-Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
-Product = Callable[[Flat, Flat, int, Flat], None]
+from proofmass.blocks.arithmetic.modes import Matrix
+from proofmass.runner.continuous.linear_equations import Flat
+
+MatrixProduct = Callable[[Flat, Flat, int, Flat], None]
 
 TERMS = 22  # 1/22! is below the rounding error for a norm of at most 1
 LARGEST_SCALE = 2.0**300
@@ -59,7 +59,7 @@ def sum_rows(matrix: Flat, terms: Flat, sums: Flat, rows: int, columns: int) -> 
         sums[i] = total
 
 
-def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat, product: Product) -> None:
+def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat, product: MatrixProduct) -> None:
     """exp of a square matrix, in place; the others are scratch. `product` is `multiply`, or what gives the same."""
     _balance(matrix, size, scale)
     norm = 0.0

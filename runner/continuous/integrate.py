@@ -11,8 +11,7 @@ step ends there, and the next begins beyond it.
 from typing import Any
 
 from proofmass.blocks.arithmetic.elementary import exponential, logarithm_of_fraction
-
-Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+from proofmass.runner.continuous.linear_equations import Flat
 
 MOST_EVENTS = 10_000  # in one tick
 CHATTER = 500  # events, and as many again in no less than half the time: fewer rebounds of a ball slow down

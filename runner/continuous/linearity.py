@@ -9,7 +9,7 @@ import itertools
 import math
 from collections.abc import Callable, Sequence
 
-Rates = Callable[[Sequence[float]], list[float]]  # of states and inputs, one behind the other
+_Rates = Callable[[Sequence[float]], list[float]]  # of states and inputs, one behind the other
 
 _SCALES = (1.0, -1.0, 2.0, 2.0**-60, 2.0**60, 2.0**-200, 2.0**200)
 _NEAR_SCALES = (-1.0, 2.0, 2.0**-10, 2.0**10)  # for functions that subtract a constant, which leaves rounding
@@ -18,7 +18,7 @@ _FACTORS = (0.625, -1.75, 3.0)
 _ROUNDING = 1e-9
 
 
-def factors_of(rates: Rates, size: int, candidates: Sequence[int]) -> tuple[int, ...] | None:
+def factors_of(rates: _Rates, size: int, candidates: Sequence[int]) -> tuple[int, ...] | None:
     """Entries that multiply others, the rates being linear in the rest; () where they are linear in all of them, None
     where they are not linear in that sense. `candidates` are the entries that may be factors: held inputs."""
     try:
@@ -34,7 +34,7 @@ def factors_of(rates: Rates, size: int, candidates: Sequence[int]) -> tuple[int,
     return factors if linear else None
 
 
-def _multiplies(rates: Rates, size: int, place: int) -> bool:
+def _multiplies(rates: _Rates, size: int, place: int) -> bool:
     """Return whether an input changes what another entry does."""
     point = [1.375 * float(i == place) for i in range(size)]
     rest, offset = rates([0.0] * size), rates(point)
@@ -50,7 +50,7 @@ def _multiplies(rates: Rates, size: int, place: int) -> bool:
 
 
 def _is_linear(
-    rates: Rates, size: int, factors: Sequence[int], value: float, signs: Sequence[float], scales: Sequence[float]
+    rates: _Rates, size: int, factors: Sequence[int], value: float, signs: Sequence[float], scales: Sequence[float]
 ) -> bool:
     """Return whether the rates are linear in the other entries, with the factors at values about the given one."""
     fixed = {place: value * (1.0 + 0.25 * number) for number, place in enumerate(factors)}

@@ -12,9 +12,7 @@ Plain Python runs these functions on lists, the compiled loop on arrays, both to
 import math
 from typing import Any
 
-from proofmass.runner.continuous.linear_equations import factorise, substitute
-
-Flat = Any  # a sequence of floats: a list, or an array in the compiled loop
+from proofmass.runner.continuous.linear_equations import Flat, factorise, substitute
 
 ORDER = 4  # in the step, of the error estimate
 _ROOT = math.sqrt(6.0)

@@ -17,10 +17,11 @@ from proofmass.graphs.model.integration import Integration
 from proofmass.runner.contract.around import graph_around
 from proofmass.runner.contract.drawn import random_block, random_value
 from proofmass.runner.contract.outcomes import Outcome, Sensor, outcome
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.faults import own_line
-from proofmass.runner.targets.native import Array, CompiledPlan
+from proofmass.runner.targets.native import CompiledPlan
 
 TESTED = "tested"
 LANES = 8
@@ -33,7 +34,7 @@ class Case:
     """Runs side by side that differ in numbers: those of the sources, and of the block."""
 
     sensors: Sequence[Sensor]
-    given: dict[Endpoint, Array]  # what differs, for each of them
+    given: dict[Endpoint, AnyArray]  # what differs, for each of them
     ticks: int
 
     @cached_property

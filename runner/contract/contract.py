@@ -11,11 +11,11 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.contract import declared, engines, functions
 from proofmass.runner.contract.cases import cases
 from proofmass.runner.contract.foreign import FOREIGN
-from proofmass.runner.contract.verdict import Verdict
+from proofmass.runner.contract.verdict import ContractVerdict
 
 SETS = 3  # of parameters
 
-STILL: Mapping[str, Callable[[type[Block]], Verdict]] = {
+STILL: Mapping[str, Callable[[type[Block]], ContractVerdict]] = {
     "documents": declared.documents,
     "units": declared.units,
     "bounds": declared.bounds,
@@ -30,7 +30,7 @@ class Report:
     """Verdicts of all checks of one block."""
 
     kind: str
-    verdicts: tuple[Verdict, ...]
+    verdicts: tuple[ContractVerdict, ...]
 
     @property
     def passed(self) -> bool:
@@ -51,7 +51,7 @@ def check_block(kind: type[Block], sets: int = SETS) -> Report:
     return Report(kind.__name__, (*still, *_run(kind, sets)))
 
 
-def _run(kind: type[Block], sets: int) -> Iterator[Verdict]:
+def _run(kind: type[Block], sets: int) -> Iterator[ContractVerdict]:
     """The checks that run the block."""
     with TemporaryDirectory() as name:
         try:
@@ -59,7 +59,7 @@ def _run(kind: type[Block], sets: int) -> Iterator[Verdict]:
             hostile = cases(kind, Path(name), hostile=True, sets=sets)
         except ModelError as error:
             problems = error.problems
-            yield Verdict(RUN[0], "FAILED", "it cannot be planned", problems)
+            yield ContractVerdict(RUN[0], "FAILED", "it cannot be planned", problems)
             yield from _not_run("it cannot be planned", 1)
             return
         together = [*ordinary, *hostile]
@@ -71,5 +71,5 @@ def _run(kind: type[Block], sets: int) -> Iterator[Verdict]:
         yield engines.faults(ordinary, hostile)
 
 
-def _not_run(why: str, first: int = 0) -> list[Verdict]:
-    return [Verdict(check, "not run", why) for check in RUN[first:]]
+def _not_run(why: str, first: int = 0) -> list[ContractVerdict]:
+    return [ContractVerdict(check, "not run", why) for check in RUN[first:]]

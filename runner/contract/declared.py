@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.blocks.declaration.units import UnitError, unit
 from proofmass.runner.contract.drawn import random_value
 from proofmass.runner.contract.places import problem
-from proofmass.runner.contract.verdict import Verdict, verdict
+from proofmass.runner.contract.verdict import ContractVerdict, verdict
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.output.counts import count
 from proofmass.runner.plan.constants import constants_of, start_of
@@ -25,7 +25,7 @@ _DRAWN = 20  # sets of parameters
 _BEYOND = 1e-9  # of the size of a bound
 
 
-def documents(kind: type[Block]) -> Verdict:
+def documents(kind: type[Block]) -> ContractVerdict:
     """The block, its parameters and ports are described, and named as the library's are."""
     declared: dict[str, Parameter | Port | BufferPort] = {
         **kind.parameters,
@@ -55,7 +55,7 @@ def documents(kind: type[Block]) -> Verdict:
     return verdict("documents", problems(), detail)
 
 
-def units(kind: type[Block]) -> Verdict:
+def units(kind: type[Block]) -> ContractVerdict:
     """Every port and every parameter that is a number has a unit, whichever unit the block is given."""
     measured = [*kind.inputs.values(), *kind.outputs.values()]
     measured += [p for p in kind.parameters.values() if p.kind in (float, tuple)]  # type: ignore[misc]
@@ -79,7 +79,7 @@ def units(kind: type[Block]) -> Verdict:
     return verdict("units", problems(), f"{count(len(measured), 'unit')} of ports and parameters")
 
 
-def bounds(kind: type[Block]) -> Verdict:
+def bounds(kind: type[Block]) -> ContractVerdict:
     """Values beyond the bounds are refused, and with any within them the block can start."""
     dice, tried = random.Random(kind.__name__), list[dict[str, Any]]()
     wrong: dict[str, Problem] = {}

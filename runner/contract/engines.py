@@ -10,30 +10,30 @@ from proofmass.runner.contract.cases import Case
 from proofmass.runner.contract.foreign import Foreign, ForeignError
 from proofmass.runner.contract.outcomes import outcome, packed
 from proofmass.runner.contract.places import problem
-from proofmass.runner.contract.verdict import Verdict, verdict
+from proofmass.runner.contract.verdict import ContractVerdict, verdict
 from proofmass.runner.output.counts import count
 from proofmass.runner.program.listing import listing
 
 _SHOWN = 3  # differences of a check
 
 
-def native(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+def native(kind: type[Block], cases: Sequence[Case]) -> ContractVerdict:
     """Machine code has the bits of plain Python."""
     texts = (text for c in cases for text in outcomes.native_differences(c.compiled, c.sensors, c.outcomes))
     return _verdict(kind, "machine code", texts, cases)
 
 
-def lanes(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+def lanes(kind: type[Block], cases: Sequence[Case]) -> ContractVerdict:
     """Runs side by side have the bits that each has alone."""
     texts = (text for c in cases for text in outcomes.lane_differences(c.sensors, c.outcomes, c.given, len(c.sensors)))
     return _verdict(kind, "lanes", texts, cases)
 
 
-def foreign(kind: type[Block], cases: Sequence[Case], compiler: Foreign) -> Verdict:
+def foreign(kind: type[Block], cases: Sequence[Case], compiler: Foreign) -> ContractVerdict:
     """The program has the same bits when another compiler has made it."""
     lacks = compiler.lacks(cases[0].compiled.written.program)
     if lacks:
-        return Verdict(compiler.name, "not run", lacks)
+        return ContractVerdict(compiler.name, "not run", lacks)
     alike: dict[str, list[Case]] = {}  # one program runs them all
     for case in cases:
         alike.setdefault(listing(case.compiled.written.program), []).append(case)
@@ -50,7 +50,7 @@ def _foreign(compiler: Foreign, cases: Sequence[Case]) -> Iterator[str]:
     return outcomes.foreign_differences(compiler, cases[0].compiled, sensors, expected)
 
 
-def interrupted(kind: type[Block], cases: Sequence[Case]) -> Verdict:
+def interrupted(kind: type[Block], cases: Sequence[Case]) -> ContractVerdict:
     """A run that is begun anew, or goes on in another engine half-way, comes to the same: its state is all it has."""
 
     def texts() -> Iterator[str]:
@@ -64,12 +64,12 @@ def interrupted(kind: type[Block], cases: Sequence[Case]) -> Verdict:
     return _verdict(kind, "state", texts(), cases, "keep what it remembers in its state, and return that from update")
 
 
-def faults(ordinary: Sequence[Case], hostile: Sequence[Case]) -> Verdict:
+def faults(ordinary: Sequence[Case], hostile: Sequence[Case]) -> ContractVerdict:
     """Tell what ends runs early; the checks of engines see that all of them end in the same tick."""
     parts = [f"{_ended(ordinary)} of {_runs(ordinary)} runs end early", f"{_ended(hostile)} of {_runs(hostile)}"]
     total: Counter[str] = sum((case.faults() for case in (*ordinary, *hostile)), Counter())
     said = ", ".join(f"{name} ({number})" for name, number in total.most_common())
-    return Verdict(
+    return ContractVerdict(
         "faults", "passed", f"{parts[0]}, {parts[1]} at the edges of arithmetic" + (f": {said}" if said else "")
     )
 
@@ -82,7 +82,9 @@ def _runs(cases: Sequence[Case]) -> int:
     return sum(len(case.sensors) for case in cases)
 
 
-def _verdict(kind: type[Block], check: str, texts: Iterator[str], cases: Sequence[Case], hint: str = "") -> Verdict:
+def _verdict(
+    kind: type[Block], check: str, texts: Iterator[str], cases: Sequence[Case], hint: str = ""
+) -> ContractVerdict:
     first = [text for _, text in zip(range(_SHOWN), texts, strict=False)]
     hint = hint or "this is a defect of proofmass: please report it with the file of the block"
     ticks = sum(o.ticks for case in cases for o in case.outcomes)

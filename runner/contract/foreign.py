@@ -15,7 +15,7 @@ from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
-Call = tuple[Sequence[int], Sequence[Any]]  # integers, and NumPy arrays that the entry works on in place
+_Call = tuple[Sequence[int], Sequence[Any]]  # integers, and NumPy arrays that the entry works on in place
 
 
 class ForeignError(RuntimeError):
@@ -33,7 +33,7 @@ class Foreign(ABC):
         return "" if shutil.which(self.command) else f"there is no {self.command} here"
 
     @abstractmethod
-    def run(self, program: Program, calls: Sequence[Call], folder: Path) -> None:
+    def run(self, program: Program, calls: Sequence[_Call], folder: Path) -> None:
         """Call the entry once for each of the calls. Raises `ForeignError`."""
 
 
@@ -42,7 +42,7 @@ class C99(Foreign):
 
     name, command = "C99", "gcc"
 
-    def run(self, program: Program, calls: Sequence[Call], folder: Path) -> None:
+    def run(self, program: Program, calls: Sequence[_Call], folder: Path) -> None:
         entry = self.compiled(program, folder)
         for numbers, arrays in calls:
             entry(*map(ctypes.c_int64, numbers), *(ctypes.c_void_p(array.ctypes.data) for array in arrays))
@@ -66,10 +66,10 @@ class WebAssembly(Foreign):
             return f"a browser brings its own {', '.join(called)}, with other last bits"
         return super().lacks(program)
 
-    def run(self, program: Program, calls: Sequence[Call], folder: Path) -> None:
+    def run(self, program: Program, calls: Sequence[_Call], folder: Path) -> None:
         self.run_module(wasm_module(program), calls, folder)
 
-    def run_module(self, module: WasmModule, calls: Sequence[Call], folder: Path) -> None:
+    def run_module(self, module: WasmModule, calls: Sequence[_Call], folder: Path) -> None:
         """Call the entry of a module once for each of the calls."""
         base = _aligned(module.constants + 1)
         contents = [_Memory(base, arrays) for _, arrays in calls]

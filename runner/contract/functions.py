@@ -10,13 +10,13 @@ from proofmass.blocks.language.forms import driven_problems, problems_of
 from proofmass.runner.contract.declared import PERIOD
 from proofmass.runner.contract.drawn import random_value
 from proofmass.runner.contract.places import problem
-from proofmass.runner.contract.verdict import Verdict, verdict
+from proofmass.runner.contract.verdict import ContractVerdict, verdict
 from proofmass.runner.output.counts import count
 
 _TIMES = 8  # that a function which runs before the first tick is called anew
 
 
-def compiled(kind: type[Block]) -> Verdict:
+def compiled(kind: type[Block]) -> ContractVerdict:
     """Everything in its functions is part of what compiled code can take."""
     count_of = len(kind.output_functions) + len(kind.functions) + len(kind.events) + len(kind.corners)
     detail = f"{count(count_of, 'function')} within what compiled code takes"
@@ -26,7 +26,7 @@ def compiled(kind: type[Block]) -> Verdict:
     return verdict("functions", problems_of(kind), detail)
 
 
-def repeatable(kind: type[Block]) -> Verdict:
+def repeatable(kind: type[Block]) -> ContractVerdict:
     """The functions that run before the first tick give the same for the same parameters, whatever ran before."""
     named = {name: behaviour for name, behaviour in kind.functions.items() if name in ("constants", "formats")}
 

@@ -17,11 +17,12 @@ import numpy as np
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.contract.foreign import Foreign
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 from proofmass.runner.run.faults import failed
-from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan, moving
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, moving
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 
@@ -38,7 +39,7 @@ class Outcome:
     """A run in plain Python until its end, or until the tick in which it failed."""
 
     ticks: int
-    rows: tuple[Array, ...]
+    rows: tuple[AnyArray, ...]
     memory: Memory
     fault: str = ""  # in the words of the graph
     error: Any = None
@@ -62,7 +63,7 @@ def outcome(sensor: Sensor, ticks: int) -> Outcome:
     return Outcome(ticks, tuple(rows), engine.memory())
 
 
-def rows_for(planned: Plan, ticks: int) -> list[Array]:
+def rows_for(planned: Plan, ticks: int) -> list[AnyArray]:
     """Room for what the probes record."""
     kinds = {float: np.float64, int: np.int64, bool: np.bool_}
     return [np.zeros((p.rows(0, ticks), *p.shape), dtype=kinds[p.dtype]) for p in planned.probes]
@@ -110,7 +111,7 @@ def resumed_differences(
 
 
 def lane_differences(
-    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], numbers: Mapping[Endpoint, Array], lanes: int
+    sensors: Sequence[Sensor], outcomes: Sequence[Outcome], numbers: Mapping[Endpoint, AnyArray], lanes: int
 ) -> Iterator[str]:
     """Yield where runs in lanes differ; `numbers` has each varied parameter in each of them."""
     plans = [replace(sensor.plan, probes=()) for sensor in sensors]
@@ -166,7 +167,7 @@ def foreign_differences(
                 yield _said(sensor, f"no fault in tick {expected.ticks}")
 
 
-def _arrays(compiled: CompiledPlan, sensor: Sensor, ticks: int) -> list[Array]:
+def _arrays(compiled: CompiledPlan, sensor: Sensor, ticks: int) -> list[AnyArray]:
     """Everything that the program reads and writes, before the first tick."""
     rows = [
         array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype) for array in rows_for(sensor.plan, ticks)
@@ -176,7 +177,7 @@ def _arrays(compiled: CompiledPlan, sensor: Sensor, ticks: int) -> list[Array]:
     return arrays
 
 
-def _failed(compiled: CompiledPlan, sensor: Sensor, arrays: Sequence[Array]) -> bool:
+def _failed(compiled: CompiledPlan, sensor: Sensor, arrays: Sequence[AnyArray]) -> bool:
     engine = _begun(compiled, sensor)
     return not engine.sound(arrays[2], arrays[3])
 
@@ -185,12 +186,12 @@ def _begun(compiled: CompiledPlan, sensor: Sensor) -> CompiledLoop:
     return CompiledLoop(sensor.plan, sensor.plan.graph.seed, sensor.run, start(sensor.plan), compiled)
 
 
-def same_arrays(arrays: Sequence[Array], others: Sequence[Array]) -> bool:
+def same_arrays(arrays: Sequence[AnyArray], others: Sequence[AnyArray]) -> bool:
     """Return whether all arrays have the same bits."""
     return all(bool((_bits(one) == _bits(other)).all()) for one, other in zip(arrays, others, strict=True))
 
 
-def _bits(array: Array) -> Array:
+def _bits(array: AnyArray) -> AnyArray:
     if array.dtype != np.float64:
         return array
     bits = np.ascontiguousarray(array).view(np.int64).copy()
@@ -198,7 +199,7 @@ def _bits(array: Array) -> Array:
     return bits
 
 
-def _unlike(sensor: Sensor, rows: Sequence[Array], expected: Sequence[Array]) -> Iterator[str]:
+def _unlike(sensor: Sensor, rows: Sequence[AnyArray], expected: Sequence[AnyArray]) -> Iterator[str]:
     for probe, got, wanted in zip(sensor.plan.probes, rows, expected, strict=True):
         unlike = _bits(got) != _bits(wanted)
         different = np.flatnonzero(unlike.any(axis=tuple(range(1, unlike.ndim))))

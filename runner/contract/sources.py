@@ -13,25 +13,25 @@ class Draws(Block):
     scale: float = param("{unit}", "About what the numbers are.", default=1.0)
 
 
-class Drawn(NamedTuple):
+class DrawnState(NamedTuple):
     number: int
 
 
 @Draws.start
-def start(p: Draws) -> Drawn:
-    return Drawn(p.seed)
+def start(p: Draws) -> DrawnState:
+    return DrawnState(p.seed)
 
 
 @Draws.output("{unit}")
-def output(p: Draws, x: Drawn) -> float:
+def output(p: Draws, x: DrawnState) -> float:
     """Number about zero: small ones more often than large ones, the largest five times the scale."""
     even = x.number / 2**30 - 1.0
     return 5.0 * p.scale * even * even * even
 
 
 @Draws.update
-def update(p: Draws, x: Drawn) -> Drawn:
-    return Drawn((1103515245 * x.number + 12345) % 2**31)
+def update(p: Draws, x: DrawnState) -> DrawnState:
+    return DrawnState((1103515245 * x.number + 12345) % 2**31)
 
 
 NUMBERS = (
@@ -61,12 +61,12 @@ class HostileIntegers(Block):
 
 
 @HostileNumbers.start
-def start_of_numbers(p: HostileNumbers) -> Drawn:
-    return Drawn(p.seed)
+def start_of_numbers(p: HostileNumbers) -> DrawnState:
+    return DrawnState(p.seed)
 
 
 @HostileNumbers.output("{unit}")
-def number(p: HostileNumbers, x: Drawn) -> float:
+def number(p: HostileNumbers, x: DrawnState) -> float:
     """An ordinary number, or one of the table."""
     if (x.number >> 16) % 2 == 0:
         return p.scale * (x.number / 2**30 - 1.0)
@@ -74,17 +74,17 @@ def number(p: HostileNumbers, x: Drawn) -> float:
 
 
 @HostileNumbers.update
-def next_number(p: HostileNumbers, x: Drawn) -> Drawn:
-    return Drawn((1103515245 * x.number + 12345) % 2**31)
+def next_number(p: HostileNumbers, x: DrawnState) -> DrawnState:
+    return DrawnState((1103515245 * x.number + 12345) % 2**31)
 
 
 @HostileIntegers.start
-def start_of_integers(p: HostileIntegers) -> Drawn:
-    return Drawn(p.seed)
+def start_of_integers(p: HostileIntegers) -> DrawnState:
+    return DrawnState(p.seed)
 
 
 @HostileIntegers.output("{unit}")
-def integer(p: HostileIntegers, x: Drawn) -> int:
+def integer(p: HostileIntegers, x: DrawnState) -> int:
     """A small integer, or one of the table."""
     if (x.number >> 16) % 2 == 0:
         return (x.number >> 20) - 1024
@@ -92,5 +92,5 @@ def integer(p: HostileIntegers, x: Drawn) -> int:
 
 
 @HostileIntegers.update
-def next_integer(p: HostileIntegers, x: Drawn) -> Drawn:
-    return Drawn((1103515245 * x.number + 12345) % 2**31)
+def next_integer(p: HostileIntegers, x: DrawnState) -> DrawnState:
+    return DrawnState((1103515245 * x.number + 12345) % 2**31)

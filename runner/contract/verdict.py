@@ -10,7 +10,7 @@ Status = Literal["passed", "FAILED", "not run"]
 
 
 @dataclass(frozen=True)
-class Verdict:
+class ContractVerdict:
     """One check of one block: what was looked at, or what is wrong."""
 
     check: str
@@ -24,9 +24,9 @@ class Verdict:
         return {"check": self.check, "status": self.status, "detail": self.detail, "problems": problems}
 
 
-def verdict(check: str, problems: Iterator[Problem] | list[Problem], detail: str) -> Verdict:
+def verdict(check: str, problems: Iterator[Problem] | list[Problem], detail: str) -> ContractVerdict:
     """Return the verdict of a check that was run: it fails if there are problems."""
     found = tuple(problems)
     if not found:
-        return Verdict(check, "passed", detail)
-    return Verdict(check, "FAILED", f"{len(found)} problem{'s' if len(found) > 1 else ''}", found)
+        return ContractVerdict(check, "passed", detail)
+    return ContractVerdict(check, "FAILED", f"{len(found)} problem{'s' if len(found) > 1 else ''}", found)

@@ -15,23 +15,23 @@ import scipy.sparse
 from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
-from proofmass.runner.derivatives.dual_ticks import Place
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.plan.memory import Rows
 
 EVERY = 8  # ticks
 LIVE = "lasts"  # stands where a port's name would: no port may be called so
 
-Key = tuple[str, str, int]
+Direction = tuple[str, str, int]
 
 
 class CompactTicks(NoisyTicks):
     """Ticks with noise and no derivatives by parameters, in time that grows with the length of the period alone."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        self._columns: dict[Key, int] = {}  # of first directions
+        self._columns: dict[Direction, int] = {}  # of first directions
         self._rows: npt.NDArray[np.float64] = np.zeros((0, 0))  # G
         self._seen: dict[Any, int] = {}  # recorded values that are in first directions
-        self._fed: set[Key] = set()
+        self._fed: set[Direction] = set()
         super().__init__(*arguments, **options)
 
     def advance(self, last: int, rows: Rows) -> bool:
@@ -42,7 +42,7 @@ class CompactTicks(NoisyTicks):
         names = list(self._columns)
         lasting = self._rows.tolist()
 
-        def spread(_: Place, value: Any) -> Any:
+        def spread(_: LastingPlace, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value
@@ -64,11 +64,11 @@ class CompactTicks(NoisyTicks):
         self._fed.update(new)
         self._rows = self._product(self._one_direction_each())
 
-    def _one_direction_each(self) -> list[Mapping[Key, float]]:
+    def _one_direction_each(self) -> list[Mapping[Direction, float]]:
         """Give each number that lasts a direction of its own, and return the slopes that it had."""
-        gathered: list[Mapping[Key, float]] = []
+        gathered: list[Mapping[Direction, float]] = []
 
-        def gather(_: Place, value: Any) -> Any:
+        def gather(_: LastingPlace, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value
@@ -86,7 +86,7 @@ class CompactTicks(NoisyTicks):
             for value, row in zip(values, moved.tolist(), strict=True)
         ]
 
-    def _product(self, slopes: list[Mapping[Key, float]]) -> npt.NDArray[np.float64]:
+    def _product(self, slopes: list[Mapping[Direction, float]]) -> npt.NDArray[np.float64]:
         """Slopes by the present directions as a matrix by the first ones: S G + R."""
         entries = [(row, key, value) for row, each in enumerate(slopes) for key, value in each.items()]
         for _, key, _ in entries:

@@ -21,10 +21,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.continuous.algebraic import NoSolutionError
-from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
@@ -32,7 +32,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Filled, Plan
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.plan.stages import Context, Stages
+from proofmass.runner.plan.stages import StageContext, Stages
 from proofmass.runner.reference.advance import Advance, Moment, PlainAdvance
 
 STATES = SIGNALS + 1  # level of the slopes by the states of a group, whose slopes by signals are wanted
@@ -206,7 +206,7 @@ class DualAdvance(Advance):
         """Derivatives of the states at a point, what drives the constants as it is on the wires."""
         out: list[Any] = [0.0] * n
         still = [0.0] * len(self.stages.group.ramps)
-        self.stages.rates(Context(constants, point[n:], still, guesses, time), time, point[:n], out)
+        self.stages.rates(StageContext(constants, point[n:], still, guesses, time), time, point[:n], out)
         if self.stages.unsolved:
             raise NoSolutionError(self.stages.unsolved)
         return out

@@ -20,7 +20,7 @@ from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of, 
 from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
-from proofmass.runner.plan.bindings import Binding, Buffer, Deviate, State, Tick, Time
+from proofmass.runner.plan.bindings import Binding, BufferBinding, Deviate, StateBinding, Tick, Time
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
 
@@ -30,16 +30,18 @@ _ROLES = ("update", "derivative")
 
 
 @dataclass(frozen=True)
-class Gain:
+class OneBitGain:
     """Model of a quantiser of one bit for small changes: v = gain y + e, with white e."""
 
     gain: float
     variance: float  # of e
 
 
-Noisy = Mapping[str, tuple[Gain, ...]]  # blocks with noise, and their quantisers of one bit in the order of a tick
+Noisy = Mapping[
+    str, tuple[OneBitGain, ...]
+]  # blocks with noise, and their quantisers of one bit in the order of a tick
 NOTHING: Noisy = MappingProxyType({})
-_MOVING = (Deviate, State, Buffer, Time, Tick)
+_MOVING = (Deviate, StateBinding, BufferBinding, Time, Tick)
 
 
 def noise_blocks(plan: Plan) -> Noisy:

@@ -8,9 +8,10 @@ import types
 from dataclasses import replace
 from typing import Any
 
+from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.continuous.exact_hold import Matrix, hold
+from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.plan.constants import constants_of

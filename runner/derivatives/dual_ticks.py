@@ -27,7 +27,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
-Place = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
+LastingPlace = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", whose it is, and its number there
 
 
 class DualTicks(Interpreter):
@@ -123,7 +123,7 @@ class DualTicks(Interpreter):
             return lambda tick: 0.0
         return super()._getter(binding)
 
-    def replace_lasting(self, transform: Callable[[Place, Any], Any]) -> None:
+    def replace_lasting(self, transform: Callable[[LastingPlace, Any], Any]) -> None:
         """Replace every number of the blocks that lasts to the next tick, by its place."""
         memory = self._memory
         for what, table in (("state", memory.states), ("constant", self._constants)):

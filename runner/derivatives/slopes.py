@@ -135,8 +135,8 @@ def _power(base: float, exponent: float) -> tuple[float, float]:
     return by_base, by_exponent
 
 
-Slope = Callable[[float], float]
-SLOPES_OF_ONE: dict[Any, Slope] = {
+SlopeOfOne = Callable[[float], float]
+SLOPES_OF_ONE: dict[Any, SlopeOfOne] = {
     math.sqrt: _sqrt,
     math.cbrt: _cbrt,
     math.exp: math.exp,

@@ -12,10 +12,10 @@ import numpy.typing as npt
 
 from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
-from proofmass.runner.derivatives.dual_ticks import DualTicks, Place
+from proofmass.runner.derivatives.dual_ticks import DualTicks, LastingPlace
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Rows
 
-Array = npt.NDArray[np.float64]
 Indices = npt.NDArray[np.int64]
 _LASTING = object()  # marks directions of numbers that last
 
@@ -27,7 +27,7 @@ class TickSlopes(NamedTuple):
     the input at the wire.
     """
 
-    places: tuple[Place, ...]
+    places: tuple[LastingPlace, ...]
     tick: Indices
     row: Indices
     column: Indices
@@ -48,7 +48,7 @@ class TickSlopes(NamedTuple):
 class UndefinedSlopesError(ArithmeticError):
     """Slopes of numbers that last lead to none: bits of them are read, or they choose places in arrays."""
 
-    def __init__(self, places: Collection[Place]) -> None:
+    def __init__(self, places: Collection[LastingPlace]) -> None:
         super().__init__("what lasts has no derivative")
         self.blocks = frozenset(of if isinstance(of, str) else of[0] for _, of, _ in places)
 
@@ -58,7 +58,9 @@ class SteppedTicks(DualTicks):
 
     def __init__(self, *arguments: Any) -> None:
         self._valued: list[bool] = []
-        self._slopes: list[tuple[int, Place | None, Place | None, float]] = []  # tick, row, column and value
+        self._slopes: list[
+            tuple[int, LastingPlace | None, LastingPlace | None, float]
+        ] = []  # tick, row, column and value
         super().__init__(*arguments)
         self.live = set(self._renewed())  # numbers that last and have slopes
 
@@ -86,11 +88,11 @@ class SteppedTicks(DualTicks):
         tick, row, column = (np.array(each, dtype=np.int64) for each in at)
         return TickSlopes(tuple(places), tick, row, column, np.array(values, dtype=float), np.array(self._valued))
 
-    def _renewed(self) -> dict[Place, Any]:
+    def _renewed(self) -> dict[LastingPlace, Any]:
         """Give each number that lasts a direction of its own, and return the slopes that it had."""
-        had: dict[Place, Any] = {}
+        had: dict[LastingPlace, Any] = {}
 
-        def renewed(place: Place, value: Any) -> Any:
+        def renewed(place: LastingPlace, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value

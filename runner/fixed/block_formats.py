@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block, BufferPort, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.fixed.step_formats import Constant, Format, Formats
+from proofmass.runner.fixed.step_formats import Format, Formats, SteadyValue
 
 NO_RANGES: Mapping[str, Format] = {}
 
@@ -46,7 +46,7 @@ def function_formats(
             case Meaning.STATE:
                 formats[argument] = state_formats(block, ranges)
             case Meaning.PARAMETERS:
-                formats[argument] = Constant(block)
+                formats[argument] = SteadyValue(block)
             case Meaning.OUT:
                 formats[argument] = port_formats(block, kind.outputs[name])
             case Meaning.BUFFER:

@@ -19,12 +19,12 @@ from proofmass.blocks.declaration.instance import format_of, shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.fixed.block_formats import function_formats, state_formats
 from proofmass.runner.fixed.integer_code import IntegerCode, integer_code
-from proofmass.runner.fixed.step_formats import Constant, Formats, filled, reference_step, storer
+from proofmass.runner.fixed.step_formats import Formats, SteadyValue, filled, reference_step, storer
 from proofmass.runner.fixed.trace import Traced, trace
 
 
 @dataclass(frozen=True)
-class Step:
+class DigitalStep:
     """A function of a digital block on raw values; reference and code take the constants first, the one needs none."""
 
     name: str
@@ -59,7 +59,7 @@ class DigitalBlock:
     constants: Any
     start: Any
     buffers: Mapping[str, tuple[int, ...]]
-    steps: Mapping[str, Step]
+    steps: Mapping[str, DigitalStep]
 
     @property
     def overflows(self) -> bool:
@@ -94,10 +94,10 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
     if "constants" in type(block).functions:
         constants = type(block).functions["constants"].function(block, period)
     registers = _registers(block, constants)
-    formats = Constant(block)
+    formats = SteadyValue(block)
     raw: Any = _constants_class(type(block).__name__, ())()
     if constants is not block:
-        formats = type(constants)(*(registers.get(f, Constant(v)) for f, v in constants._asdict().items()))
+        formats = type(constants)(*(registers.get(f, SteadyValue(v)) for f, v in constants._asdict().items()))
         kept = _constants_class(type(block).__name__, tuple(registers))
         raw = kept(*(storer(each, f"c.{f}")(getattr(constants, f)) for f, each in registers.items()))
     state = state_formats(block)
@@ -105,17 +105,19 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
     start = filled(state, "x", lambda text, format: format(0) if format is bool else 0)
     if "start" in type(block).functions:
         behaviour = type(block).functions["start"]
-        begin = reference_step(behaviour.function, function_formats(block, "start", behaviour, Constant(block)))
+        begin = reference_step(behaviour.function, function_formats(block, "start", behaviour, SteadyValue(block)))
         start = begin(None, *(buffers[name] for name in behaviour.arguments))
     functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
-    steps = {name: _step(block, name, b, formats, Constant(constants)) for name, b in functions.items()}
+    steps = {name: _step(block, name, b, formats, SteadyValue(constants)) for name, b in functions.items()}
     return DigitalBlock(raw, start, {name: tuple(held) for name, held in buffers.items()}, steps)
 
 
-def _step(block: Block, name: str, behaviour: Behaviour, constants: Formats, known: Constant) -> Step:
+def _step(block: Block, name: str, behaviour: Behaviour, constants: Formats, known: SteadyValue) -> DigitalStep:
     """`known` are the constants with their values, for the reference."""
     traced = trace(behaviour.function, function_formats(block, name, behaviour, constants), refusals=True)
-    return Step(name, reference_step(behaviour.function, function_formats(block, name, behaviour, known)), traced)
+    return DigitalStep(
+        name, reference_step(behaviour.function, function_formats(block, name, behaviour, known)), traced
+    )
 
 
 @lru_cache(maxsize=256)

@@ -70,7 +70,7 @@ class Operation:
 
 
 @dataclass
-class Program:
+class IntegerProgram:
     """The operations of a step in the order of making; `place` tells the line of Python that is being traced."""
 
     place: Callable[[], SourceLine | None] = lambda: None

@@ -2,7 +2,7 @@
 
 A format is `Fixed`, `int`, `Within` or `bool`. Formats stand in the place of the values: a NamedTuple of them for a
 state or the constants, a tuple, or a list for a buffer that the step updates in place. Anything else is a constant of
-the step, behind `Constant` where it could be mistaken for a format.
+the step, behind `SteadyValue` where it could be mistaken for a format.
 """
 
 import inspect
@@ -29,7 +29,7 @@ WORD = Fixed(64)  # what the compiled loop holds an int in
 
 
 @dataclass(frozen=True)
-class Constant:
+class SteadyValue:
     """Stands in the place of a format for a value that is the same whenever the step runs, a `Fixed` among them."""
 
     value: Any
@@ -105,7 +105,7 @@ def loader(formats: Formats) -> Callable[[Any], Any]:
     if isinstance(formats, tuple | list):
         make, loaders = _maker(formats), [loader(each) for each in formats]
         return lambda raw: make([load(entry) for load, entry in zip(loaders, raw, strict=True)])
-    value = formats.value if isinstance(formats, Constant) else formats
+    value = formats.value if isinstance(formats, SteadyValue) else formats
     return lambda raw: value
 
 

@@ -16,7 +16,7 @@ from proofmass.blocks.arithmetic import fixed_point, mantissa, pipeline
 from proofmass.blocks.arithmetic.fixed_point import counting_overflows
 from proofmass.runner.fixed import integer_interval, integer_ir, operations, signal, step_formats
 from proofmass.runner.fixed.assumptions import Assumptions
-from proofmass.runner.fixed.integer_ir import Operation, Program, SourceLine, TraceError
+from proofmass.runner.fixed.integer_ir import IntegerProgram, Operation, SourceLine, TraceError
 from proofmass.runner.fixed.operations import OperationName
 from proofmass.runner.fixed.signal import Signal
 from proofmass.runner.fixed.step_formats import Formats, bounds, filled, leaves, loader, mantissas, storer
@@ -40,7 +40,7 @@ class Traced:
     lost: Operation  # not 0 where a cast saturated or wrapped
     refused: Operation  # not 0 where a cast refused, if that is decided when the code runs
     paths: int
-    program: Program
+    program: IntegerProgram
 
 
 def trace(
@@ -48,7 +48,7 @@ def trace(
     formats: Mapping[str, Formats],
     *,
     refusals: bool = False,
-    program: Program | None = None,
+    program: IntegerProgram | None = None,
 ) -> Traced:
     """The operations of a step function whose arguments, and "return", have the given formats.
 
@@ -61,7 +61,7 @@ def trace(
     if unknown:
         raise ValueError(f"{function.__name__}: a format for every argument and no other: {', '.join(sorted(unknown))}")
     buffers = [name for name in arguments if isinstance(formats[name], list)]
-    tracer = _Tracer(function, program or Program())
+    tracer = _Tracer(function, program or IntegerProgram())
 
     def run() -> list[Operation]:
         values = {name: loader(formats[name])(filled(formats[name], name, tracer.input)) for name in arguments}
@@ -94,7 +94,7 @@ def trace(
 class _Tracer:
     """One trace: the program under way, and the path through the function's branches that is being followed."""
 
-    def __init__(self, function: Callable[..., Any], program: Program) -> None:
+    def __init__(self, function: Callable[..., Any], program: IntegerProgram) -> None:
         self.program = program
         program.place, program.name = self._place, function.__name__
         self.paths = 0

@@ -17,6 +17,7 @@ from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.measuring import planned_derived
 from proofmass.runner.plan.memory import start
@@ -29,7 +30,7 @@ from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.content import content_of
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
-from proofmass.runner.targets.native import Array, dtype_of, moving
+from proofmass.runner.targets.native import dtype_of, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
 SHOWN_IN = " as "  # between a unit and that in which its values are shown
@@ -76,7 +77,7 @@ class CarriedLoop:
             "refused": self.written.memory.counts[INTEGERS],
         }
 
-    def _arrays(self) -> list[Array]:
+    def _arrays(self) -> list[AnyArray]:
         """Everything that the program reads and writes but rows, at tick 0."""
         written, memory = self.written, start(self.plan)
         values = {key: moving(memory, key) for key in written.memory.kinds}
@@ -206,7 +207,7 @@ def _probe(probe: PlannedProbe, shown_in: str) -> dict[str, Any]:
     }
 
 
-def _filled(slots: Slots[Any], values: Any) -> tuple[Array, Array]:
+def _filled(slots: Slots[Any], values: Any) -> tuple[AnyArray, AnyArray]:
     """An array of floats and one of integers, each with a place to spare."""
     floats = np.zeros(slots.counts[FLOATS] + 1)
     integers = np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64)

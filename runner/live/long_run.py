@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.measuring import measured
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.result import Array
 from proofmass.runner.targets.native import CompiledLoop
 
 MOST_PIXELS = 4000
@@ -32,7 +32,7 @@ class Envelope:
         self.lowest, self.highest = np.zeros((2, self.pixels), dtype=np.int64)  # rows of these
         self.done = 0
 
-    def add(self, values: Array) -> None:
+    def add(self, values: AnyArray) -> None:
         """Add the next rows."""
         numbers = np.asarray(values, dtype=float)
         if self.probe.format is not None:
@@ -68,7 +68,7 @@ def long_run(graph: Graph, ticks: int, seed: int, pixels: int, tell: Tell, stop:
     sound, tick = True, 0
     while tick < ticks and sound and not stop.is_set():
         last = min(ticks, tick + _CHUNK)
-        rows: list[Array] = [np.zeros((p.rows(tick, last), *p.shape), dtype=p.dtype) for p in planned.probes]
+        rows: list[AnyArray] = [np.zeros((p.rows(tick, last), *p.shape), dtype=p.dtype) for p in planned.probes]
         sound, tick = engine.advance(last, rows), last
         for probe, values in zip(planned.probes, rows, strict=True):
             if probe.signal in envelopes:

@@ -18,13 +18,13 @@ from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fi
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
-from proofmass.runner.live.sliders import LOGARITHMIC, Fixed, Slider, range_of
+from proofmass.runner.live.sliders import LOGARITHMIC, FixedParameter, Slider, range_of
 
 _SAME_BITS = frozenset(("+", "-", "*", "/", "negative", "sqrt", "abs", "min", "max"))
 
 
 @dataclass(frozen=True)
-class Step:
+class PageFormula:
     """One formula: its target, a value or a parameter by its path, and the factor of the target's unit."""
 
     target: str
@@ -43,9 +43,9 @@ class NamedValues:
     """Values that a page can change, those that it cannot, and the formulas in the order of their evaluation."""
 
     sliders: list[Slider] = field(default_factory=list)
-    fixed: list[Fixed] = field(default_factory=list)
+    fixed: list[FixedParameter] = field(default_factory=list)
     numbers: dict[str, float] = field(default_factory=dict)
-    steps: list[Step] = field(default_factory=list)
+    steps: list[PageFormula] = field(default_factory=list)
 
     def as_data(self) -> dict[str, Any]:
         """Return plain data, for the page."""
@@ -91,7 +91,7 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
             )
             named.sliders.append(slider)
         else:
-            named.fixed.append(Fixed(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
+            named.fixed.append(FixedParameter(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
     return named
 
 
@@ -107,7 +107,7 @@ def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
         yield from _values(part, f"{path}{name}.")
 
 
-def _followers(key: str, steps: Mapping[str, Step]) -> set[str]:
+def _followers(key: str, steps: Mapping[str, PageFormula]) -> set[str]:
     """Return all targets that change with a value."""
     followers, waiting = set[str](), [key]
     for changed in waiting:
@@ -117,7 +117,7 @@ def _followers(key: str, steps: Mapping[str, Step]) -> set[str]:
     return followers
 
 
-def _steps(root: Graph, graph: Graph, path: str) -> Iterator[Step]:
+def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:
     """Yield the formulas of a graph; those of the graph around it replace the values of a subgraph."""
     for name, value in graph.values.items():
         if value.formula is not None:
@@ -135,10 +135,10 @@ def _steps(root: Graph, graph: Graph, path: str) -> Iterator[Step]:
         yield from _steps(root, part, f"{path}{name}.")
 
 
-def _step(graph: Graph, path: str, target: str, formula: Formula, divisor: float, movable: bool = True) -> Step:
+def _step(graph: Graph, path: str, target: str, formula: Formula, divisor: float, movable: bool = True) -> PageFormula:
     needs = {f"{path}{name}" for name in formula.names if name in graph.values}
     exact = movable and _has_same_bits(formula.tree)
-    return Step(target, _plain(formula.tree, graph, path), divisor, frozenset(needs), exact)
+    return PageFormula(target, _plain(formula.tree, graph, path), divisor, frozenset(needs), exact)
 
 
 def _has_same_bits(tree: Tree) -> bool:

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.live.long_run import long_run
+from proofmass.runner.live.long_run import Tell, long_run
 from proofmass.runner.live.model import live_model
 from proofmass.runner.live.tabs import TABS
 from proofmass.runner.run.faults import RunError
@@ -23,7 +23,6 @@ _MOST_TICKS = 10**12  # of a long run
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
-Tell = Callable[[dict[str, Any]], None]
 Background = Callable[[Tell, threading.Event], None]  # tells windows how it goes on, until the event is set
 
 

@@ -48,7 +48,7 @@ class Slider:
 
 
 @dataclass(frozen=True)
-class Fixed:
+class FixedParameter:
     """A parameter that a page shows and cannot change: it fixes a size, a start, a format or a choice."""
 
     block: str
@@ -72,7 +72,7 @@ def sliders(graph: Graph, plan: Plan) -> tuple[Slider, ...]:
     return tuple(slider for slider in moving if not _turns_the_method(graph, plan, slider))
 
 
-def fixed_parameters(plan: Plan, moving: tuple[Slider, ...]) -> tuple[Fixed, ...]:
+def fixed_parameters(plan: Plan, moving: tuple[Slider, ...]) -> tuple[FixedParameter, ...]:
     """The other parameters that no wire drives."""
     nodes = {slider.node for slider in moving}
     return tuple(_fixed(plan.blocks[name], name, p) for name, p in _parameters(plan) if (name, p) not in nodes)
@@ -126,9 +126,9 @@ def range_of(value: float, lowest: float | None, highest: float | None, usual: f
     return low, high if highest is None else min(high, float(highest))
 
 
-def _fixed(block: Block, name: str, parameter: str) -> Fixed:
+def _fixed(block: Block, name: str, parameter: str) -> FixedParameter:
     declared, value = type(block).parameters[parameter], getattr(block, parameter)
     unit = unit_of(block, declared) if declared.kind in (float, int, tuple) else ""
     text = str(value).lower() if isinstance(value, bool) else str(value)
     choices = ("false", "true") if declared.kind is bool else tuple(map(str, declared.choices or ()))
-    return Fixed(name, parameter, unit, declared.doc, text, choices=choices, whole=declared.kind is int)
+    return FixedParameter(name, parameter, unit, declared.doc, text, choices=choices, whole=declared.kind is int)

@@ -10,8 +10,9 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.live.long_run import Tell
 from proofmass.runner.live.model import scales_of
-from proofmass.runner.live.session import Background, Tell
+from proofmass.runner.live.session import Background
 from proofmass.runner.run.faults import RunError
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.whole.study import run_study

@@ -9,14 +9,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 
-class Answer(NamedTuple):
+class TabAnswer(NamedTuple):
     """The process's answer for a tab: text, and pictures as SVG."""
 
     text: str
     pictures: tuple[str, ...] = ()
 
 
-def margins_tab(graph: Graph) -> Answer:
+def margins_tab(graph: Graph) -> TabAnswer:
     """Margins of every loop, with Bode, Nyquist and step response."""
     # start-up time: a page without this tab needs neither analyses nor matplotlib
     from proofmass.runner.analysis.margins.plot import plot_margins
@@ -28,10 +28,10 @@ def margins_tab(graph: Graph) -> Answer:
     loops = all_margins(plan(graph))
     pictures = (_picture(plot_margins(margins), f"loop {name}") for name, margins in loops.items())
     texts = [*map(margins_text, loops.values()), "\n".join(str(second_opinion(one)) for one in loops.values())]
-    return Answer("\n\n".join(texts), tuple(pictures))
+    return TabAnswer("\n\n".join(texts), tuple(pictures))
 
 
-def noise_tab(graph: Graph) -> Answer:
+def noise_tab(graph: Graph) -> TabAnswer:
     """The noise budget of each scalar signal that is probed."""
     # start-up time: as above
     from proofmass.runner.analysis.noise.budget import noise
@@ -49,10 +49,10 @@ def noise_tab(graph: Graph) -> Answer:
         pictures.append(_picture(plot_noise(budget), f"noise of {probe.signal}"))
     if refusals and not texts:
         raise refusals[0]
-    return Answer("\n\n".join(texts), tuple(pictures))
+    return TabAnswer("\n\n".join(texts), tuple(pictures))
 
 
-def spectra_tab(graph: Graph) -> Answer:
+def spectra_tab(graph: Graph) -> TabAnswer:
     """Amplitude density of each scalar probe over the run that the graph asks for, with the tone that stands out."""
     # start-up time: as above
     from proofmass.runner.analysis.spectrum.plot import plot_spectrum
@@ -79,7 +79,7 @@ def spectra_tab(graph: Graph) -> Answer:
             figures = None
         texts += [spectrum_text(density, None, None), tone_text(figures, whole) if figures else "no tone stands out"]
         pictures.append(_picture(plot_spectrum(density, figures), f"spectrum of {name}"))
-    return Answer("\n\n".join(texts), tuple(pictures))
+    return TabAnswer("\n\n".join(texts), tuple(pictures))
 
 
 def _picture(figure: "Figure", name: str) -> str:

@@ -16,8 +16,9 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.json_text import json_text
-from proofmass.runner.run.result import Array, Result, Trace, pieces
+from proofmass.runner.run.result import Result, Trace, pieces
 
 LARGEST_CSV = 200_000_000  # numbers: about 4 GB of text, minutes to write and to read
 
@@ -223,7 +224,7 @@ def _head(traces: Sequence[Trace]) -> list[tuple[str, str, str]]:
     return head
 
 
-def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
+def _columns(traces: Sequence[Trace]) -> Iterator[list[AnyArray]]:
     """Yield columns in the order of the head, piece by piece."""
     for first, last in pieces(len(traces[0].values), 1 + sum(trace.entries for trace in traces)):
         columns = [traces[0].times_of(first, last)]
@@ -232,6 +233,6 @@ def _columns(traces: Sequence[Trace]) -> Iterator[list[Array]]:
         yield columns
 
 
-def _numbers(column: Array) -> list[float]:
+def _numbers(column: AnyArray) -> list[float]:
     """Return Python numbers, whose repr reads back exactly; truth values as 0 and 1."""
     return list((column.astype(np.int8) if column.dtype == bool else column).tolist())

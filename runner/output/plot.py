@@ -11,8 +11,9 @@ import numpy as np
 from proofmass.blocks.declaration.shown_units import display, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import split
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.pictures import BLUE, INK, ORANGE, literal, save_figure, sheet
-from proofmass.runner.run.result import Array, Result, Trace, pieces, statistics
+from proofmass.runner.run.result import Result, Trace, pieces, statistics
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -95,7 +96,7 @@ def offset(lowest: float, highest: float) -> float:
     return round(lowest, digits)
 
 
-def envelope(values: Array, stretches: int) -> Array:
+def envelope(values: AnyArray, stretches: int) -> AnyArray:
     """Return the rows that a drawing needs: the lowest and highest of each stretch, and both ends, in order."""
     rows = len(values)
     if rows <= 2 * stretches:
@@ -158,7 +159,7 @@ def _draw(
         detail.set_ylim(panel.get_ylim())
 
 
-def _band(values: Array, stretches: int) -> int:
+def _band(values: AnyArray, stretches: int) -> int:
     """Return in how many stretches a signal is drawn by its envelope, because a line of it would be a band; or 0."""
     if len(values) <= 2 * stretches or values.dtype == bool:
         return 0
@@ -174,7 +175,7 @@ def _band(values: Array, stretches: int) -> int:
     return stretches // 2 if wide else 0  # a step has two corners
 
 
-def _edges(values: Array, stretches: int) -> tuple[Array, Array, Array]:
+def _edges(values: AnyArray, stretches: int) -> tuple[AnyArray, AnyArray, AnyArray]:
     """Return the first row of each stretch, and the places of its lowest and its highest value."""
     length = -(-len(values) // stretches)
     starts = np.arange(0, len(values), length)
@@ -243,7 +244,7 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
     _name(panel, trace, unit)
 
 
-def _first_not_zero(values: Array) -> int:
+def _first_not_zero(values: AnyArray) -> int:
     for first, last in pieces(len(values), values[0].size):
         filled = np.asarray(values[first:last]).reshape(last - first, -1).any(axis=1)
         if filled.any():

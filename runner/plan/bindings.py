@@ -16,7 +16,7 @@ from proofmass.runner.fixed.step_formats import held_as
 
 
 @dataclass(frozen=True, slots=True)
-class State:
+class StateBinding:
     """The whole state of a block."""
 
     block: str
@@ -59,14 +59,14 @@ class Deviate:
 
 
 @dataclass(frozen=True, slots=True)
-class Buffer:
+class BufferBinding:
     """A vector of state, updated in place."""
 
     node: Endpoint  # the block and its buffer
 
 
 @dataclass(frozen=True, slots=True)
-class Wire:
+class WireBinding:
     """The value of the output at the other end of an input's wire."""
 
     node: Endpoint
@@ -80,7 +80,7 @@ class Default:
     value: float = field(compare=False)  # 0.0, -0.0 and False are equal, and not the same
 
 
-Binding: TypeAlias = State | Parameters | Out | Time | Tick | Deviate | Buffer | Wire | Default
+Binding: TypeAlias = StateBinding | Parameters | Out | Time | Tick | Deviate | BufferBinding | WireBinding | Default
 
 
 def bindings(schedule: Schedule, block: Block, name: str, port: str, behaviour: Behaviour) -> Iterator[Binding]:
@@ -96,7 +96,7 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
     """Return the binding of one argument of a function."""
     match meaning:
         case Meaning.STATE:
-            return State(name)
+            return StateBinding(name)
         case Meaning.PARAMETERS:
             return Parameters(name)
         case Meaning.OUT:
@@ -109,10 +109,10 @@ def bound(schedule: Schedule, block: Block, name: str, port: str, argument: str,
             node = (name, argument)
             return Default(node, 0.0) if schedule.without_noise else Deviate(name, *schedule.beat(name))
         case Meaning.BUFFER:
-            return Buffer((name, argument))
+            return BufferBinding((name, argument))
         case Meaning.INPUT:
             driver = schedule.drivers.get((name, argument))
-            return Wire(driver) if driver else _default(block, name, argument)
+            return WireBinding(driver) if driver else _default(block, name, argument)
         case Meaning.PERIOD:
             raise ValueError(f"{name}: constants and start alone are made from the period")
 

@@ -9,8 +9,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import (
     AlgebraicLoop,
     ConstantsOf,
+    OutputStep,
     Schedule,
-    Step,
     in_order,
     last_name,
     loop_of,
@@ -19,7 +19,7 @@ from proofmass.graphs.checks.schedule import (
 from proofmass.graphs.model.digraph import connected
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.plan.bindings import Wire, bindings
+from proofmass.runner.plan.bindings import WireBinding, bindings
 
 
 @dataclass(frozen=True)
@@ -36,7 +36,7 @@ class Group:
     blocks: tuple[str, ...]
     states: tuple[tuple[str, str], ...]
     kinds: tuple[type, ...]  # of the states
-    nodes: tuple[Step, ...]
+    nodes: tuple[OutputStep, ...]
     loops: tuple[AlgebraicLoop, ...]
     inputs: tuple[Endpoint, ...]
     ramps: tuple[Endpoint, ...]
@@ -89,8 +89,8 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
 
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
     """Outputs of sources from which ramps follow, in order: they are known one tick ahead."""
-    left: list[Step] = [node for group in groups for node in group.ramps]
-    needed_steps = set[Step]()
+    left: list[OutputStep] = [node for group in groups for node in group.ramps]
+    needed_steps = set[OutputStep]()
     while left:
         node = left.pop()
         if node not in needed_steps:
@@ -106,24 +106,24 @@ class _Wiring:
         self.graph, self.schedule = graph, schedule
         free = set(sources(graph, schedule)) if graph.integration.sources == "continuous" else set[Endpoint]()
         able = {name for name, block in graph.blocks.items() if type(block).continuous() or analogue(graph, name)}
-        follow: dict[Step, list[Step]] = {}  # outputs that move with a node
+        follow: dict[OutputStep, list[OutputStep]] = {}  # outputs that move with a node
         for node in schedule.order:
             if node[0] in able:
                 for before in _needs(graph, schedule, node):
                     follow.setdefault(before, []).append(node)
-        self.moving = set[Step]()
+        self.moving = set[OutputStep]()
         moved = (node for node in outputs_of(schedule.order) if type(graph.blocks[node[0]]).continuous())
-        left: list[Step] = [*free, *moved]
+        left: list[OutputStep] = [*free, *moved]
         while left:
             node = left.pop()
             if node not in self.moving:
                 self.moving.add(node)
                 left += follow.get(node, ())
 
-    def needed(self, blocks: Iterable[str]) -> set[Step]:
+    def needed(self, blocks: Iterable[str]) -> set[OutputStep]:
         """All nodes on which derivatives and events of blocks depend within an instant, and the inputs."""
         left = [node for name in blocks for node in self._of_block(name)]
-        needed_steps = set[Step]()
+        needed_steps = set[OutputStep]()
         while left:
             node = left.pop()
             if node not in needed_steps:
@@ -132,7 +132,7 @@ class _Wiring:
                     left += _needs(self.graph, self.schedule, node)
         return needed_steps
 
-    def _of_block(self, name: str) -> Iterator[Step]:
+    def _of_block(self, name: str) -> Iterator[OutputStep]:
         block = self.graph.blocks[name]
         kind = type(block)
         behaviours = [kind.functions["derivative"]] if "derivative" in kind.functions else []
@@ -170,7 +170,7 @@ def _group(graph: FlatGraph, schedule: Schedule, wiring: _Wiring, blocks: tuple[
     )
 
 
-def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[Step]) -> bool:
+def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: set[OutputStep]) -> bool:
     """Return whether the group knows all that a corner reads."""
     return known.issuperset(_wires(schedule, block, name, type(block).corners[corner]))
 
@@ -178,7 +178,7 @@ def _is_known(block: Block, schedule: Schedule, name: str, corner: str, known: s
 def _wires(schedule: Schedule, block: Block, name: str, behaviour: Behaviour) -> list[Endpoint]:
     """Outputs that a function of a block reads."""
     given = bindings(schedule, block, name, "", behaviour)
-    return [binding.node for binding in given if isinstance(binding, Wire)]
+    return [binding.node for binding in given if isinstance(binding, WireBinding)]
 
 
 def state_fields(block: Block) -> list[tuple[str, type]]:
@@ -187,13 +187,13 @@ def state_fields(block: Block) -> list[tuple[str, type]]:
     return [] if made is None else list(made.__annotations__.items())
 
 
-def _needs(graph: FlatGraph, schedule: Schedule, step: Step) -> list[Step]:
+def _needs(graph: FlatGraph, schedule: Schedule, step: OutputStep) -> list[OutputStep]:
     """Nodes on which an output, or the constants of a block, depend within an instant."""
     name, block, drivers = step[0], graph.blocks[step[0]], schedule.drivers
-    driven: list[Step] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
+    driven: list[OutputStep] = [drivers[name, p] for p in type(block).parameters if (name, p) in drivers]
     if isinstance(step, ConstantsOf):
         return driven
-    fed: list[Step] = [drivers[name, i] for i in type(block).feedthrough(step[1]) if (name, i) in drivers]
+    fed: list[OutputStep] = [drivers[name, i] for i in type(block).feedthrough(step[1]) if (name, i) in drivers]
     return [*fed, ConstantsOf(name)] if driven and type(block).output_functions[step[1]].reads_constants else fed
 
 

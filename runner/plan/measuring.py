@@ -17,7 +17,7 @@ from proofmass.graphs.model.graph import Endpoint, Wire, split
 from proofmass.graphs.model.measures import MEASURES, Measure
 from proofmass.graphs.model.rates import Clock, write_rate
 from proofmass.graphs.model.statistics import STATISTICS
-from proofmass.runner.plan.bindings import Binding, Buffer, State, Tick
+from proofmass.runner.plan.bindings import Binding, BufferBinding, StateBinding, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 
@@ -159,9 +159,9 @@ def _output(plan: Plan, node: Endpoint, memory: Memory) -> Any:
 def _at_the_end(memory: Memory, binding: Binding) -> Any:
     """Value of an argument of a hidden block's output after the last tick."""
     match binding:
-        case State(name):
+        case StateBinding(name):
             return memory.states[name]
-        case Buffer(node):
+        case BufferBinding(node):
             return memory.buffers[node]
         case Tick(divisor, phase):
             return Beat(divisor, phase).before(memory.tick)

@@ -72,7 +72,7 @@ class Driven:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Wired:
+class WiredPlan:
     """A flat graph with its schedule: all that is known before the constants."""
 
     graph: FlatGraph
@@ -141,8 +141,8 @@ class Wired:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Filled(Wired):
-    """A `Wired` graph with the numbers of every block: outputs can be computed, continuous blocks cannot move yet."""
+class Filled(WiredPlan):
+    """A `WiredPlan` with the numbers of every block: outputs can be computed, continuous blocks cannot move yet."""
 
     constants: Mapping[str, Any]  # per block; `Driven` if each tick computes them
     starts: Mapping[str, Any]  # state of each block at tick 0, None for blocks without

@@ -3,9 +3,10 @@
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.continuous.exact_hold import Matrix, hold
-from proofmass.runner.plan.stages import Context, Stages
+from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.plan.stages import StageContext, Stages
 
 
 def assemble(
@@ -45,6 +46,6 @@ def rates_at(
     n = len(stages.group.states)
     out = [0.0] * n
     guesses = [wires[node] if wires else 0.0 for node in stages.group.guesses]
-    context = Context(constants, point[n:], [0.0] * len(stages.group.ramps), guesses, 0.0)
+    context = StageContext(constants, point[n:], [0.0] * len(stages.group.ramps), guesses, 0.0)
     stages.rates(context, 0.0, point[:n], out)
     return out

@@ -33,7 +33,7 @@ class Column(NamedTuple):
     values: "array[float]"
 
 
-Columns = tuple[Column, Column]
+ColumnPair = tuple[Column, Column]
 Choice = Callable[[Sequence[str]], tuple[int, int]]  # of two columns, from the names of all
 
 
@@ -99,12 +99,12 @@ def _played(path: Path, column: str, unit: str) -> dict[str, tuple[float, ...]]:
     return read
 
 
-def read_columns(path: Path, choice: Choice) -> Columns:
+def read_columns(path: Path, choice: Choice) -> ColumnPair:
     """Two columns of a CSV, Parquet or netCDF file; raises `RecordingError`.
 
     In a netCDF file of several time axes the first name, "time", stands for the axis of the other column.
     """
-    readers: dict[str, Callable[[Path, Choice], Columns]] = {
+    readers: dict[str, Callable[[Path, Choice], ColumnPair]] = {
         ".csv": _read_csv, ".parquet": _read_parquet, ".nc": _read_netcdf,
     }  # fmt: skip
     reader = readers.get(path.suffix.lower())
@@ -136,7 +136,7 @@ def _near(path: Path, suffixes: list[str]) -> str:
     return did_you_mean(path.name, names, "the files there")
 
 
-def _read_csv(path: Path, choice: Choice) -> Columns:
+def _read_csv(path: Path, choice: Choice) -> ColumnPair:
     at = 0  # the line read last
 
     def rows_of(file: Iterable[str]) -> Iterator[str]:
@@ -168,7 +168,7 @@ def _read_csv(path: Path, choice: Choice) -> Columns:
     return Column(*heads[chosen[0]], columns[0]), Column(*heads[chosen[1]], columns[1])
 
 
-def _read_parquet(path: Path, choice: Choice) -> Columns:
+def _read_parquet(path: Path, choice: Choice) -> ColumnPair:
     need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow.parquet
@@ -187,13 +187,13 @@ def _read_parquet(path: Path, choice: Choice) -> Columns:
         return column(chosen[0]), column(chosen[1])
 
 
-def _read_netcdf(path: Path, choice: Choice) -> Columns:
+def _read_netcdf(path: Path, choice: Choice) -> ColumnPair:
     with path.open("rb") as file:
         classic = file.read(3) == b"CDF"
     return _read_classic(path, choice) if classic else _read_netcdf4(path, choice)
 
 
-def _read_netcdf4(path: Path, choice: Choice) -> Columns:
+def _read_netcdf4(path: Path, choice: Choice) -> ColumnPair:
     need("h5netcdf")
     # start-up time: only files in this format need it
     import h5netcdf
@@ -202,7 +202,7 @@ def _read_netcdf4(path: Path, choice: Choice) -> Columns:
         return _of_variables({name: _Variable(v, v.attrs) for name, v in file.variables.items()}, choice)
 
 
-def _read_classic(path: Path, choice: Choice) -> Columns:
+def _read_classic(path: Path, choice: Choice) -> ColumnPair:
     """Columns of a netCDF file of version 3, which is no HDF5."""
     # start-up time: only files in this format need it
     from scipy.io import netcdf_file
@@ -222,7 +222,7 @@ class _Variable(NamedTuple):
     attributes: Mapping[str, Any]
 
 
-def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> Columns:
+def _of_variables(variables: Mapping[str, _Variable], choice: Choice) -> ColumnPair:
     """The variable that is chosen, and its times."""
     series = {name: v for name, v in variables.items() if len(v.held.shape) == 1}
     times = [name for name, v in series.items() if name == "time" or (name,) == v.held.dimensions]

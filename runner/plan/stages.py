@@ -6,27 +6,27 @@ from typing import Any, NamedTuple, assert_never
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.graphs.checks.schedule import ConstantsOf, Schedule, Step, outputs_of
+from proofmass.graphs.checks.schedule import ConstantsOf, OutputStep, Schedule, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
-    Buffer,
+    BufferBinding,
     Default,
     Deviate,
     Out,
     Parameters,
-    State,
+    StateBinding,
     Tick,
     Time,
-    Wire,
+    WireBinding,
     bindings,
 )
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.groups import Group, state_fields
 
 
-class Context(NamedTuple):
+class StageContext(NamedTuple):
     """Values that are fixed during a tick: constants by block, inputs at its start and their slopes, guesses for the
     tears of loops."""
 
@@ -67,7 +67,7 @@ class Stages:
         self._nodes = [self._node(node) for node in group.nodes]
         self._of_place = {call.result: call for call in self._nodes}
         self._torn = {  # tears and others of the loop, for the place of each tear
-            self._place(Wire(tear)): (self._wires(loop.tears), self._wires(loop.others))
+            self._place(WireBinding(tear)): (self._wires(loop.tears), self._wires(loop.others))
             for loop in group.loops
             for tear in loop.tears
         }
@@ -81,7 +81,7 @@ class Stages:
         ]
         self._thens = [self._call(name, event, type(blocks[name]).events[event][1]) for name, event in group.events]
 
-    def rates(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
+    def rates(self, context: StageContext, time: float, x: Sequence[float], out: Any) -> None:
         """Derivatives of all states; modes stand still."""
         known = self._known(context, time, x)
         place = 0
@@ -91,13 +91,13 @@ class Stages:
                 out[place] = 0.0 if call is None or kind is not float else rate
                 place += 1
 
-    def clearances(self, context: Context, time: float, x: Sequence[float], out: Any) -> None:
+    def clearances(self, context: StageContext, time: float, x: Sequence[float], out: Any) -> None:
         """For each event a number that is above zero until it happens; then the side of each corner, or a count."""
         known = self._known(context, time, x)
         for number, call in enumerate(self._clearances):
             out[number] = float(self._called(call, known))
 
-    def then(self, context: Context, time: float, x: Any, which: int) -> None:
+    def then(self, context: StageContext, time: float, x: Any, which: int) -> None:
         """The states after an event."""
         made = self._called(self._thens[which], self._known(context, time, x))
         name = self.group.events[which][0]
@@ -112,20 +112,20 @@ class Stages:
             place += len(kinds)
         return states
 
-    def _known(self, context: Context, time: float, x: Sequence[float]) -> list[Any]:
+    def _known(self, context: StageContext, time: float, x: Sequence[float]) -> list[Any]:
         """Arguments of all functions of the blocks at an instant, each in its place."""
         values: list[Any] = [None] * len(self._places)
         values[0] = time
         for name in self.group.members:
             self._keep(values, ConstantsOf(name), context.constants[name])
         for name, state in self.states(x).items():
-            self._keep(values, State(name), state)
+            self._keep(values, StateBinding(name), state)
         inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
         for node, slope in zip(self.group.ramps, context.slopes, strict=True):
             inputs[node] = inputs[node] + slope * (time - context.start)
         inputs |= zip(self.group.guesses, context.guesses, strict=True)
         for node, value in inputs.items():
-            self._keep(values, Wire(node), value)
+            self._keep(values, WireBinding(node), value)
         for place, default in self._defaults.items():
             values[place] = default
         for call in self._nodes:
@@ -158,12 +158,12 @@ class Stages:
             self.lost = call.at
         return value
 
-    def _node(self, node: Step) -> _Call:
+    def _node(self, node: OutputStep) -> _Call:
         return self._constants(node.block) if isinstance(node, ConstantsOf) else self._output(*node)
 
     def _output(self, name: str, port: str) -> _Call:
         call = self._call(name, port, type(self.blocks[name]).output_functions[port])
-        return call._replace(result=self._place(Wire((name, port))))
+        return call._replace(result=self._place(WireBinding((name, port))))
 
     def _constants(self, name: str) -> _Call:
         """Compute the constants of a block from the signals that drive its parameters."""
@@ -199,16 +199,16 @@ class Stages:
         match binding:
             case Default(_, value):
                 self._defaults[place] = value
-            case Time() | State() | Wire():
+            case Time() | StateBinding() | WireBinding():
                 pass
-            case Parameters() | Out() | Tick() | Deviate() | Buffer():
+            case Parameters() | Out() | Tick() | Deviate() | BufferBinding():
                 raise ValueError(f"{binding} is not known between ticks")
             case _:
                 assert_never(binding)
         return place
 
     def _wires(self, nodes: Iterable[Endpoint]) -> list[int]:
-        return [self._place(Wire(node)) for node in nodes]
+        return [self._place(WireBinding(node)) for node in nodes]
 
     def _place(self, key: Binding | ConstantsOf) -> int:
         return self._places.setdefault(key, len(self._places))

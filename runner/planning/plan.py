@@ -20,7 +20,7 @@ from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.constants import constants_of, start_of
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.measuring import planned_measures, with_measures
-from proofmass.runner.plan.planned import Driven, Filled, Plan, PlannedProbe, Wired
+from proofmass.runner.plan.planned import Driven, Filled, Plan, PlannedProbe, WiredPlan
 from proofmass.runner.plan.recording import read_recordings
 from proofmass.runner.planning.solvers import find_solvers
 from proofmass.runner.reference.interpret import Outputs
@@ -40,7 +40,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
     graph = graph_from(graph)
     flat = flatten(graph)
     flat, order = with_measures(flat, scheduled(flat))
-    wired = Wired(graph=flat, schedule=order, blocks=flat.blocks)
+    wired = WiredPlan(graph=flat, schedule=order, blocks=flat.blocks)
     prepared, problems = _made(wired, flat.blocks, wide, recordings)
     if problems:
         raise ModelError([flat.placed(problem) for problem in problems])
@@ -105,7 +105,7 @@ class _Numbers(NamedTuple):
 
 
 def _made(
-    planned: Wired, names: Iterable[str], wide: bool = False, recordings: Recordings = NO_RECORDINGS
+    planned: WiredPlan, names: Iterable[str], wide: bool = False, recordings: Recordings = NO_RECORDINGS
 ) -> tuple[dict[str, _Made], list[Problem]]:
     """Constants, starts and buffers of some blocks of a plan."""
     prepared, problems = dict[str, _Made](), list[Problem]()
@@ -170,7 +170,7 @@ def _zeros(block: Block, buffer: str) -> list[float]:
     return [zero] * math.prod(shape_of(block, declared))
 
 
-def _probe(wired: Wired, signal: str, node: Endpoint, every: int) -> PlannedProbe:
+def _probe(wired: WiredPlan, signal: str, node: Endpoint, every: int) -> PlannedProbe:
     block = wired.blocks[node[0]]
     port = type(block).outputs[node[1]]
     return PlannedProbe(

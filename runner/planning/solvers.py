@@ -5,13 +5,13 @@ import operator
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
+from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.integration import MOST_SUBSTEPS
-from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.linearity import factors_of
 from proofmass.runner.continuous.methods import EXPLICIT
 from proofmass.runner.plan.groups import Group, find_groups

@@ -8,7 +8,7 @@
     builder.give(builder.get(total))
     function = builder.function()
 
-A Python number stands for a constant. Formulas written for numbers run on `Number` and are written down.
+A Python number stands for a constant. Formulas written for numbers run on `WrittenNumber` and are written down.
 """
 
 import math
@@ -20,7 +20,7 @@ from proofmass.runner.program import form
 from proofmass.runner.program.operations import EVALUATE
 from proofmass.runner.program.structure import Lowered, like, mapped, named
 
-Given: TypeAlias = form.Operand | float | int | bool  # what builders take for a value
+BuilderInput: TypeAlias = form.Operand | float | int | bool  # what builders take for a value
 
 
 class Builder:
@@ -29,7 +29,7 @@ class Builder:
     def __init__(self, name: str, origin: str = "", inline: bool = False) -> None:
         self.name, self.origin, self.inline = name, origin, inline
         self.line: form.Line | None = None  # of what is written next
-        self.parameters: list[form.Value | form.Array] = []
+        self.parameters: list[form.Value | form.Storage] = []
         self._variables: list[form.Variable] = []
         self._results: tuple[form.Kind, ...] | None = None
         self._region: form.Region = []
@@ -45,13 +45,13 @@ class Builder:
         self.parameters.append(value)
         return value
 
-    def array(self, entry: form.Kind, length: int | None, name: str, writable: bool = False) -> form.Array:
+    def array(self, entry: form.Kind, length: int | None, name: str, writable: bool = False) -> form.Storage:
         """One more parameter that is an array."""
-        array = form.Array(entry, length, writable, name)
+        array = form.Storage(entry, length, writable, name)
         self.parameters.append(array)
         return array
 
-    def variable(self, kind: form.Kind, name: str = "", value: Given | None = None) -> form.Variable:
+    def variable(self, kind: form.Kind, name: str = "", value: BuilderInput | None = None) -> form.Variable:
         """A variable, and its first value where that is given."""
         variable = form.Variable(kind, name)
         self._variables.append(variable)
@@ -76,7 +76,7 @@ class Builder:
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def compute(self, operation: str, *operands: Given, name: str = "") -> form.Operand:
+    def compute(self, operation: str, *operands: BuilderInput, name: str = "") -> form.Operand:
         """An operation on values, folded where all of them are constants."""
         values = tuple(map(operand, operands))
         folded = _folded(operation, values)
@@ -85,7 +85,7 @@ class Builder:
         kind = form.OPERATIONS[operation].result or kind_of(values[-1])
         return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
-    def likely(self, condition: Given, value: Given, other: Given) -> form.Operand:
+    def likely(self, condition: BuilderInput, value: BuilderInput, other: BuilderInput) -> form.Operand:
         """Choose one of two numbers; the first is the likely one."""
         return self.compute("select", self.compute("likely", condition), value, other)
 
@@ -95,28 +95,31 @@ class Builder:
             form.Value(variable.kind, variable.name), lambda result: form.Get(result, variable, self.line)
         )
 
-    def set(self, variable: form.Variable, value: Given) -> None:
+    def set(self, variable: form.Variable, value: BuilderInput) -> None:
         """Set a variable."""
         self.add(form.Set(variable, operand(value), self.line))
 
-    def load(self, array: form.Array, index: Given, name: str = "") -> form.Value:
+    def load(self, array: form.Storage, index: BuilderInput, name: str = "") -> form.Value:
         """An entry of an array."""
         return self._computed(
             form.Value(array.entry, name), lambda result: form.Load(result, array, operand(index), self.line)
         )
 
-    def store(self, array: form.Array, index: Given, value: Given) -> None:
+    def store(self, array: form.Storage, index: BuilderInput, value: BuilderInput) -> None:
         """Set an entry of an array."""
         self.add(form.Store(array, operand(index), operand(value), self.line))
 
-    def view(self, whole: form.Array, first: Given, length: int | None, name: str = "") -> form.Array:
+    def view(self, whole: form.Storage, first: BuilderInput, length: int | None, name: str = "") -> form.Storage:
         """A part of an array."""
-        part = form.Array(whole.entry, length, whole.writable, name or whole.name)
+        part = form.Storage(whole.entry, length, whole.writable, name or whole.name)
         self.add(form.View(part, whole, operand(first), self.line))
         return part
 
     def call(
-        self, function: form.Function | form.External, *arguments: Given | form.Array, names: Sequence[str] = ()
+        self,
+        function: form.Function | form.External,
+        *arguments: BuilderInput | form.Storage,
+        names: Sequence[str] = (),
     ) -> tuple[form.Value, ...]:
         """Call a function and return its results."""
         if isinstance(function, form.External):
@@ -124,11 +127,11 @@ class Builder:
         else:
             kinds = function.results
         results = tuple(form.Value(kind, name) for kind, name in zip(kinds, [*names, *[""] * len(kinds)], strict=False))
-        given = tuple(each if isinstance(each, form.Array) else operand(each) for each in arguments)
+        given = tuple(each if isinstance(each, form.Storage) else operand(each) for each in arguments)
         self.add(form.Call(results, function, given, self.line))
         return results
 
-    def give(self, *values: Given) -> None:
+    def give(self, *values: BuilderInput) -> None:
         """Return from the function with these results."""
         results = tuple(map(operand, values))
         if self._results is None:
@@ -157,7 +160,7 @@ class Builder:
         return bool(self._region) and never_ends(self._region[-1])
 
     @contextmanager
-    def when(self, condition: Given) -> Iterator[None]:
+    def when(self, condition: BuilderInput) -> Iterator[None]:
         """Write the statements for a condition that holds; `otherwise` may follow."""
         node = form.If(operand(condition), [], [], self.line)
         with self.within(node.then):
@@ -174,7 +177,7 @@ class Builder:
         self._region.append(node)
 
     @contextmanager
-    def counted(self, first: Given, last: Given, step: int = 1, name: str = "") -> Iterator[form.Value]:
+    def counted(self, first: BuilderInput, last: BuilderInput, step: int = 1, name: str = "") -> Iterator[form.Value]:
         """Write a loop that counts, and yield its counter."""
         counter = form.Value(form.INTEGER, name)
         node = form.For(counter, operand(first), operand(last), step, [], self.line)
@@ -183,7 +186,7 @@ class Builder:
         self.add(node)
 
     @contextmanager
-    def repeated(self, condition: Callable[[], Given]) -> Iterator[None]:
+    def repeated(self, condition: Callable[[], BuilderInput]) -> Iterator[None]:
         """Write a loop that runs as long as a condition holds; a function writes the condition."""
         test, body, line = form.Region(), form.Region(), self.line
         with self.within(test):
@@ -206,69 +209,69 @@ class Builder:
         for statement in region:
             self.add(statement)
 
-    def number(self, value: Given) -> "Number":
+    def number(self, value: BuilderInput) -> "WrittenNumber":
         """A value to compute with in a formula."""
-        return Number(self, operand(value))
+        return WrittenNumber(self, operand(value))
 
     def _computed(self, result: form.Value, made: Callable[[form.Value], form.Statement]) -> form.Value:
         self.add(made(result))
         return result
 
 
-class Number:
+class WrittenNumber:
     """A value of a function that is being written: arithmetic with it writes operations and computes nothing."""
 
     def __init__(self, builder: Builder, value: form.Operand) -> None:
         self.builder, self.value = builder, value
 
-    def __add__(self, other: "Number | float") -> "Number":
+    def __add__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("add", self, other)
 
-    def __radd__(self, other: float) -> "Number":
+    def __radd__(self, other: float) -> "WrittenNumber":
         return self._with("add", other, self)
 
-    def __sub__(self, other: "Number | float") -> "Number":
+    def __sub__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("subtract", self, other)
 
-    def __rsub__(self, other: float) -> "Number":
+    def __rsub__(self, other: float) -> "WrittenNumber":
         return self._with("subtract", other, self)
 
-    def __mul__(self, other: "Number | float") -> "Number":
+    def __mul__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("multiply", self, other)
 
-    def __rmul__(self, other: float) -> "Number":
+    def __rmul__(self, other: float) -> "WrittenNumber":
         return self._with("multiply", other, self)
 
-    def __truediv__(self, other: "Number | float") -> "Number":
+    def __truediv__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("divide", self, other)
 
-    def __rtruediv__(self, other: float) -> "Number":
+    def __rtruediv__(self, other: float) -> "WrittenNumber":
         return self._with("divide", other, self)
 
-    def __neg__(self) -> "Number":
+    def __neg__(self) -> "WrittenNumber":
         return self._with("negate", self)
 
-    def _with(self, operation: str, *given: "Number | float") -> "Number":
-        operands = (each.value if isinstance(each, Number) else float(each) for each in given)
-        return Number(self.builder, self.builder.compute(operation, *operands))
+    def _with(self, operation: str, *given: "WrittenNumber | float") -> "WrittenNumber":
+        operands = (each.value if isinstance(each, WrittenNumber) else float(each) for each in given)
+        return WrittenNumber(self.builder, self.builder.compute(operation, *operands))
 
 
 def parameters_like(builder: Builder, name: str, value: Lowered) -> Lowered:
     """Parameters of a function, of the same structure as a value of its caller."""
     if isinstance(value, tuple):
         return like(value, [parameters_like(builder, f"{name}_{of}", part) for of, part in named(value)])
-    if isinstance(value, form.Array):
+    if isinstance(value, form.Storage):
         return builder.array(value.entry, value.length, name, value.writable)
     return mapped(value, lambda leaf: builder.parameter(leaf.kind, name))
 
 
-def operand(value: Given) -> form.Operand:
+def operand(value: BuilderInput) -> form.Operand:
     """Return a value of a program; a Python number becomes a constant."""
-    if isinstance(value, form.Value | form.Constant):
+    if isinstance(value, form.Value | form.Immediate):
         return value
     if isinstance(value, bool):
-        return form.Constant(form.TRUTH, value)
-    return form.Constant(form.INTEGER, value) if isinstance(value, int) else form.Constant(form.FLOAT, float(value))
+        return form.Immediate(form.TRUTH, value)
+    return form.Immediate(form.INTEGER, value) if isinstance(value, int) else form.Immediate(form.FLOAT, float(value))
 
 
 def kind_of(value: form.Operand) -> form.Kind:
@@ -276,9 +279,9 @@ def kind_of(value: form.Operand) -> form.Kind:
     return value.kind
 
 
-def zero(kind: form.Kind) -> form.Constant:
+def zero(kind: form.Kind) -> form.Immediate:
     """The zero of a kind."""
-    return form.Constant(kind, {form.FLOAT: 0.0, form.INTEGER: 0, form.TRUTH: False}[kind])
+    return form.Immediate(kind, {form.FLOAT: 0.0, form.INTEGER: 0, form.TRUTH: False}[kind])
 
 
 def always_returns(region: form.Region) -> bool:
@@ -293,7 +296,7 @@ def never_ends(statement: form.Statement) -> bool:
             return True
         case form.If(_, then, otherwise):
             return always_returns(then) and always_returns(otherwise)
-        case form.While(_, form.Constant(_, True), body):
+        case form.While(_, form.Immediate(_, True), body):
             return not _leaves(body)
     return False
 
@@ -311,13 +314,15 @@ def _leaves(region: form.Region) -> bool:
 
 def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand | None:
     """Result of an operation if it is known beforehand: exact, and not NaN, whose bits differ between machines."""
-    if all(isinstance(operand, form.Constant) for operand in operands):
-        value: Any = EVALUATE[operation](*(operand.value for operand in operands if isinstance(operand, form.Constant)))
+    if all(isinstance(operand, form.Immediate) for operand in operands):
+        value: Any = EVALUATE[operation](
+            *(operand.value for operand in operands if isinstance(operand, form.Immediate))
+        )
         kind = form.OPERATIONS[operation].result or kind_of(operands[-1])
-        return None if isinstance(value, float) and math.isnan(value) else form.Constant(kind, value)
+        return None if isinstance(value, float) and math.isnan(value) else form.Immediate(kind, value)
     if operation == "select":
         test, a, b = operands
-        if isinstance(test, form.Constant):
+        if isinstance(test, form.Immediate):
             return a if test.value else b
         return a if a is b else None
     return _neutral(operation, *operands) if len(operands) == 2 else None
@@ -326,7 +331,7 @@ def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand 
 def _neutral(operation: str, a: form.Operand, b: form.Operand) -> form.Operand | None:
     """Result of an operation on integers or truth values that one constant operand decides."""
     for constant, other, first in ((a, b, True), (b, a, False)):
-        if not isinstance(constant, form.Constant):
+        if not isinstance(constant, form.Immediate):
             continue
         match operation, constant.value:
             case ("both", True) | ("either", False):

@@ -7,7 +7,7 @@ A block's overflow is not 0 in a tick in which one of its values saturated or wr
 from proofmass.blocks.declaration.instance import format_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.keys import word
-from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
+from proofmass.runner.program.form import INTEGER, Operand, Storage, Variable
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.integer_step import call_step
 from proofmass.runner.program.lower_numbers import as_kind
@@ -67,7 +67,7 @@ class DigitalWriter:
             self._note(self.refused, builder.compute("xor", held, value))
             return held
 
-        if isinstance(wire, Array):
+        if isinstance(wire, Storage):
             assert wire.length is not None
             for place in range(wire.length):
                 builder.store(wire, place, fitted(builder.load(wire, place)))

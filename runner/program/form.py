@@ -2,8 +2,8 @@
 
 A program is structured: functions of statements, `If`, `For`, `While`; no jumps but `Break`, `Continue` and `Return`.
 One statement computes a `Value`, once; only later statements read it, in the same region or in one inside it. What
-changes is a `Variable`, read by `Get` and written by `Set`, or an entry of an `Array`. Every value has a kind; lowering
-dissolves tuples and NamedTuples into numbers. Each statement knows the line of Python that it comes from.
+changes is a `Variable`, read by `Get` and written by `Set`, or an entry of a `Storage`. Every value has a kind;
+lowering dissolves tuples and NamedTuples into numbers. Each statement knows the line of Python that it comes from.
 
 Arithmetic is that of the reference: one rounding an operation, in the order written, no contraction; integers of 64
 bits in two's complement. A program is checked by `verify` and read by `listing`.
@@ -41,7 +41,7 @@ class Value:
 
 
 @dataclass(frozen=True)
-class Constant:
+class Immediate:
     """A number of the program itself. Zeros of either sign and NaN are constants of their own."""
 
     kind: Kind
@@ -57,7 +57,7 @@ class Variable:
 
 
 @dataclass(frozen=True, eq=False)
-class Array:
+class Storage:
     """Memory of the caller, or a part of another array; entries are numbered from 0.
 
     Arrays among the parameters of the entry never overlap. Those of another function may, if its callers pass them so.
@@ -69,7 +69,7 @@ class Array:
     name: str = ""
 
 
-Operand: TypeAlias = Value | Constant
+Operand: TypeAlias = Value | Immediate
 
 
 # -- operations without effect ----------------------------------------------------------------------------------------
@@ -175,7 +175,7 @@ class Load:
     """`result` = an entry of an array; the index is within it."""
 
     result: Value
-    array: Array
+    array: Storage
     index: Operand
     line: Line | None = None
 
@@ -184,7 +184,7 @@ class Load:
 class Store:
     """Set an entry of an array to a value."""
 
-    array: Array
+    array: Storage
     index: Operand
     value: Operand
     line: Line | None = None
@@ -194,8 +194,8 @@ class Store:
 class View:
     """`part` stands for `part.length` entries of `whole` from an index on."""
 
-    part: Array
-    whole: Array
+    part: Storage
+    whole: Storage
     first: Operand
     line: Line | None = None
 
@@ -206,7 +206,7 @@ class Call:
 
     results: tuple[Value, ...]
     function: "Function | External"
-    arguments: tuple[Operand | Array, ...]
+    arguments: tuple[Operand | Storage, ...]
     line: Line | None = None
 
 
@@ -279,7 +279,7 @@ class Function:
     """A function; a body that ends without `Return` returns nothing, and `results` is empty then."""
 
     name: str  # unique in its program, letters, digits and underscores
-    parameters: tuple[Value | Array, ...]
+    parameters: tuple[Value | Storage, ...]
     results: tuple[Kind, ...]
     body: Region = field(default_factory=list)
     variables: list[Variable] = field(default_factory=list)

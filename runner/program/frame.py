@@ -10,20 +10,20 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.plan.bindings import (
     Binding,
-    Buffer,
+    BufferBinding,
     Default,
     Deviate,
     Out,
     Parameters,
-    State,
+    StateBinding,
     Tick,
     Time,
-    Wire,
+    WireBinding,
 )
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import Builder, operand
-from proofmass.runner.program.form import FLOAT, TRUTH, Array, Operand, Value, Variable
+from proofmass.runner.program.form import FLOAT, TRUTH, Operand, Storage, Value, Variable
 from proofmass.runner.program.lower import Called, outcome
 from proofmass.runner.program.lower_numbers import KINDS, as_kind, nan
 from proofmass.runner.program.slots import fields
@@ -97,7 +97,7 @@ class Frame:
     def argument(self, binding: Binding) -> Lowered:
         """Value of an argument of a block's function."""
         match binding:
-            case State(name):
+            case StateBinding(name):
                 return self.now(self.states[name])
             case Parameters():
                 return None  # known to the integer code
@@ -107,7 +107,7 @@ class Frame:
                 return self.ticks(Beat(divisor, phase))
             case Deviate(name):
                 return self.now(self.deviates[name])
-            case Out(node) | Buffer(node) | Wire(node):
+            case Out(node) | BufferBinding(node) | WireBinding(node):
                 return self.wire(node)
             case Default(_, value):
                 return operand(value)
@@ -162,7 +162,7 @@ class Frame:
 
 def entries(builder: Builder, value: Lowered) -> Sequence[Operand]:
     """The numbers that a wire holds."""
-    if isinstance(value, Array):
+    if isinstance(value, Storage):
         assert value.length is not None
         return [builder.load(value, place) for place in range(value.length)]
     assert isinstance(value, Value) or value is not None

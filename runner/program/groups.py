@@ -11,7 +11,7 @@ from proofmass.runner.plan.keys import SolverNumber, variable
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.program.build import Builder, operand, parameters_like
-from proofmass.runner.program.form import FLOAT, INTEGER, Array, Function, Operand
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand, Storage
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.loops import LoopWriter
 from proofmass.runner.program.lower import call
@@ -20,7 +20,7 @@ from proofmass.runner.program.run_numbers import RunNumbers
 from proofmass.runner.program.structure import Lowered, leaves
 
 
-class Writer(Protocol):
+class WritesTick(Protocol):
     """The part of the tick's writer that a group needs."""
 
     plan: Plan
@@ -37,7 +37,7 @@ class Writer(Protocol):
         ...
 
 
-class Context(NamedTuple):
+class GroupContext(NamedTuple):
     """All that stays the same during a tick: constants by member, inputs, their slopes, guesses for loops."""
 
     constants: Lowered
@@ -51,7 +51,7 @@ class Context(NamedTuple):
 class GroupWriter:
     """Writes one group."""
 
-    def __init__(self, writer: Writer, solver: Solver) -> None:
+    def __init__(self, writer: WritesTick, solver: Solver) -> None:
         self.writer, self.plan, self.frame, self.builder = writer, writer.plan, writer.frame, writer.builder
         self.solver, self.group, self.name = solver, solver.group, solver.name
         self.blocks = self.plan.blocks
@@ -69,7 +69,7 @@ class GroupWriter:
 
     # -- functions of an instant -------------------------------------------------------------------------------------
 
-    def rates(self, context: Context) -> Function:
+    def rates(self, context: GroupContext) -> Function:
         """Derivatives of all states; modes stand still."""
         builder = self.builder.beside(f"{self.name}_rates", inline=not self.loops)
         given = parameters_like(builder, "at", context)
@@ -90,7 +90,7 @@ class GroupWriter:
         builder.give(*map(frame.unless_failed, rates))
         return builder.function()
 
-    def instant(self, builder: Builder, context: Context, time: Operand, x: Sequence[Operand]) -> Frame:
+    def instant(self, builder: Builder, context: GroupContext, time: Operand, x: Sequence[Operand]) -> Frame:
         """Arguments of all functions of the blocks at an instant."""
         frame = Frame(self.plan, builder)
         frame.time = time
@@ -186,11 +186,11 @@ class ExactGroup(GroupWriter):
         places = 0 if self.large else len(self.group.states) * self.columns
         self.factors = [self.builder.load(self.matrix, place) for place in range(places)]
 
-    def _still(self, constants: Lowered, inputs: Sequence[Any]) -> Context:
+    def _still(self, constants: Lowered, inputs: Sequence[Any]) -> GroupContext:
         """Context in which nothing moves: with it the rates of unit states and inputs are computed."""
         zero = operand(0.0)
         still = (zero,) * len(self.group.ramps), (zero,) * len(self.group.guesses)
-        return Context(constants, (zero,) * len(inputs), *still, zero, self.work())
+        return GroupContext(constants, (zero,) * len(inputs), *still, zero, self.work())
 
     def move(self) -> None:
         if self.solver.renewed:
@@ -232,7 +232,7 @@ class ExactGroup(GroupWriter):
             return [operand(1.0)]
         members = [member for member in self.group.members if self.plan.is_driven(member)]
         constants = tuple(self.frame.now(self.frame.constants[member]) for member in members)
-        numbers = [value for value in leaves(constants) if not isinstance(value, Array)]
+        numbers = [value for value in leaves(constants) if not isinstance(value, Storage)]
         numbers += [self.frame.wire(node) for node in self.solver.factors]
         return [as_kind(self.builder, value, FLOAT) for value in numbers]
 
@@ -293,7 +293,7 @@ class ExactGroup(GroupWriter):
         call(builder, matrix_exponential, (matrix, operand(size), *arrays[1:], multiply))
         return builder.function()
 
-    def _columns(self, builder: Builder, arrays: Sequence[Array], rates_at: Any) -> None:
+    def _columns(self, builder: Builder, arrays: Sequence[Storage], rates_at: Any) -> None:
         """Columns in a loop, in the scratch of the matrix exponential."""
         matrix, grown, _, _ = arrays
         n, m = len(self.group.states), len(self.group.inputs)

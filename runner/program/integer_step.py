@@ -8,7 +8,7 @@ from proofmass.runner.fixed.integer_code import IntegerCode
 from proofmass.runner.fixed.integer_ir import Operation
 from proofmass.runner.fixed.step_formats import Formats, filled, is_format, parts
 from proofmass.runner.program.build import Builder, operand, parameters_like
-from proofmass.runner.program.form import INTEGER, TRUTH, Array, Function, Line, Operand
+from proofmass.runner.program.form import INTEGER, TRUTH, Function, Line, Operand, Storage
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered, described, leaves, shape_of
 
@@ -109,7 +109,7 @@ def _places(formats: Formats, value: Any, text: str) -> dict[str, Any]:
         return {text: value}
     places: dict[str, Any] = {}
     for number, part in enumerate(parts(formats, text) if isinstance(formats, tuple | list) else ()):
-        if isinstance(value, Array):
+        if isinstance(value, Storage):
             places[part] = value, number
         else:
             names = getattr(formats, "_fields", None)

@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import PurePath
 
 from proofmass.runner.program import form
-from proofmass.runner.program.names import Names
+from proofmass.runner.program.names import ProgramNames
 from proofmass.runner.program.walk import statements, used_once
 
 _INFIX = {
@@ -36,7 +36,7 @@ class _Listed:
     def __init__(self, function: form.Function) -> None:
         self.function = function
         called = {s.function for s in statements(function.body) if isinstance(s, form.Call)}
-        self.names = Names({f.symbol if isinstance(f, form.External) else f.name for f in called})
+        self.names = ProgramNames({f.symbol if isinstance(f, form.External) else f.name for f in called})
         self.parts = used_once(function.body)
         self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
         self.told: form.Line | None = None
@@ -123,10 +123,10 @@ class _Listed:
         self,
         results: tuple[form.Value, ...],
         function: form.Function | form.External,
-        arguments: tuple[form.Operand | form.Array, ...],
+        arguments: tuple[form.Operand | form.Storage, ...],
     ) -> str:
         name = function.symbol if isinstance(function, form.External) else function.name
-        read = ", ".join(self.names[a] if isinstance(a, form.Array) else self._operand(a) for a in arguments)
+        read = ", ".join(self.names[a] if isinstance(a, form.Storage) else self._operand(a) for a in arguments)
         returned = ", ".join(self.names[result] for result in results)
         return f"{returned and returned + ' = '}{name}({read})"
 
@@ -141,7 +141,7 @@ class _Listed:
         return f"{_CALLED.get(operation, operation)}({', '.join(read)})"
 
     def _operand(self, operand: form.Operand) -> str:
-        if isinstance(operand, form.Constant):
+        if isinstance(operand, form.Immediate):
             return repr(operand.value)
         return self.written.get(operand) or self.names[operand]
 
@@ -154,7 +154,7 @@ class _Listed:
         return f"{PurePath(line.file).name}:{line.number}  {text}".rstrip()
 
 
-def _kind(item: form.Value | form.Array) -> str:
+def _kind(item: form.Value | form.Storage) -> str:
     if isinstance(item, form.Value):
         return item.kind.value
     length = "" if item.length is None else item.length

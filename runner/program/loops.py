@@ -7,7 +7,7 @@ from typing import Any
 from proofmass.graphs.checks.schedule import AlgebraicLoop
 from proofmass.runner.continuous.algebraic import scratch, solve
 from proofmass.runner.program.build import operand, parameters_like
-from proofmass.runner.program.form import FLOAT, Array, Function, Operand
+from proofmass.runner.program.form import FLOAT, Function, Operand, Storage
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.lower import call
 from proofmass.runner.program.structure import Lowered
@@ -16,13 +16,13 @@ from proofmass.runner.program.structure import Lowered
 class LoopWriter:
     """Writes one loop, which is solved once a tick or at the instants within it."""
 
-    def __init__(self, loop: AlgebraicLoop, name: str, work: Callable[[str, int], Array]) -> None:
+    def __init__(self, loop: AlgebraicLoop, name: str, work: Callable[[str, int], Storage]) -> None:
         self.tears, self.others, self.name = loop.tears, loop.others, name
         n = len(loop.tears)
-        self.arrays: tuple[Array, ...] = (work(f"{name}_unknown", n),)
+        self.arrays: tuple[Storage, ...] = (work(f"{name}_unknown", n),)
         self.arrays += tuple(work(f"{name}_work_{i}", length) for i, length in enumerate(scratch(n)))
 
-    def solve(self, frame: Frame, arrays: tuple[Array, ...] = ()) -> None:
+    def solve(self, frame: Frame, arrays: tuple[Storage, ...] = ()) -> None:
         """Solve for the tears, starting from their present values; `arrays` are scratch."""
         builder = frame.builder
         unknown, *work = arrays or self.arrays
@@ -37,8 +37,8 @@ class LoopWriter:
     def _equations(self, frame: "_Within") -> Function:
         """Compute the tears from assumed values of the tears; not finite if a value in between is not."""
         builder, n = frame.builder, len(self.tears)
-        unknown = Array(FLOAT, n, True, "unknown")
-        values = Array(FLOAT, n, True, "found")
+        unknown = Storage(FLOAT, n, True, "unknown")
+        values = Storage(FLOAT, n, True, "found")
         total: Operand = operand(0.0)
         for i, tear in enumerate(self.tears):
             frame.put(tear, builder.load(unknown, i))

@@ -19,7 +19,7 @@ from proofmass.blocks.language.values import annotated
 from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Program
 from proofmass.runner.program.lower_expressions import FAULT, WiderError
-from proofmass.runner.program.lower_statements import Statements
+from proofmass.runner.program.lower_statements import LoweredStatements
 from proofmass.runner.program.scopes import changing
 from proofmass.runner.program.shared import outline
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
@@ -121,7 +121,7 @@ def _read(
         raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
 
 
-class _Reader(Statements):
+class _Reader(LoweredStatements):
     """Reads one function."""
 
     def __init__(

@@ -15,8 +15,8 @@ from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import is_record
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
-from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Array, External, Function, Operand, Value
-from proofmass.runner.program.lower_expressions import Expressions
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, External, Function, Operand, Storage, Value
+from proofmass.runner.program.lower_expressions import LoweredExpressions
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves
 
 # Functions of numbers of the machine or the C library, by their names in C.
@@ -43,7 +43,7 @@ _OPERATORS = {operator.add: ast.Add, operator.sub: ast.Sub, operator.mul: ast.Mu
 _SCALED = {math.degrees: 180.0 / math.pi, math.radians: math.pi / 180.0}
 
 
-class Calls(Expressions):
+class LoweredCalls(LoweredExpressions):
     """Reads calls."""
 
     def called(self, node: ast.AST, function: types.FunctionType, arguments: Sequence[Lowered]) -> Lowered:
@@ -121,7 +121,7 @@ class Calls(Expressions):
             return self._extreme("less", function is max, [self._scalar(node, value) for value in arguments])
         if function is len and isinstance(arguments[0], tuple):
             return self.known(len(arguments[0]))
-        if function is len and isinstance(arguments[0], Array) and arguments[0].length is not None:
+        if function is len and isinstance(arguments[0], Storage) and arguments[0].length is not None:
             return self.known(arguments[0].length)
         if function in _OPERATIONS:
             operation = _OPERATIONS[function]
@@ -163,19 +163,19 @@ class Calls(Expressions):
         return made
 
 
-def _is_nan(reader: Calls, value: Operand) -> Operand:
+def _is_nan(reader: LoweredCalls, value: Operand) -> Operand:
     return reader.builder.compute("not_equal", value, value)
 
 
-def _is_infinite(reader: Calls, value: Operand) -> Operand:
+def _is_infinite(reader: LoweredCalls, value: Operand) -> Operand:
     return reader.builder.compute("equal", reader.builder.compute("absolute", value), math.inf)
 
 
-def _is_finite(reader: Calls, value: Operand) -> Operand:
+def _is_finite(reader: LoweredCalls, value: Operand) -> Operand:
     return reader.builder.compute("less", reader.builder.compute("absolute", value), math.inf)
 
 
-_LOOKS: dict[Any, Callable[[Calls, Operand], Operand]] = {
+_LOOKS: dict[Any, Callable[[LoweredCalls, Operand], Operand]] = {
     math.isnan: _is_nan,
     math.isinf: _is_infinite,
     math.isfinite: _is_finite,

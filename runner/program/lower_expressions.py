@@ -16,16 +16,16 @@ from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
-    Array,
     Compute,
-    Constant,
     Get,
     If,
+    Immediate,
     Kind,
     Load,
     Operand,
     Region,
     Statement,
+    Storage,
     Value,
     Variable,
 )
@@ -53,7 +53,7 @@ class WiderError(Exception):
         self.name, self.kind = name, kind
 
 
-class Expressions:
+class LoweredExpressions:
     """Reads expressions of one function."""
 
     checked: Mapping[str, Checked] = {}  # operations that may fail, by their names in a function of a user
@@ -189,7 +189,7 @@ class Expressions:
 
     def is_natural(self, value: Operand) -> bool:
         """Return whether an integer is known not to be negative."""
-        return value.value >= 0 if isinstance(value, Constant) else value in self.natural
+        return value.value >= 0 if isinstance(value, Immediate) else value in self.natural
 
     # -- conditions ------------------------------------------------------------------------------------------------
 
@@ -201,7 +201,7 @@ class Expressions:
         first, goes_on = read(node.values[0]), isinstance(node.op, ast.And)
         for part in node.values[1:]:
             decides = numbers.as_kind(self.builder, first, TRUTH)
-            if isinstance(decides, Constant):
+            if isinstance(decides, Immediate):
                 first = read(part) if decides.value is goes_on else first
                 continue
             rest, region = self._apart(lambda part=part: read(part))  # type: ignore[misc]
@@ -216,7 +216,7 @@ class Expressions:
 
     def _ifexp(self, node: ast.IfExp) -> Lowered:
         test = self.test(node.test)
-        if isinstance(test, Constant):
+        if isinstance(test, Immediate):
             return self.expression(node.body if test.value else node.orelse)
         a, then = self._apart(lambda: self.expression(node.body))
         b, other = self._apart(lambda: self.expression(node.orelse))
@@ -243,7 +243,7 @@ class Expressions:
     ) -> Lowered:
         """Choose one of two tuples."""
         first, second = list(leaves(a)), list(leaves(b))
-        arrays = any(isinstance(part, Array) for part in (*first, *second))
+        arrays = any(isinstance(part, Storage) for part in (*first, *second))
         if type(a) is not type(b) or len(first) != len(second) or (arrays and first != second):
             raise refuse(node, f"{in_words(a)} in one case and {in_words(b)} in another")
         if arrays:
@@ -281,10 +281,10 @@ class Expressions:
     def _chain(self, node: ast.Compare, left: Lowered, rest: Sequence[tuple[ast.cmpop, ast.expr]]) -> Operand:
         """Lower comparisons: the later ones are evaluated only if the first holds."""
         right, holds = self._pair(node, left, *rest[0])
-        if len(rest) == 1 or (isinstance(holds, Constant) and not holds.value):
+        if len(rest) == 1 or (isinstance(holds, Immediate) and not holds.value):
             return holds
         others, region = self._apart(lambda: self._chain(node, right, rest[1:]))
-        if isinstance(holds, Constant) or is_cheap(region):
+        if isinstance(holds, Immediate) or is_cheap(region):
             self.builder.splice(region)
             return self.builder.compute("both", holds, others)
         return self._either(holds, others, region, zero(TRUTH), [])
@@ -326,7 +326,7 @@ class Expressions:
         whole = self.expression(node.value)
         if isinstance(node.slice, ast.Slice):
             raise refuse(node, "a part of a list", "write a loop over its entries")
-        if isinstance(whole, Array):
+        if isinstance(whole, Storage):
             return self.builder.load(whole, self.index(whole, self.number(node.slice)))
         if not isinstance(whole, tuple):
             raise refuse(node, f"{in_words(whole)} has no entries")
@@ -361,7 +361,7 @@ class Expressions:
             return same
         return self.builder.compute("either", same, self.builder.compute("equal_integers", index, number - length))
 
-    def index(self, whole: Array, index: Operand) -> Operand:
+    def index(self, whole: Storage, index: Operand) -> Operand:
         """The place of an entry: counted from the end where the index is negative."""
         known = numbers.as_index(index)
         if known is not None and known >= 0:
@@ -383,6 +383,6 @@ def _costs_little(statement: Statement) -> bool:
     match statement:
         case Compute(_, operation):
             return operation not in _DEAR
-        case Get() | Load(_, _, Constant()):
+        case Get() | Load(_, _, Immediate()):
             return True
     return False

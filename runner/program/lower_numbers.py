@@ -6,7 +6,7 @@ from typing import Any
 
 from proofmass.blocks.language import arithmetic
 from proofmass.runner.program.build import Builder, zero
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, Kind, Operand, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Immediate, Kind, Operand, Value
 
 KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 _EXACT = 2**53  # integers up to there are numbers
@@ -106,7 +106,7 @@ def needs_comparing(a: Operand, b: Operand) -> bool:
     whole = a if b.kind is FLOAT else b
     if {a.kind, b.kind} != {FLOAT, INTEGER}:
         return False
-    return not (isinstance(whole, Constant) and abs(int(whole.value)) <= _EXACT)
+    return not (isinstance(whole, Immediate) and abs(int(whole.value)) <= _EXACT)
 
 
 def compared(builder: Builder, operator: type[ast.cmpop], a: Operand, b: Operand) -> Operand:
@@ -137,11 +137,11 @@ def absolute(builder: Builder, value: Operand) -> Operand:
     return builder.compute("select", builder.compute("less_integers", whole, 0), negated(builder, whole), whole)
 
 
-def nan() -> Constant:
+def nan() -> Immediate:
     """The constant NaN."""
-    return Constant(FLOAT, math.nan)
+    return Immediate(FLOAT, math.nan)
 
 
 def as_index(value: Operand) -> int | None:
     """Return a known integer, or None."""
-    return int(value.value) if isinstance(value, Constant) and value.kind is not FLOAT else None
+    return int(value.value) if isinstance(value, Immediate) and value.kind is not FLOAT else None

@@ -7,15 +7,15 @@ from typing import Any
 from proofmass.blocks.language.refusals import RefusedError, refuse
 from proofmass.runner.program import lower_numbers as numbers
 from proofmass.runner.program.build import operand
-from proofmass.runner.program.form import INTEGER, Array, Constant, Kind, Line, Operand, Variable
-from proofmass.runner.program.lower_calls import Calls
+from proofmass.runner.program.form import INTEGER, Immediate, Kind, Line, Operand, Storage, Variable
+from proofmass.runner.program.lower_calls import LoweredCalls
 from proofmass.runner.program.lower_expressions import WiderError
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves, mapped
 
 _RESULT = "return"
 
 
-class Statements(Calls):
+class LoweredStatements(LoweredCalls):
     """Reads statements of one function."""
 
     changing: frozenset[str] = frozenset()  # names that need variables
@@ -75,10 +75,10 @@ class Statements(Calls):
         else:
             raise refuse(target, "a field cannot be changed", "return a new State(...) from update")
 
-    def _place(self, target: ast.Subscript) -> tuple[Array, Operand]:
+    def _place(self, target: ast.Subscript) -> tuple[Storage, Operand]:
         """The list and the index of an entry that is to be changed."""
         whole = self.expression(target.value)
-        if not isinstance(whole, Array):
+        if not isinstance(whole, Storage):
             raise refuse(target, "it cannot be changed", "declare a Buffer")
         return whole, self.index(whole, self.number(target.slice))
 
@@ -102,7 +102,7 @@ class Statements(Calls):
                 raise refuse(target, f"{name} is another list elsewhere", "take another name")
 
     def _first(self, name: str, number: int, leaf: Any) -> Any:
-        if isinstance(leaf, Array):
+        if isinstance(leaf, Storage):
             return leaf
         kind: Kind = self.wider.get(f"{name} {number}") or leaf.kind
         return self.builder.variable(kind, name, numbers.as_kind(self.builder, leaf, kind))
@@ -117,7 +117,7 @@ class Statements(Calls):
 
     def _if(self, node: ast.If) -> None:
         test = self.test(node.test)
-        if isinstance(test, Constant):
+        if isinstance(test, Immediate):
             self.block(node.body if test.value else node.orelse)
             return
         with self.builder.when(test):
@@ -202,7 +202,7 @@ class Statements(Calls):
 
     def _turn(self, node: ast.For, numbered: bool | None, parts: Sequence[Lowered], place: Operand) -> None:
         entries = tuple(
-            self.builder.load(part, place) if isinstance(part, Array) else self.entry(node, part, place)
+            self.builder.load(part, place) if isinstance(part, Storage) else self.entry(node, part, place)
             for part in parts
         )
         value = {None: entries[0], True: (place, entries[0]), False: entries}[numbered]
@@ -228,7 +228,7 @@ class Statements(Calls):
         value = None if node.value is None else self.expression(node.value)
         value = self._declared(self.declared, value)
         parts = list(leaves(value))
-        if any(isinstance(part, Array) for part in parts):
+        if any(isinstance(part, Storage) for part in parts):
             raise refuse(node, "a list is returned", "write into one that is given")
         if not self.returns:
             self.returns = True
@@ -257,7 +257,7 @@ def _places(value: Lowered) -> Any:
     if isinstance(value, tuple):
         for part in value:
             yield from _places(part)
-    elif isinstance(value, Variable | Array) or is_scalar(value):
+    elif isinstance(value, Variable | Storage) or is_scalar(value):
         yield value
 
 

@@ -2,7 +2,7 @@
 
 from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.build import Builder, Number, operand
+from proofmass.runner.program.build import Builder, WrittenNumber, operand
 from proofmass.runner.program.form import FLOAT, Program
 from proofmass.runner.program.lower import call, program
 
@@ -14,15 +14,15 @@ def measure_formulas(plan: Plan) -> Program:
     builder = Builder("measure_formulas")
     values = builder.array(FLOAT, len(plan.measures) + len(plan.derived), "values", writable=True)
 
-    def apply(operation: str, arguments: list[Number | float]) -> Number:
-        given = [operand(each.value if isinstance(each, Number) else each) for each in arguments]
+    def apply(operation: str, arguments: list[WrittenNumber | float]) -> WrittenNumber:
+        given = [operand(each.value if isinstance(each, WrittenNumber) else each) for each in arguments]
         if operation in _WRITTEN:
-            return Number(builder, builder.compute(_WRITTEN[operation], *given))
-        return Number(builder, call(builder, OPERATIONS[operation].function, given))
+            return WrittenNumber(builder, builder.compute(_WRITTEN[operation], *given))
+        return WrittenNumber(builder, call(builder, OPERATIONS[operation].function, given))
 
-    known = {m.name: Number(builder, builder.load(values, at, m.name)) for at, m in enumerate(plan.measures)}
+    known = {m.name: WrittenNumber(builder, builder.load(values, at, m.name)) for at, m in enumerate(plan.measures)}
     for place, derived in enumerate(plan.derived, len(plan.measures)):
         known[derived.name] = derived.value(known, apply)
         value = known[derived.name]
-        builder.store(values, place, value.value if isinstance(value, Number) else value)
+        builder.store(values, place, value.value if isinstance(value, WrittenNumber) else value)
     return program(builder.function())

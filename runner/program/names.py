@@ -3,19 +3,19 @@
 import re
 from collections.abc import Collection
 
-from proofmass.runner.program.form import Array, Value, Variable
+from proofmass.runner.program.form import Storage, Value, Variable
 
 _NAMELESS = "t"
 
 
-class Names:
+class ProgramNames:
     """A different name for each thing that is asked for: its name in the program if that is free."""
 
     def __init__(self, reserved: Collection[str] = ()) -> None:
         self._counts = dict.fromkeys(reserved, 1)
-        self._names: dict[Value | Variable | Array, str] = {}
+        self._names: dict[Value | Variable | Storage, str] = {}
 
-    def __getitem__(self, item: Value | Variable | Array) -> str:
+    def __getitem__(self, item: Value | Variable | Storage) -> str:
         if item not in self._names:
             self._names[item] = self.free(re.sub(r"\W", "_", item.name, flags=re.ASCII) or _NAMELESS)
         return self._names[item]

@@ -12,7 +12,7 @@ from typing import Any
 _MODULUS = 1 << 64
 _HALF = 1 << 63
 
-Number = float | int | bool
+PlainNumber = float | int | bool
 
 
 def wrapped(value: int) -> int:

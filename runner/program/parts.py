@@ -17,10 +17,10 @@ LONG = 8000  # statements from which on a function is split
 PART = 1500  # statements of a part, about
 
 
-Places: TypeAlias = Mapping[form.Variable, tuple[form.Array, int]]
+Places: TypeAlias = Mapping[form.Variable, tuple[form.Storage, int]]
 
 
-def in_parts(function: form.Function, places: Places, memory: form.Array, first: int) -> int | None:
+def in_parts(function: form.Function, places: Places, memory: form.Storage, first: int) -> int | None:
     """Split a function if it is long; return how many places of `memory` it then uses, from `first` on.
 
     `memory` is one of its parameters, as are the arrays of `places`, in which variables stand from call to call. A
@@ -69,10 +69,10 @@ class _Division:
         self.places = places
         self.parts: list[_Part] = []
         self.pieces: dict[int, list[Piece]] = {}  # of each region that is split, by its identity
-        self.anywhere: dict[form.Array | form.Value, form.View | form.Load] = {}  # what any part can compute itself
+        self.anywhere: dict[form.Storage | form.Value, form.View | form.Load] = {}  # what any part can compute itself
         self.possible = True  # whether each array is known in all parts that use it
         self._divide(function.body)
-        self.homes: dict[form.Value | form.Array, _Part] = {}
+        self.homes: dict[form.Value | form.Storage, _Part] = {}
         self.shared: dict[form.Value | form.Variable, None] = {}  # what needs a place in memory
         self._find_homes()
         self._find_shared()
@@ -81,12 +81,12 @@ class _Division:
         pieces = self.pieces[id(region)] = []
         size = PART
         for statement in region:
-            if isinstance(statement, form.View) and isinstance(statement.first, form.Constant):
+            if isinstance(statement, form.View) and isinstance(statement.first, form.Immediate):
                 self.anywhere[statement.part] = statement
                 continue
             if (
                 isinstance(statement, form.Load)
-                and isinstance(statement.index, form.Constant)
+                and isinstance(statement.index, form.Immediate)
                 and not statement.array.writable
             ):
                 self.anywhere[statement.result] = statement
@@ -119,7 +119,7 @@ class _Division:
                 for read in operands(statement):
                     if isinstance(read, form.Value) and self.homes.get(read, part) is not part:
                         self.shared[read] = None
-                    if isinstance(read, form.Array) and self.homes.get(read, part) is not part:
+                    if isinstance(read, form.Storage) and self.homes.get(read, part) is not part:
                         self.possible = False
                 if isinstance(statement, form.Get | form.Set) and statement.variable not in self.places:
                     variable = statement.variable
@@ -150,9 +150,9 @@ def set_first(region: form.Region) -> Iterator[form.Variable]:
 class _Whole:
     """Rewrites the function: calls of its parts, and the loops whose bodies are split."""
 
-    def __init__(self, function: form.Function, division: _Division, memory: form.Array, first: int) -> None:
+    def __init__(self, function: form.Function, division: _Division, memory: form.Storage, first: int) -> None:
         self.function, self.division, self.memory = function, division, memory
-        self.places: dict[form.Value | form.Variable, tuple[form.Array, int]] = {
+        self.places: dict[form.Value | form.Variable, tuple[form.Storage, int]] = {
             item: (memory, first + place) for place, item in enumerate(division.shared)
         }
         self.builder = Builder(function.name)
@@ -190,7 +190,7 @@ class _Whole:
             return self.builder.load(self._array(load.array), load.index, value.name)
         return value
 
-    def _array(self, array: form.Array) -> form.Array:
+    def _array(self, array: form.Storage) -> form.Storage:
         view = self.division.anywhere.get(array)
         if not isinstance(view, form.View):
             return array
@@ -204,8 +204,8 @@ class _PartWriter:
         self.places, self.homes, self.anywhere = whole.places, whole.division.homes, whole.division.anywhere
         self.part = part
         self.builder = Builder(name, whole.function.name)
-        self.arguments: list[form.Operand | form.Array] = []
-        self.known: dict[form.Value | form.Array, Any] = {}  # by their values outside
+        self.arguments: list[form.Operand | form.Storage] = []
+        self.known: dict[form.Value | form.Storage, Any] = {}  # by their values outside
 
     def function(self) -> form.Function:
         """Return the part as a function that targets do not inline."""
@@ -221,7 +221,7 @@ class _PartWriter:
         """Load what a statement reads of other parts, before the statement, so that all of it can use the values."""
         inner = (s for region in regions(statement) for s in statements(region))
         for read in (read for s in (statement, *inner) for read in operands(s)):
-            if isinstance(read, form.Array):
+            if isinstance(read, form.Storage):
                 self._array(read)
             elif isinstance(read, form.Value) and self.homes.get(read) is not self.part and read not in self.known:
                 self.known[read] = self._outer(read)
@@ -234,15 +234,15 @@ class _PartWriter:
         self.arguments.append(value)
         return self.builder.parameter(value.kind, value.name)
 
-    def _array(self, array: form.Array) -> form.Array:
+    def _array(self, array: form.Storage) -> form.Storage:
         if self.homes.get(array) is self.part:
             return array
         if array not in self.known:
             self.known[array] = self._outer_array(array)
-        here: form.Array = self.known[array]
+        here: form.Storage = self.known[array]
         return here
 
-    def _outer_array(self, array: form.Array) -> form.Array:
+    def _outer_array(self, array: form.Storage) -> form.Storage:
         if isinstance(view := self.anywhere.get(array), form.View):
             return self.builder.view(self._array(view.whole), view.first, array.length, array.name)
         self.arguments.append(array)
@@ -311,7 +311,7 @@ class _PartWriter:
         return written
 
 
-def keep(builder: Builder, array: form.Array, place: int, value: form.Operand) -> None:
+def keep(builder: Builder, array: form.Storage, place: int, value: form.Operand) -> None:
     """Store a value of any kind in an array of numbers or of integers."""
     if value.kind is form.TRUTH:
         value = builder.compute("integer_of_truth", value)
@@ -320,7 +320,7 @@ def keep(builder: Builder, array: form.Array, place: int, value: form.Operand) -
     builder.store(array, place, value)
 
 
-def kept(builder: Builder, array: form.Array, place: int, kind: form.Kind) -> form.Operand:
+def kept(builder: Builder, array: form.Storage, place: int, kind: form.Kind) -> form.Operand:
     """Load a value that `keep` stored."""
     value: form.Operand = builder.load(array, place)
     if kind is not form.FLOAT and array.entry is form.FLOAT:

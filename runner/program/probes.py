@@ -4,14 +4,14 @@ from collections.abc import Sequence
 
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.due import due
-from proofmass.runner.program.form import INTEGER, TRUTH, Array, Operand, Value
+from proofmass.runner.program.form import INTEGER, TRUTH, Operand, Storage, Value
 from proofmass.runner.program.frame import Frame
 
 
 class ProbeWriter:
     """Writes what the probes of a plan record, one array each."""
 
-    def __init__(self, plan: Plan, frame: Frame, arrays: Sequence[Array], first: Value) -> None:
+    def __init__(self, plan: Plan, frame: Frame, arrays: Sequence[Storage], first: Value) -> None:
         self.plan, self.frame, self.builder, self.arrays, self.first = plan, frame, frame.builder, arrays, first
         seldom = (number for number, probe in enumerate(plan.probes) if probe.stride > 1)
         self.rows = {number: self.builder.variable(INTEGER, f"row_{number}") for number in seldom}

@@ -4,7 +4,7 @@ from typing import Any
 
 from proofmass.runner.plan.keys import Given, Moving
 from proofmass.runner.program.build import Builder
-from proofmass.runner.program.form import FLOAT, INTEGER, Array, Function, Kind, Variable
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Storage, Variable
 from proofmass.runner.program.lower_numbers import KINDS
 from proofmass.runner.program.parts import in_parts, keep, kept
 from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots, parts
@@ -29,11 +29,11 @@ class RunNumbers:
         self.given = {name: self._array(kind, name) for name, kind in _KINDS.items()}
         self.moving = {name: self._array(kind, _MOVING[name], True) for name, kind in _KINDS.items()}
         self.scratch_array = self._array(FLOAT, "scratch", True)
-        self._places: dict[Variable, tuple[Array, int]] = {}  # of what is read before the ticks and written back
+        self._places: dict[Variable, tuple[Storage, int]] = {}  # of what is read before the ticks and written back
         self.not_finite = builder.variable(FLOAT, "not_finite")
         self.refused = builder.variable(INTEGER, "refused")
 
-    def _array(self, kind: Kind, name: str, writable: bool = False) -> Array:
+    def _array(self, kind: Kind, name: str, writable: bool = False) -> Storage:
         return self.builder.array(kind, None, name, writable)
 
     def constant(self, key: Given, kind: Any, value: Any) -> Lowered:
@@ -64,7 +64,7 @@ class RunNumbers:
         self._places[variable] = self.moving[array], place
         return variable
 
-    def scratch(self, name: str, length: int) -> Array:
+    def scratch(self, name: str, length: int) -> Storage:
         """Numbers to work on."""
         self.scratch_used += length
         return self.builder.view(self.scratch_array, self.scratch_used - length, length, name)

@@ -3,7 +3,7 @@
 import ast
 from collections.abc import Iterator
 
-Place = tuple[int, ...]  # of a list of statements within those that it lies in
+ScopePlace = tuple[int, ...]  # of a list of statements within those that it lies in
 
 
 def changing(tree: ast.FunctionDef) -> frozenset[str]:
@@ -14,8 +14,8 @@ def changing(tree: ast.FunctionDef) -> frozenset[str]:
     ['a']
     """
     arguments = (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)
-    stored: dict[str, list[Place]] = {argument.arg: [()] for argument in arguments}
-    read: dict[str, list[Place]] = {}
+    stored: dict[str, list[ScopePlace]] = {argument.arg: [()] for argument in arguments}
+    read: dict[str, list[ScopePlace]] = {}
     for name, place, stores in _uses(tree.body, (), iter(range(1, 1 << 30))):
         (stored if stores else read).setdefault(name, []).append(place)
     return frozenset(
@@ -25,7 +25,7 @@ def changing(tree: ast.FunctionDef) -> frozenset[str]:
     )
 
 
-def _uses(body: list[ast.stmt], place: Place, numbers: Iterator[int]) -> Iterator[tuple[str, Place, bool]]:
+def _uses(body: list[ast.stmt], place: ScopePlace, numbers: Iterator[int]) -> Iterator[tuple[str, ScopePlace, bool]]:
     """Names that statements use, where, and whether they are set there."""
     for statement in body:
         inner = {name: value for name, value in ast.iter_fields(statement) if _is_body(value)}
@@ -47,7 +47,7 @@ def _is_body(value: object) -> bool:
     return isinstance(value, list) and bool(value) and isinstance(value[0], ast.stmt)
 
 
-def _names(node: ast.AST, place: Place) -> Iterator[tuple[str, Place, bool]]:
+def _names(node: ast.AST, place: ScopePlace) -> Iterator[tuple[str, ScopePlace, bool]]:
     for part in ast.walk(node):
         if isinstance(part, ast.Name):
             yield part.id, place, isinstance(part.ctx, ast.Store)

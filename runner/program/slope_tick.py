@@ -13,16 +13,16 @@ from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
-    Array,
     Function,
     Kind,
     Operand,
     Program,
+    Storage,
     Value,
     Variable,
 )
 from proofmass.runner.program.lower import program
-from proofmass.runner.program.tangents import Step, Tangents
+from proofmass.runner.program.tangents import Tangents, TangentStep
 from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.program.tick_loop import TickLoop
 
@@ -38,8 +38,8 @@ class SlopeTick:
 
     written: TickLoop  # of the tick alone: places of its numbers
     program: Program
-    shared: frozenset[Array]  # what all lanes read
-    apart: frozenset[Array]  # what is another in each lane: directions, and all slopes
+    shared: frozenset[Storage]  # what all lanes read
+    apart: frozenset[Storage]  # what is another in each lane: directions, and all slopes
     wires: dict[Endpoint, int]  # by which a wire is chosen
 
 
@@ -49,7 +49,7 @@ def write_slopes(plan: Plan) -> SlopeTick:
     loop = writer.written()
     entry = loop.program.entry
     scratch = writer.numbers.scratch_array
-    moved = [p for p in entry.parameters if isinstance(p, Array) and p.writable and p not in writer.at_the_wire]
+    moved = [p for p in entry.parameters if isinstance(p, Storage) and p.writable and p not in writer.at_the_wire]
     sloped = Tangents({_WIRE: _cut}).of(entry, tuple(p in moved for p in entry.parameters))
     moved.remove(scratch)
     directions = _Directions(entry, moved, scratch)
@@ -92,7 +92,7 @@ def _mark(builder: Builder, kind: Kind) -> Function:
     return inner.function()
 
 
-def _cut(s: Step) -> Operand:
+def _cut(s: TangentStep) -> Operand:
     builder, (_, number, cut, at_the_wire) = s.writer.builder, s.x
     here = builder.compute("equal_integers", builder.load(cut, 0), number)
     with builder.when(here):
@@ -112,11 +112,11 @@ class _Directions:
     the slopes is shared by them.
     """
 
-    def __init__(self, entry: Function, moved: Sequence[Array], scratch: Array) -> None:
+    def __init__(self, entry: Function, moved: Sequence[Storage], scratch: Storage) -> None:
         self.entry = entry
         builder = self.builder = Builder("in_directions", entry.origin)
         self.copies = {parameter: _copied(builder, parameter) for parameter in entry.parameters}
-        self.slopes: dict[Value | Array, Array] = {scratch: builder.array(FLOAT, None, "scratch_slopes", True)}
+        self.slopes: dict[Value | Storage, Storage] = {scratch: builder.array(FLOAT, None, "scratch_slopes", True)}
         self.moved = [self._array(array) for array in moved]
         self.slopes |= {a: builder.array(FLOAT, a.length, f"{a.name}_slopes", True) for a in moved}
         self.before = [builder.array(array.entry, None, f"{array.name}_before", True) for array in moved]
@@ -130,7 +130,7 @@ class _Directions:
         self.own = [self.slopes[array] for array in moved]
         self.apart = frozenset([self.directions, self.rows, *self.slopes.values(), self._array(entry.parameters[-1])])
         arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends]
-        self.shared = frozenset(a for a in arrays if isinstance(a, Array)) - self.apart
+        self.shared = frozenset(a for a in arrays if isinstance(a, Storage)) - self.apart
 
     def written(self, sloped: Function) -> Function:
         """Return the function, by that of the tick with slopes."""
@@ -151,9 +151,9 @@ class _Directions:
                 self._keep(builder.compute("multiply_integers", builder.compute("add_integers", done, row), width))
         return builder.function()
 
-    def _array(self, parameter: Value | Array) -> Array:
+    def _array(self, parameter: Value | Storage) -> Storage:
         copy = self.copies[parameter]
-        assert isinstance(copy, Array)
+        assert isinstance(copy, Storage)
         return copy
 
     def _save(self) -> None:
@@ -191,7 +191,7 @@ class _Directions:
             builder.store(self.rows, builder.compute("add_integers", place, number), builder.load(at_the_wire, number))
 
 
-def _copied(builder: Builder, parameter: Value | Array) -> Value | Array:
-    if isinstance(parameter, Array):
+def _copied(builder: Builder, parameter: Value | Storage) -> Value | Storage:
+    if isinstance(parameter, Storage):
         return builder.array(parameter.entry, parameter.length, parameter.name, parameter.writable)
     return builder.parameter(parameter.kind, parameter.name)

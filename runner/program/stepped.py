@@ -8,16 +8,16 @@ from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.program.build import Builder, Number, operand, parameters_like
-from proofmass.runner.program.form import FLOAT, INTEGER, Array, Function, Operand
+from proofmass.runner.program.build import Builder, WrittenNumber, operand, parameters_like
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand, Storage
 from proofmass.runner.program.frame import Frame
-from proofmass.runner.program.groups import Context, ExactGroup, GroupWriter, Writer
+from proofmass.runner.program.groups import ExactGroup, GroupContext, GroupWriter, WritesTick
 from proofmass.runner.program.lower import Called, call
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered, leaves
 
 
-def group_writer(writer: Writer, solver: Solver) -> GroupWriter:
+def group_writer(writer: WritesTick, solver: Solver) -> GroupWriter:
     """The writer of a group."""
     return ExactGroup(writer, solver) if solver.exact else SteppedGroup(writer, solver)
 
@@ -43,13 +43,13 @@ class SteppedGroup(GroupWriter):
         zero = operand(0.0)
         inputs = tuple(_zero_of(self.frame.wires[node]) for node in self.group.inputs)
         slopes, guesses = (zero,) * len(self.group.ramps), (zero,) * len(self.group.guesses)
-        example = Context(self.constants(), inputs, slopes, guesses, zero, self.work())
+        example = GroupContext(self.constants(), inputs, slopes, guesses, zero, self.work())
         self.functions = self._functions(example)
 
-    def _array(self, key: str, length: int) -> Array:
+    def _array(self, key: str, length: int) -> Storage:
         return self.writer.numbers.scratch(f"{self.name}_{key}", length)
 
-    def _functions(self, context: Context) -> tuple[Function, ...]:
+    def _functions(self, context: GroupContext) -> tuple[Function, ...]:
         """Functions that step the group and handle its events."""
         rates = self.rates(context)
         context_and_work: Lowered = context
@@ -91,17 +91,17 @@ class SteppedGroup(GroupWriter):
             slopes.append(builder.compute("divide", change, self.writer.period))
         guesses = tuple(frame.wire(node) for node in self.group.guesses)
         made = (self.constants(), tuple(inputs.values()), tuple(slopes), guesses, frame.time, self.work())
-        context = Context(*made)
+        context = GroupContext(*made)
         return (context, self.largest, self.steps_work) if self.solver.method == "radau" else context
 
     # -- functions ---------------------------------------------------------------------------------------------------
 
-    def _explicit(self, context: Context, rates: Function) -> Function:
+    def _explicit(self, context: GroupContext, rates: Function) -> Function:
         """Write the formula of the method: it runs on values that record their arithmetic."""
         builder = self.builder.beside(f"{self.name}_step", inline=self.fixed)
         given, time, length, x, moved, error = self._of_step(builder, context)
 
-        def rates_at(at: Number, there: list[Number]) -> list[Number]:
+        def rates_at(at: WrittenNumber, there: list[WrittenNumber]) -> list[WrittenNumber]:
             found = builder.call(rates, *leaves(given), at.value, *(each.value for each in there))
             return [builder.number(rate) for rate in found]
 
@@ -122,7 +122,7 @@ class SteppedGroup(GroupWriter):
         call(builder, radau_step, (into, at[0], time, length, x, moved, error, at[1], at[2]))
         return builder.function()
 
-    def _rates_into(self, context: Context, rates: Function) -> Function:
+    def _rates_into(self, context: GroupContext, rates: Function) -> Function:
         builder, size = self.builder.beside(f"{self.name}_rates_into"), len(self.group.states)
         parameters = parameters_like(builder, "at", context)
         time = builder.parameter(FLOAT, "time")
@@ -143,7 +143,7 @@ class SteppedGroup(GroupWriter):
         builder = self.builder.beside(f"{self.name}_clearances")
         frame, _ = self._of_events(builder, given, "clear")
         clear = builder.parameters[-1]
-        assert isinstance(clear, Array)
+        assert isinstance(clear, Storage)
         if frame is not None:
             watched = [(name, event, type(self.blocks[name]).events[event][0]) for name, event in self.group.events]
             watched += [(name, corner, type(self.blocks[name]).corners[corner]) for name, corner in self.group.corners]
@@ -156,7 +156,7 @@ class SteppedGroup(GroupWriter):
         builder = self.builder.beside(f"{self.name}_then")
         frame, x = self._of_events(builder, given, "")
         which = builder.parameters[-1]
-        assert not isinstance(which, Array)
+        assert not isinstance(which, Storage)
         if frame is not None:
             for number, (name, event) in enumerate(self.group.events):
                 with builder.when(builder.compute("equal_integers", which, number)):
@@ -168,7 +168,7 @@ class SteppedGroup(GroupWriter):
                 builder.store(x, 0, frame.unless_failed(builder.load(x, 0)))
         return builder.function()
 
-    def _of_events(self, builder: Builder, given: Lowered, into: str) -> tuple[Frame | None, Array]:
+    def _of_events(self, builder: Builder, given: Lowered, into: str) -> tuple[Frame | None, Storage]:
         """Parameters of a function of events, and the values known in it, if there are events."""
         at = parameters_like(builder, "at", given)
         time, size = builder.parameter(FLOAT, "time"), len(self.group.states)

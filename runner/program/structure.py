@@ -8,15 +8,15 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 from proofmass.blocks.language.values import is_record
-from proofmass.runner.program.form import Array, Constant, Function, Kind, Operand, Value, Variable
+from proofmass.runner.program.form import Function, Immediate, Kind, Operand, Storage, Value, Variable
 
 Lowered: TypeAlias = Any  # Operand | Array | tuple of Lowered | what is known
-Leaf: TypeAlias = Operand | Array
+Leaf: TypeAlias = Operand | Storage
 
 
 def is_scalar(value: Lowered) -> bool:
     """Return whether a value is a number or truth value."""
-    return isinstance(value, Value | Constant)
+    return isinstance(value, Value | Immediate)
 
 
 def leaves(value: Lowered) -> Iterator[Leaf]:
@@ -24,7 +24,7 @@ def leaves(value: Lowered) -> Iterator[Leaf]:
     if isinstance(value, tuple):
         for part in value:
             yield from leaves(part)
-    elif isinstance(value, Value | Constant | Array):
+    elif isinstance(value, Value | Immediate | Storage):
         yield value
 
 
@@ -38,7 +38,7 @@ def mapped(value: Lowered, change: Callable[[Any], Any]) -> Lowered:
     """Return the same structure with its numbers, arrays and variables changed."""
     if isinstance(value, tuple):
         return like(value, [mapped(part, change) for part in value])
-    return change(value) if isinstance(value, Value | Constant | Array | Variable) else value
+    return change(value) if isinstance(value, Value | Immediate | Storage | Variable) else value
 
 
 def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:
@@ -56,10 +56,10 @@ def shape_of(value: Lowered) -> Hashable:
     """Key by which a function is lowered: the same for arguments of the same structure and kinds."""
     if isinstance(value, tuple):
         return type(value), tuple(map(shape_of, value))
-    if isinstance(value, Value | Constant):
+    if isinstance(value, Value | Immediate):
         return value.kind
-    if isinstance(value, Array):
-        return Array, value.entry, value.length, value.writable
+    if isinstance(value, Storage):
+        return Storage, value.entry, value.length, value.writable
     return _Known(value)
 
 
@@ -99,7 +99,7 @@ def in_words(value: Lowered) -> str:
     """Return the type of a value in words, for refusals."""
     if is_scalar(value):
         return {Kind.FLOAT: "a number", Kind.INTEGER: "an integer", Kind.TRUTH: "a truth value"}[value.kind]
-    if isinstance(value, Array):
+    if isinstance(value, Storage):
         return "a list of values"
     if isinstance(value, tuple):
         return f"a {type(value).__name__}" if is_record(type(value)) else f"a tuple of {len(value)}"

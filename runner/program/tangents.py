@@ -26,9 +26,9 @@ from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
 
-Moving: TypeAlias = tuple[bool, ...]  # of parameters, whether they have a slope
-_NONE = form.Constant(form.FLOAT, 0.0)
-_UNDEFINED = form.Constant(form.FLOAT, math.nan)
+MovingParameters: TypeAlias = tuple[bool, ...]  # of parameters, whether they have a slope
+_NONE = form.Immediate(form.FLOAT, 0.0)
+_UNDEFINED = form.Immediate(form.FLOAT, math.nan)
 
 
 def moves(kind: form.Kind) -> bool:
@@ -40,10 +40,10 @@ def _origin(function: Callable[..., Any]) -> str:
     return f"{function.__module__}.{function.__qualname__}"
 
 
-class Step(NamedTuple):
+class TangentStep(NamedTuple):
     """An operation or a call in a function that is being written: operands, their slopes, and its result."""
 
-    writer: "Writer"
+    writer: "TangentWriter"
     x: Sequence[Any]
     dx: Sequence[form.Operand]
     y: form.Operand
@@ -53,30 +53,30 @@ class Step(NamedTuple):
         return [self.writer.number(value) for value in self.x]
 
 
-Rule: TypeAlias = Callable[[Step], form.Operand]  # gives the slope of the result
+TangentRule: TypeAlias = Callable[[TangentStep], form.Operand]  # gives the slope of the result
 
 
 class Tangents:
     """Functions with slopes, each written once for each choice of what moves."""
 
-    def __init__(self, own: Mapping[str, Rule] | None = None) -> None:
+    def __init__(self, own: Mapping[str, TangentRule] | None = None) -> None:
         """Take rules by the origins of functions, beside those of rounding and of elementary functions."""
         self.rules = {**_OF_FUNCTIONS, **(own or {})}
         self.lowered: dict[Any, Any] = {}
-        self._made: dict[tuple[form.Function, Moving], form.Function] = {}
+        self._made: dict[tuple[form.Function, MovingParameters], form.Function] = {}
 
-    def of(self, function: form.Function, moving: Moving) -> form.Function:
+    def of(self, function: form.Function, moving: MovingParameters) -> form.Function:
         """Return a function whose parameters have their slopes behind them where they move, and so have its results."""
         key = function, moving
         if key not in self._made:
-            self._made[key] = Writer(self, function, moving).written(f"{function.name}_slopes_{len(self._made)}")
+            self._made[key] = TangentWriter(self, function, moving).written(f"{function.name}_slopes_{len(self._made)}")
         return self._made[key]
 
 
-class Writer:
+class TangentWriter:
     """Writes one function, again and again until it is known which variables have slopes."""
 
-    def __init__(self, tangents: Tangents, function: form.Function, moving: Moving) -> None:
+    def __init__(self, tangents: Tangents, function: form.Function, moving: MovingParameters) -> None:
         self.tangents, self.function, self.moving = tangents, function, moving
         self._known = set[form.Variable]()
 
@@ -104,9 +104,9 @@ class Writer:
         self._region(self.function.body)
         return self.builder.function()
 
-    def _parameter(self, parameter: form.Value | form.Array, moving: bool) -> None:
+    def _parameter(self, parameter: form.Value | form.Storage, moving: bool) -> None:
         builder = self.builder
-        if isinstance(parameter, form.Array):
+        if isinstance(parameter, form.Storage):
             self.copies[parameter] = builder.array(
                 parameter.entry, parameter.length, parameter.name, parameter.writable
             )
@@ -142,7 +142,7 @@ class Writer:
                 self.copies[result] = made
                 slopes = [self.slope(value) for value in operands]
                 if moves(result.kind) and any(slope is not _NONE for slope in slopes):
-                    self._put(result, _OPERATIONS[operation](Step(self, given, slopes, made)))
+                    self._put(result, _OPERATIONS[operation](TangentStep(self, given, slopes, made)))
             case form.Get(result, variable):
                 self.copies[result] = builder.get(copied(variable))
                 if variable in self.slopes:
@@ -223,9 +223,9 @@ class Writer:
         given = [copied(argument) for argument in arguments]
         results = self.builder.call(function, *given, names=[result.name for result in statement.results])
         self.copies.update(zip(statement.results, results, strict=True))
-        slopes = [self.slope(argument) for argument in arguments if not isinstance(argument, form.Array)]
+        slopes = [self.slope(argument) for argument in arguments if not isinstance(argument, form.Storage)]
         if rule is not None:
-            self._put(statement.results[0], rule(Step(self, given, slopes, results[0])))
+            self._put(statement.results[0], rule(TangentStep(self, given, slopes, results[0])))
         elif external:
             for result in statement.results:
                 self._put(result, self.undefined(*slopes))
@@ -249,7 +249,7 @@ class Writer:
         if slope is _NONE:
             return _NONE
         product = self.builder.compute("multiply", slope, factor)
-        if isinstance(factor, float | form.Constant):
+        if isinstance(factor, float | form.Immediate):
             return product
         return self.builder.compute("select", self.builder.compute("equal", slope, 0.0), 0.0, product)
 
@@ -278,69 +278,69 @@ class Writer:
 # -- rules: the slope of a result from its operands, their slopes, and itself -----------------------------------------
 
 
-def _nothing(s: Step) -> form.Operand:
+def _nothing(s: TangentStep) -> form.Operand:
     return _NONE
 
 
-def _same(s: Step) -> form.Operand:
+def _same(s: TangentStep) -> form.Operand:
     return s.dx[0]
 
 
-def _unknown(s: Step) -> form.Operand:
+def _unknown(s: TangentStep) -> form.Operand:
     return s.writer.undefined(*s.dx)
 
 
-def _sum(s: Step) -> form.Operand:
+def _sum(s: TangentStep) -> form.Operand:
     return s.writer.plus(*s.dx)
 
 
-def _difference(s: Step) -> form.Operand:
+def _difference(s: TangentStep) -> form.Operand:
     return s.writer.plus(s.dx[0], s.writer.minus(s.dx[1]))
 
 
-def _product(s: Step) -> form.Operand:
+def _product(s: TangentStep) -> form.Operand:
     w, (a, b) = s.writer, s.numbers()
     return w.plus(w.times(s.dx[0], b), w.times(s.dx[1], a))
 
 
-def _quotient(s: Step) -> form.Operand:
+def _quotient(s: TangentStep) -> form.Operand:
     w, (a, b) = s.writer, s.numbers()
     turned = w.times(w.minus(s.dx[1]), w.builder.compute("divide", a, b))
     return w.plus(w.over(s.dx[0], b), w.over(turned, b))
 
 
-def _remainder(s: Step) -> form.Operand:
+def _remainder(s: TangentStep) -> form.Operand:
     w = s.writer
     turns = w.number(w.builder.compute("floor_divide", *s.x))
     return w.plus(s.dx[0], w.minus(w.times(s.dx[1], turns)))
 
 
-def _left_over(s: Step) -> form.Operand:
+def _left_over(s: TangentStep) -> form.Operand:
     w = s.writer
     turns = w.builder.compute("truncate", w.builder.compute("divide", *s.x))
     return w.plus(s.dx[0], w.minus(w.times(s.dx[1], turns)))
 
 
-def _opposite(s: Step) -> form.Operand:
+def _opposite(s: TangentStep) -> form.Operand:
     return s.writer.minus(s.dx[0])
 
 
-def _size(s: Step) -> form.Operand:
+def _size(s: TangentStep) -> form.Operand:
     w, compute = s.writer, s.writer.builder.compute
     sided = w.chosen(compute("less", s.x[0], 0.0), w.minus(s.dx[0]), s.dx[0])
     return w.chosen(compute("equal", s.x[0], 0.0), w.undefined(s.dx[0]), sided)
 
 
-def _signed(s: Step) -> form.Operand:
+def _signed(s: TangentStep) -> form.Operand:
     w = s.writer
     return w.chosen(w.builder.compute("equal", s.x[0], s.y), s.dx[0], w.minus(s.dx[0]))
 
 
-def _root(s: Step) -> form.Operand:
+def _root(s: TangentStep) -> form.Operand:
     return s.writer.times(s.dx[0], s.writer.builder.compute("divide", 0.5, s.y))
 
 
-def _masked(s: Step) -> form.Operand:
+def _masked(s: TangentStep) -> form.Operand:
     """Return the slope of all bits, or of the low ones, as in a register that wraps. A parity is compared."""
     for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
         if mask == 1:
@@ -350,7 +350,7 @@ def _masked(s: Step) -> form.Operand:
     return s.writer.undefined(*s.dx)
 
 
-def _turned(s: Step) -> form.Operand:
+def _turned(s: TangentStep) -> form.Operand:
     """Return the slope with all bits turned, or the highest of a register that wraps, which is subtracted again."""
     for mask, slope in ((_integer(s.x[1]), s.dx[0]), (_integer(s.x[0]), s.dx[1])):
         if mask == -1:
@@ -362,28 +362,28 @@ def _turned(s: Step) -> form.Operand:
 
 def _integer(value: form.Operand) -> int:
     """Return an integer that the program knows; 0, which takes all bits, for any other."""
-    return int(value.value) if isinstance(value, form.Constant) else 0
+    return int(value.value) if isinstance(value, form.Immediate) else 0
 
 
-def _raised(s: Step) -> form.Operand:
+def _raised(s: TangentStep) -> form.Operand:
     w = s.writer
     return w.plus(w.times(s.dx[0], _scale(s)), w.undefined(s.dx[1]))
 
 
-def _lowered(s: Step) -> form.Operand:
+def _lowered(s: TangentStep) -> form.Operand:
     w = s.writer
     return w.plus(w.over(s.dx[0], _scale(s)), w.undefined(s.dx[1]))
 
 
-def _scale(s: Step) -> form.Operand:
+def _scale(s: TangentStep) -> form.Operand:
     return s.writer.number(s.writer.builder.compute("shift_left", 1, s.x[1]))
 
 
-def _selected(s: Step) -> form.Operand:
+def _selected(s: TangentStep) -> form.Operand:
     return s.writer.chosen(s.x[0], s.dx[1], s.dx[2])
 
 
-_OPERATIONS: dict[str, Rule] = {
+_OPERATIONS: dict[str, TangentRule] = {
     **{name: _nothing for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH},
     **dict.fromkeys(("floor", "ceiling", "integer_of_truth", "float_of_truth"), _nothing),
     **dict.fromkeys(("truncate", "round_half_even", "float_of_integer", "integer_of_float"), _same),
@@ -405,21 +405,21 @@ _OPERATIONS: dict[str, Rule] = {
 }
 
 
-def _chain(slopes_of: Callable[..., Any]) -> Rule:
+def _chain(slopes_of: Callable[..., Any]) -> TangentRule:
     """Return the chain rule for derivatives that are functions of Python."""
 
-    def rule(s: Step) -> form.Operand:
+    def rule(s: TangentStep) -> form.Operand:
         w, library = s.writer, LIBRARY.get(slopes_of)
         if all(slope is _NONE for slope in s.dx):
             return _NONE
         made = w.builder.call(library, *s.x) if library else leaves((call(w.builder, slopes_of, s.x),))
-        factors = [each for each in made if not isinstance(each, form.Array)]
+        factors = [each for each in made if not isinstance(each, form.Storage)]
         return w.plus(*(w.times(slope, factor) for slope, factor in zip(s.dx, factors, strict=True)))
 
     return rule
 
 
-_OF_FUNCTIONS: dict[str, Rule] = {
+_OF_FUNCTIONS: dict[str, TangentRule] = {
     **{_origin(function): _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function not in LIBRARY},
     **{LIBRARY[function].symbol: _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function in LIBRARY},
     **{_origin(function): _chain(slopes) for function, slopes in SLOPES_OF_TWO.items()},

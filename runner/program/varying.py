@@ -32,7 +32,7 @@ class Way(NamedTuple):
 class _Part(NamedTuple):
     """Place of an array: its parameter, its first entry (None: unknown), and whether that differs by lane."""
 
-    root: form.Array
+    root: form.Storage
     first: int | None
     apart: bool
 
@@ -44,40 +44,40 @@ class Varying:
     function: form.Function
     way: Way
     numbers: set[form.Value | form.Variable] = field(default_factory=set)
-    entries: dict[form.Array, int] = field(default_factory=dict)  # of the parameters, as bits
+    entries: dict[form.Storage, int] = field(default_factory=dict)  # of the parameters, as bits
     results: list[bool] = field(default_factory=list)
     calls: dict[int, Way] = field(default_factory=dict)  # by the identity of the statement
     loops: set[int] = field(default_factory=set)  # loops that lanes leave at different times
     parting: set[int] = field(default_factory=set)  # statements after which fewer lanes are active
-    parts: dict[form.Array, _Part] = field(default_factory=dict)
+    parts: dict[form.Storage, _Part] = field(default_factory=dict)
 
     def differs(self, operand: form.Operand) -> bool:
         """Return whether a number differs from lane to lane."""
-        return operand in self.numbers if not isinstance(operand, form.Constant) else False
+        return operand in self.numbers if not isinstance(operand, form.Immediate) else False
 
-    def given(self, array: form.Array) -> ArrayOf:
+    def given(self, array: form.Storage) -> ArrayOf:
         """Return how the parameter in which an array lies is passed."""
         way = self.way.parameters[self.function.parameters.index(self.parts[array].root)]
         assert isinstance(way, ArrayOf)
         return way
 
-    def read_differs(self, array: form.Array, index: form.Operand) -> bool:
+    def read_differs(self, array: form.Storage, index: form.Operand) -> bool:
         """Return whether a loaded entry differs."""
         part = self.parts[array]
         bits = self.bits(array, index, 1)
         return part.apart or self.differs(index) or bool(self.entries[part.root] & bits)
 
-    def bits(self, array: form.Array, index: form.Operand, count: int | None) -> int:
+    def bits(self, array: form.Storage, index: form.Operand, count: int | None) -> int:
         """Entries of the parameter that an access may touch, as bits."""
         part = self.parts[array]
         if part.first is None or part.apart:
             return ALL
-        if isinstance(index, form.Constant) and count is not None:
+        if isinstance(index, form.Immediate) and count is not None:
             return ((1 << count) - 1) << (part.first + int(index.value))
         return ALL if array.length is None else ((1 << array.length) - 1) << part.first
 
 
-class Lanes:
+class LaneAnalysis:
     """Analyses functions, each once for each way in which it is called."""
 
     def __init__(self) -> None:
@@ -93,8 +93,8 @@ class Lanes:
         self,
         function: form.Function,
         differing: frozenset[form.Value],
-        shared: frozenset[form.Array],
-        entries: Mapping[form.Array, int],
+        shared: frozenset[form.Storage],
+        entries: Mapping[form.Storage, int],
     ) -> Varying:
         """Return what differs in the program's entry, given the `differing` numbers and `entries` of arrays, as bits.
 
@@ -108,7 +108,7 @@ class Lanes:
             varying = self.of(function, Way(False, parameters))
             behind = tuple(
                 given._replace(entries=varying.entries[p])
-                if isinstance(given, ArrayOf) and isinstance(p, form.Array)
+                if isinstance(given, ArrayOf) and isinstance(p, form.Storage)
                 else given
                 for given, p in zip(parameters, function.parameters, strict=True)
             )
@@ -130,11 +130,11 @@ class _Left(NamedTuple):
 class _Reader:
     """Analyses one function again and again until no further value is found to differ."""
 
-    def __init__(self, function: form.Function, way: Way, lanes: Lanes) -> None:
+    def __init__(self, function: form.Function, way: Way, lanes: LaneAnalysis) -> None:
         self.found, self.lanes = Varying(function, way), lanes
         self.found.results = [False] * len(function.results)
         for parameter, argument in zip(function.parameters, way.parameters, strict=True):
-            if isinstance(parameter, form.Array):
+            if isinstance(parameter, form.Storage):
                 assert isinstance(argument, ArrayOf)
                 self.found.parts[parameter] = _Part(parameter, None if argument.apart else 0, argument.apart)
                 self.found.entries[parameter] = ALL if argument.apart else argument.entries
@@ -209,13 +209,13 @@ class _Reader:
         if differs:
             self.found.numbers.add(item)
 
-    def _spoil(self, array: form.Array, bits: int) -> None:
+    def _spoil(self, array: form.Storage, bits: int) -> None:
         self.found.entries[self.found.parts[array].root] |= bits
 
-    def _view(self, part: form.Array, whole: form.Array, first: form.Operand) -> None:
+    def _view(self, part: form.Storage, whole: form.Storage, first: form.Operand) -> None:
         around = self.found.parts[whole]
         at = None
-        if around.first is not None and isinstance(first, form.Constant):
+        if around.first is not None and isinstance(first, form.Immediate):
             at = around.first + int(first.value)
         self.found.parts[part] = _Part(around.root, at, around.apart or self.found.differs(first))
 
@@ -234,7 +234,7 @@ class _Reader:
     def _call(self, s: form.Call, apart: bool) -> None:
         varying = self.found
         if isinstance(s.function, form.External):
-            differ = any(varying.differs(a) for a in s.arguments if not isinstance(a, form.Array))
+            differ = any(varying.differs(a) for a in s.arguments if not isinstance(a, form.Storage))
             for result in s.results:
                 self._note(result, differ or not s.function.pure)
             return
@@ -245,12 +245,12 @@ class _Reader:
         for result, differs in zip(s.results, inside.results, strict=True):
             self._note(result, differs)
         for argument, parameter in zip(s.arguments, s.function.parameters, strict=True):
-            if isinstance(argument, form.Array) and isinstance(parameter, form.Array) and parameter.writable:
+            if isinstance(argument, form.Storage) and isinstance(parameter, form.Storage) and parameter.writable:
                 self._behind(argument, inside.entries[parameter])
 
-    def _argument(self, argument: form.Operand | form.Array, parameter: form.Value | form.Array) -> bool | ArrayOf:
+    def _argument(self, argument: form.Operand | form.Storage, parameter: form.Value | form.Storage) -> bool | ArrayOf:
         varying = self.found
-        if not isinstance(argument, form.Array):
+        if not isinstance(argument, form.Storage):
             return varying.differs(argument)
         part, rows = varying.parts[argument], varying.given(argument).rows
         if part.apart:
@@ -261,7 +261,7 @@ class _Reader:
             return ArrayOf(rows, bits if whole else (ALL if bits else 0))
         return ArrayOf(rows, bits >> part.first & ((1 << argument.length) - 1))
 
-    def _behind(self, argument: form.Array, bits: int) -> None:
+    def _behind(self, argument: form.Storage, bits: int) -> None:
         """Entries that differ after a function has written to an array."""
         part = self.found.parts[argument]
         if not bits:

@@ -72,12 +72,12 @@ class _Checker:
 
     # -- definition and use ----------------------------------------------------------------------------------------
 
-    def _own(self, item: "form.Value | form.Variable | form.Array") -> None:
+    def _own(self, item: "form.Value | form.Variable | form.Storage") -> None:
         if item in self.owners:
             self._say(f"{_named(item)} is defined twice")
         self.owners[item] = self.function.name
 
-    def _define(self, item: "form.Value | form.Array") -> None:
+    def _define(self, item: "form.Value | form.Storage") -> None:
         self._own(item)
         self.known.add(item)
         self.defined.append(item)
@@ -88,14 +88,14 @@ class _Checker:
         del self.defined[count:]
 
     def _use(self, operand: form.Operand, kind: form.Kind | None = None) -> None:
-        if isinstance(operand, form.Constant):
+        if isinstance(operand, form.Immediate):
             self._constant(operand)
         elif operand not in self.known:
             self._unknown(operand)
         if kind is not None and operand.kind is not kind:
             self._say(f"{_named(operand)} is {operand.kind.value} where {kind.value} is wanted")
 
-    def _unknown(self, item: "form.Value | form.Array") -> None:
+    def _unknown(self, item: "form.Value | form.Storage") -> None:
         where = self.owners.get(item)
         if where is None:
             self._say(f"{_named(item)} is used before it is defined")
@@ -104,20 +104,20 @@ class _Checker:
         else:
             self._say(f"{_named(item)} is used outside of the region that defines it")
 
-    def _constant(self, constant: form.Constant) -> None:
+    def _constant(self, constant: form.Immediate) -> None:
         value = constant.value
         if type(value) is not _TYPES[constant.kind]:
             self._say(f"a constant of kind {constant.kind.value} holds {value!r}")
         elif constant.kind is form.INTEGER and not _LOWEST <= value <= _HIGHEST:
             self._say(f"64 bits do not hold the constant {value}")
 
-    def _array(self, array: form.Array) -> None:
+    def _array(self, array: form.Storage) -> None:
         if array not in self.known:
             self._unknown(array)
 
-    def _index(self, array: form.Array, index: form.Operand, count: int = 1) -> None:
+    def _index(self, array: form.Storage, index: form.Operand, count: int = 1) -> None:
         self._use(index, form.INTEGER)
-        if not isinstance(index, form.Constant) or type(index.value) is not int:
+        if not isinstance(index, form.Immediate) or type(index.value) is not int:
             return
         if index.value < 0 or (array.length is not None and index.value + count > array.length):
             what = f"entry {index.value}" if count == 1 else f"entries {index.value} to {index.value + count - 1}"
@@ -207,7 +207,7 @@ class _Checker:
         if variable.kind is not kind:
             self._say(f"{_named(variable)} is {variable.kind.value}, not {kind.value}")
 
-    def _entry(self, array: form.Array, value: form.Operand) -> None:
+    def _entry(self, array: form.Storage, value: form.Operand) -> None:
         if array.entry is not value.kind:
             self._say(f"entries of {_named(array)} are {array.entry.value}, not {value.kind.value}")
 
@@ -225,7 +225,7 @@ class _Checker:
 
     def _call(self, statement: form.Call) -> None:
         function = statement.function
-        wanted: Sequence[form.Value | form.Array]
+        wanted: Sequence[form.Value | form.Storage]
         results: tuple[form.Kind, ...]
         if isinstance(function, form.External):
             name, wanted = function.symbol, [form.Value(kind) for kind in function.parameters]
@@ -245,13 +245,13 @@ class _Checker:
         for result in statement.results:
             self._define(result)
 
-    def _argument(self, name: str, argument: form.Operand | form.Array, parameter: form.Value | form.Array) -> None:
+    def _argument(self, name: str, argument: form.Operand | form.Storage, parameter: form.Value | form.Storage) -> None:
         if isinstance(parameter, form.Value):
-            if isinstance(argument, form.Array):
+            if isinstance(argument, form.Storage):
                 self._say(f"{name} takes a number, not the array {_named(argument)}")
             else:
                 self._use(argument, parameter.kind)
-        elif not isinstance(argument, form.Array):
+        elif not isinstance(argument, form.Storage):
             self._say(f"{name} takes an array for {_named(parameter)}, not {_named(argument)}")
         else:
             self._array(argument)
@@ -302,7 +302,7 @@ def _leaves(region: form.Region) -> bool:
             return True
         case form.If(_, then, otherwise):
             return _leaves(then) and _leaves(otherwise)
-        case form.While(_, form.Constant(_, True), body):
+        case form.While(_, form.Immediate(_, True), body):
             return not _breaks(body)
         case _:
             return False
@@ -318,8 +318,8 @@ def _breaks(region: form.Region) -> bool:
     return False
 
 
-def _named(item: "form.Operand | form.Variable | form.Array") -> str:
-    if isinstance(item, form.Constant):
+def _named(item: "form.Operand | form.Variable | form.Storage") -> str:
+    if isinstance(item, form.Immediate):
         return f"the constant {item.value!r}"
     what = type(item).__name__.lower()
     return f"{what} {item.name}" if item.name else f"a nameless {what}"

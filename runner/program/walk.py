@@ -26,7 +26,7 @@ def statements(region: form.Region) -> Iterator[form.Statement]:
             yield from statements(inner)
 
 
-def operands(statement: form.Statement) -> tuple[form.Operand | form.Array, ...]:
+def operands(statement: form.Statement) -> tuple[form.Operand | form.Storage, ...]:
     """Operands of a statement itself; the condition of `While` is read at the end of its test."""
     match statement:
         case form.Compute(_, _, read):
@@ -76,7 +76,7 @@ def _uses(region: form.Region, uses: dict[form.Value, int], once: set[form.Value
     results_here, direct = [], set[form.Value]()
     for statement in region:
         for operand in operands(statement):
-            if not isinstance(operand, form.Array | form.Constant):
+            if not isinstance(operand, form.Storage | form.Immediate):
                 uses[operand] = uses.get(operand, 0) + 1
                 if not isinstance(statement, form.While):
                     direct.add(operand)

@@ -6,9 +6,9 @@ from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from typing import Any, NamedTuple
 
+from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError
-from proofmass.runner.continuous.exact_hold import Matrix
 from proofmass.runner.continuous.integrate import (
     DONE,
     MOST_EVENTS,
@@ -23,7 +23,7 @@ from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.rates import assemble
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.plan.stages import Context, Stages
+from proofmass.runner.plan.stages import StageContext, Stages
 
 SLIDING = "take a Saturation of some slope, or a Relay with hysteresis, or equal steps: substeps = 100"
 ABOVE_ROUNDING = 1e-12  # tolerance, from which on rounding alone does not keep steps from being accepted
@@ -77,7 +77,7 @@ class PlainAdvance(Advance):
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
         self._assembled_from: list[Any] | None = None
-        self._stepped: tuple[Context, list[float]] | None = None  # what the last tick was stepped from and how far
+        self._stepped: tuple[StageContext, list[float]] | None = None  # what the last tick was stepped from and how far
 
     def __call__(self, moment: Moment) -> dict[str, Any]:
         """Return the states of the group's blocks one tick later."""
@@ -95,7 +95,7 @@ class PlainAdvance(Advance):
             self._check(DONE, x)
             return self.stages.states(x)
         guesses = [wires[node] for node in group.guesses]
-        context = Context(constants, inputs, [change / self.period for change in changes], guesses, time)
+        context = StageContext(constants, inputs, [change / self.period for change in changes], guesses, time)
         self._stepped = context, x
         self._check(self._by_steps(context, x), x)
         return self.stages.states(x)
@@ -139,7 +139,7 @@ class PlainAdvance(Advance):
                 self._assembled_from = used
         return self._matrices
 
-    def _by_steps(self, context: Context, x: list[float]) -> float:
+    def _by_steps(self, context: StageContext, x: list[float]) -> float:
         """Moves the states; returns what `integrate` does."""
         solver = self.solver
         length = self.period / solver.substeps
@@ -211,7 +211,7 @@ class PlainAdvance(Advance):
             hint += f"; if the motion slides along a jump ({jumps}), {SLIDING}"
         return IntegrationError(f"{group.blocks[0]}.derivative", message, hint)
 
-    def _step(self, context: Context, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
+    def _step(self, context: StageContext, time: float, length: float, x: Any, moved: Any, error: Any) -> None:
         if self.solver.method not in EXPLICIT:
             radau_step(self.stages.rates, context, time, length, x, moved, error, self.largest, self._work)
             return

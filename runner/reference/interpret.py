@@ -10,20 +10,20 @@ from proofmass.blocks.arithmetic.fixed_point import FixedValue, counting_overflo
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.graphs.checks.schedule import AlgebraicLoop, Beat, ConstantsOf, Step, outputs_of
+from proofmass.graphs.checks.schedule import AlgebraicLoop, Beat, ConstantsOf, OutputStep, outputs_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
 from proofmass.runner.plan.bindings import (
     Binding,
-    Buffer,
+    BufferBinding,
     Default,
     Deviate,
     Out,
     Parameters,
-    State,
+    StateBinding,
     Tick,
     Time,
-    Wire,
+    WireBinding,
 )
 from proofmass.runner.plan.constants import constants_of, in_python
 from proofmass.runner.plan.memory import Memory, Rows, start
@@ -70,7 +70,7 @@ class Outputs:
             self._compute(0)
         return self._constants, self._memory.wires
 
-    def _beat(self, step: Step) -> Beat:
+    def _beat(self, step: OutputStep) -> Beat:
         if isinstance(step, ConstantsOf):
             return self.filled.schedule.beat(step.block)
         return self.filled.beat(step)
@@ -111,7 +111,7 @@ class Outputs:
         """Solve an algebraic loop on the wires; whether there is a solution."""
         return solve_in_place(tears, others, wires, value)
 
-    def _step(self, step: Step) -> Callable[[int], Any]:
+    def _step(self, step: OutputStep) -> Callable[[int], Any]:
         return self._driven(step.block) if isinstance(step, ConstantsOf) else self._output(*step)
 
     def _output(self, name: str, port: str) -> Callable[[int], Any]:
@@ -178,9 +178,9 @@ class Outputs:
     def _place(self, binding: Binding) -> tuple[Mapping[Any, Any], Any] | None:
         """Return the table that holds a state or a wire, and the key in it."""
         match binding:
-            case State(name):
+            case StateBinding(name):
                 return self._memory.states, name
-            case Out(node) | Wire(node):
+            case Out(node) | WireBinding(node):
                 return self._memory.wires, node
             case _:
                 return None
@@ -212,12 +212,12 @@ class Outputs:
         """Return the function that looks up an argument in a tick."""
         memory, period = self._memory, self.filled.period
         match binding:
-            case State(name):
+            case StateBinding(name):
                 return lambda tick: memory.states[name]
             case Parameters(name):
                 block = self.filled.blocks[name]
                 return lambda tick: block
-            case Out(node) | Wire(node):
+            case Out(node) | WireBinding(node):
                 return lambda tick: memory.wires[node]
             case Time():
                 return lambda tick: tick * period
@@ -226,7 +226,7 @@ class Outputs:
             case Deviate(name, divisor, phase):
                 seed, run, stream = self.seed, self.run, self.filled.stream(name)
                 return lambda tick: normal_deviate(seed, run, stream, (tick - phase) // divisor)
-            case Buffer(node):
+            case BufferBinding(node):
                 buffer = memory.buffers[node]
                 return lambda tick: buffer
             case Default(_, value):
@@ -328,11 +328,11 @@ class Interpreter(Outputs):
         match binding:
             case Time():
                 return tick * self.plan.period
-            case Wire(node):
+            case WireBinding(node):
                 return following[node]
             case Default(_, value):
                 return value
-            case State() | Parameters() | Out() | Tick() | Deviate() | Buffer():
+            case StateBinding() | Parameters() | Out() | Tick() | Deviate() | BufferBinding():
                 raise ValueError(f"{binding} does not follow from the time alone")
             case _:
                 assert_never(binding)

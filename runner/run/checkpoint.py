@@ -12,12 +12,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
-from proofmass.runner.run.result import Array, Recorder, Result, pieces
+from proofmass.runner.run.result import Recorder, Result, pieces
 
 FILE = "checkpoint.json"  # of an interrupted run, in its folder
 HEAD = 10  # bytes of a .npy file before its head, the last two its length
@@ -203,7 +204,7 @@ def _bytes(probe: PlannedProbe, rows: int) -> int:
     return rows * math.prod(probe.shape) * np.dtype(probe.dtype).itemsize
 
 
-def _rows(folder: Path, probe: PlannedProbe, rows: int) -> Array:
+def _rows(folder: Path, probe: PlannedProbe, rows: int) -> AnyArray:
     """The first rows of a trace on disk. Its head is passed over: it may tell more rows; the plan knows the rest."""
     path, kind = _trace(folder, probe.signal), np.dtype(np.float64 if probe.format else probe.dtype)
     with path.open("rb") as file:
@@ -214,7 +215,7 @@ def _rows(folder: Path, probe: PlannedProbe, rows: int) -> Array:
     return np.memmap(path, kind, "r", start, shape) if rows else np.empty(shape, kind)
 
 
-def _sum_of(values: Array) -> str:
+def _sum_of(values: AnyArray) -> str:
     """The check sum of rows: SHA-256 of every bit of them, also those of NaN."""
     digest = hashlib.sha256()
     for first, last in pieces(len(values), math.prod(values.shape[1:])):

@@ -18,7 +18,7 @@ from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
     from proofmass.runner.program.tick_loop import TickLoop
-    from proofmass.runner.targets.machine_code import Module
+    from proofmass.runner.targets.machine_code import LlvmModule
     from proofmass.runner.targets.native import CompiledPlan
 
 _leaving = threading.Event()  # the process is about to end
@@ -37,7 +37,7 @@ class Compiling:
     def __init__(self, plan: Plan) -> None:
         self.plan = plan
         self.looked, self.ended = threading.Event(), threading.Event()
-        self._prepared: tuple[TickLoop, Module] | None = None
+        self._prepared: tuple[TickLoop, LlvmModule] | None = None
         self._compiled: CompiledPlan | None = None
         self._failed: BaseException | None = None
         self._wanted, self._looking = False, threading.Lock()
@@ -60,13 +60,13 @@ class Compiling:
     def _look(self) -> None:
         # start-up time: the first ticks do not wait for the compiler
         from proofmass.runner.program.tick import write_tick
-        from proofmass.runner.targets.machine_code import Module, is_cached
+        from proofmass.runner.targets.machine_code import LlvmModule, is_cached
         from proofmass.runner.targets.native import settings
 
         written = write_tick(self.plan)
         with AT_WORK:
             _go_on()
-            self._prepared = written, Module.of(written.program, settings(written))
+            self._prepared = written, LlvmModule.of(written.program, settings(written))
         if is_cached(self._prepared[1].key):
             self._compile()
         with self._looking:

@@ -24,7 +24,7 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.timed_tick import CLOCK
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunOptions, simulate_plan
-from proofmass.runner.targets.machine_code import Module, is_cached, load_module
+from proofmass.runner.targets.machine_code import LlvmModule, is_cached, load_module
 from proofmass.runner.targets.native import settings
 from proofmass.runner.targets.profiled import ProfiledLoop, can_profile
 
@@ -95,7 +95,7 @@ def profile(graph: Graph, options: RunOptions) -> tuple[Result, Profile]:
     planned = plan(graph)
     ends("plan")
     written = write_tick(planned)
-    module = Module.of(written.program, settings(written))
+    module = LlvmModule.of(written.program, settings(written))
     before = is_cached(module.key)
     load_module(module)
     ends("compile")

@@ -18,6 +18,7 @@ from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.memory import Memory
@@ -28,7 +29,6 @@ if TYPE_CHECKING:
     import pandas
     import xarray
 
-Array = np.ndarray[Any, np.dtype[Any]]
 
 EXACT_BITS = 53  # of an integer that a float holds
 PIECE = 1 << 20  # numbers of a long trace that are looked at together
@@ -37,10 +37,10 @@ PIECE = 1 << 20  # numbers of a long trace that are looked at together
 class Statistics(NamedTuple):
     """Over the rows of a trace, one number per entry of a row; the standard deviation with n - 1, zero of one row."""
 
-    mean: Array
-    std: Array
-    lowest: Array
-    highest: Array
+    mean: AnyArray
+    std: AnyArray
+    lowest: AnyArray
+    highest: AnyArray
 
 
 def pieces(rows: int, entries: int = 1) -> Iterator[tuple[int, int]]:
@@ -50,7 +50,7 @@ def pieces(rows: int, entries: int = 1) -> Iterator[tuple[int, int]]:
         yield first, min(first + step, rows)
 
 
-def statistics(values: Array) -> Statistics:
+def statistics(values: AnyArray) -> Statistics:
     """Mean, standard deviation and extremes over the rows, read once, piece by piece; twice where squares overflow."""
     found = _scaled_statistics(values, 1.0)
     largest = max(float(np.abs(found.lowest).max()), float(np.abs(found.highest).max()))
@@ -61,7 +61,7 @@ def statistics(values: Array) -> Statistics:
         return Statistics(*(scale * each for each in _scaled_statistics(values, 1.0 / scale)))
 
 
-def _scaled_statistics(values: Array, scale: float) -> Statistics:
+def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
     """Statistics of the values times a power of two."""
     count, entries = 0, values[0].size
     mean = squares = np.zeros(values.shape[1:])
@@ -93,7 +93,7 @@ class Trace(Plotted):
     doc: str  # the sentence that the port has
     stride: int  # base ticks from row to row
     base_rate: Fraction  # Hz, of the graph
-    values: Array  # in the unit; of a fixed-point signal exact up to 53 bits
+    values: AnyArray  # in the unit; of a fixed-point signal exact up to 53 bits
     format: Fixed | None = None  # of a fixed-point signal
     phase: int = 0  # base tick of the first row
     shown_in: str = ""  # unit of tables and pictures, such as "deg/h", where its probe says one
@@ -105,7 +105,7 @@ class Trace(Plotted):
         return known if self.format is None else known | {"fixed_point": str(self.format)}
 
     @property
-    def mantissas(self) -> Array:
+    def mantissas(self) -> AnyArray:
         """The integers that the register of a fixed-point signal held; raises ValueError for any other signal."""
         if self.format is None or self.format.width > EXACT_BITS:
             raise ValueError(f"{self.signal} is no fixed-point signal of up to {EXACT_BITS} bits")
@@ -117,11 +117,11 @@ class Trace(Plotted):
         return self.stride / self.base_rate
 
     @property
-    def times(self) -> Array:
+    def times(self) -> AnyArray:
         """Time of each row in seconds: its tick over the base rate, rounded once, never accumulated."""
         return self.times_of(0, len(self.values))
 
-    def times_of(self, first: int, last: int) -> Array:
+    def times_of(self, first: int, last: int) -> AnyArray:
         """Time of the rows from `first` up to, not including, `last`."""
         ticks, rate = self.stride * self.base_rate.denominator, self.base_rate.numerator
         late = self.phase * self.base_rate.denominator
@@ -156,7 +156,7 @@ class Trace(Plotted):
         """Rows."""
         return len(self.values)
 
-    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> AnyArray:
         """Return the values, for NumPy and what builds on it."""
         return np.array(self.values, dtype=dtype, copy=copy) if copy else np.asarray(self.values, dtype=dtype)
 
@@ -326,7 +326,7 @@ class Result(Plotted):
         return [trace.signal, shown, f"{row['rows']:,}", *numbers, sparkline(trace.values)]
 
 
-def _bytes(values: Array) -> bytes:
+def _bytes(values: AnyArray) -> bytes:
     """Values as they are hashed."""
     if values.dtype == np.float64:
         values = np.where(np.isnan(values), np.nan, values)
@@ -350,18 +350,18 @@ class Recorder:
         self.probe, self.rows, self.count = probe, rows, 0
         self._path = folder / f"{probe.signal}.npy" if folder else None
         kind = np.float64 if probe.format else probe.dtype
-        self._values: Array = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
+        self._values: AnyArray = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
         if self._path:
             with self._path.open("wb") as file:
                 self._write_head(file, rows)
 
-    def space(self, rows: int) -> Array:
+    def space(self, rows: int) -> AnyArray:
         """An array for the next rows, to be filled and then kept."""
         if self._path or self.probe.format:
             return np.empty((rows, *self.probe.shape), dtype=self.probe.dtype)
         return self._values[self.count : self.count + rows]
 
-    def keep(self, rows: Array) -> None:
+    def keep(self, rows: AnyArray) -> None:
         """Keep rows, filled in the array from `space` or brought along; mantissas in the unit of their signal."""
         if self.probe.format and rows.dtype != np.float64:
             rows = np.ldexp(rows.astype(np.float64), -self.probe.format.fraction)

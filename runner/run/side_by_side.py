@@ -8,11 +8,11 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import varied
 from proofmass.runner.targets.machine_code import vector_bits
-from proofmass.runner.targets.native import Array
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
 LEAST = 8  # lanes
@@ -64,8 +64,8 @@ class SideBySide:
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
 
     def measured(
-        self, values: Mapping[str, Array], noise: Array, stop: threading.Event | None = None
-    ) -> tuple[Array, Array]:
+        self, values: Mapping[str, AnyArray], noise: AnyArray, stop: threading.Event | None = None
+    ) -> tuple[AnyArray, AnyArray]:
         """Return the measures, a row for each run, and which rows are valid; the others are re-run individually.
 
         `values` has an array for each parameter by `block.parameter`, `noise` the numbers that noise follows from.
@@ -87,7 +87,7 @@ class SideBySide:
         able[able] = lanes.sound()
         return measured, able
 
-    def _inside(self, values: Mapping[str, Array], sensors: int) -> Array:
+    def _inside(self, values: Mapping[str, AnyArray], sensors: int) -> AnyArray:
         """Return which sensors have parameters within their bounds."""
         inside = np.ones(sensors, dtype=bool)
         for drawn in values.values():
@@ -98,7 +98,7 @@ class SideBySide:
                 inside &= np.array([declared.inside(value) for value in drawn.tolist()])
         return inside
 
-    def _plan(self, values: Mapping[str, Array], number: int) -> Plan | None:
+    def _plan(self, values: Mapping[str, AnyArray], number: int) -> Plan | None:
         """Return the plan of a sensor, with the blocks that are computed before it runs.
 
         None if planning fails, or if it has buffers of other lengths than the lanes have.

@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from fractions import Fraction
 from pathlib import Path
@@ -15,6 +15,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.measuring import measured
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -33,8 +34,6 @@ from proofmass.runner.run.hand_over import HandOver, begin
 from proofmass.runner.run.provenance import integration_of, provenance
 from proofmass.runner.run.result import Recorder, Result
 from proofmass.runner.run.trace_size import IN_MEMORY, refuse_full, refuse_large, trace_bytes
-
-Progress = Callable[[int, int], None]  # ticks done, ticks in all
 
 FIRST_CHUNK = 16  # ticks
 CHUNK_SECONDS = 0.05

@@ -16,10 +16,11 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import choose
-from proofmass.runner.run.result import Array, Result
+from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunOptions, simulate_plan, ticks_of
 
 if TYPE_CHECKING:
@@ -60,7 +61,7 @@ class Sweep:
         """Yield the values at each point, in the order of the results."""
         return points(self.values, zipped=self.zipped)
 
-    def __getitem__(self, measure: str) -> Array:
+    def __getitem__(self, measure: str) -> AnyArray:
         return np.array([result.measures[measure].value for result in self.results]).reshape(self.shape)
 
     def rows(self, measures: Sequence[str] = ()) -> list[dict[str, Any]]:

@@ -10,7 +10,7 @@ from itertools import chain
 from pathlib import PurePath
 
 from proofmass.runner.program import form
-from proofmass.runner.program.names import Names
+from proofmass.runner.program.names import ProgramNames
 from proofmass.runner.program.walk import statements, used_once
 from proofmass.runner.targets.c99_operations import CALLED, HELPERS, INFIX, RESERVED
 
@@ -36,7 +36,7 @@ def c99_text(program: form.Program, name: str = "") -> str:
 def _function_names(program: form.Program, entry: str) -> dict[form.Function, str]:
     """A name in C for each function; the entry has its own."""
     entry = entry or program.entry.name
-    taken = Names([*RESERVED, entry])
+    taken = ProgramNames([*RESERVED, entry])
     return {f: entry if f is program.entry else taken.free(f.name) for f in program.functions.values()}
 
 
@@ -55,7 +55,7 @@ class _FunctionOfC:
     def __init__(self, function: form.Function, functions: dict[form.Function, str]) -> None:
         self.function, self.functions = function, functions
         self.is_entry = function is list(functions)[-1]
-        self.names = Names([*RESERVED, *functions.values()])
+        self.names = ProgramNames([*RESERVED, *functions.values()])
         self.parts = used_once(function.body)
         self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
         self.helpers: set[str] = set()
@@ -81,7 +81,7 @@ class _FunctionOfC:
         yield "}"
         yield ""
 
-    def _parameter(self, parameter: form.Value | form.Array) -> str:
+    def _parameter(self, parameter: form.Value | form.Storage) -> str:
         if isinstance(parameter, form.Value):
             return f"{TYPES[parameter.kind]} {self.names[parameter]}"
         restrict = "restrict " if self.is_entry else ""
@@ -156,7 +156,7 @@ class _FunctionOfC:
         sign = "<" if statement.step > 0 else ">"
         if statement.step in (1, -1):
             return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i}{'++' if statement.step > 0 else '--'}) {{"
-        if isinstance(statement.last, form.Constant) and abs(statement.last.value + statement.step) < 2**63:
+        if isinstance(statement.last, form.Immediate) and abs(statement.last.value + statement.step) < 2**63:
             return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i} += {_number(statement.step)}) {{"
         self.helpers |= {"add_integers", "subtract_integers"}
         more, (high, low) = self.names.free("more"), (last, i) if statement.step > 0 else (i, last)
@@ -185,9 +185,9 @@ class _FunctionOfC:
         self,
         results: tuple[form.Value, ...],
         function: form.Function | form.External,
-        arguments: tuple[form.Operand | form.Array, ...],
+        arguments: tuple[form.Operand | form.Storage, ...],
     ) -> Iterator[str]:
-        read = ", ".join(self.names[a] if isinstance(a, form.Array) else _bare(self._operand(a)) for a in arguments)
+        read = ", ".join(self.names[a] if isinstance(a, form.Storage) else _bare(self._operand(a)) for a in arguments)
         if isinstance(function, form.External):
             name = function.symbol if function.address is not None else f"c_{function.symbol}"
         else:
@@ -219,7 +219,7 @@ class _FunctionOfC:
         return f"{CALLED.get(operation, operation)}({', '.join(map(_bare, read))})"
 
     def _operand(self, operand: form.Operand) -> str:
-        if isinstance(operand, form.Constant):
+        if isinstance(operand, form.Immediate):
             return _number(operand.value)
         return self.written.get(operand) or self.names[operand]
 
@@ -257,7 +257,7 @@ def _bare(text: str) -> str:
     return text
 
 
-def _pointer(array: form.Array) -> str:
+def _pointer(array: form.Storage) -> str:
     return f"{'' if array.writable else 'const '}{TYPES[array.entry]} *"
 
 

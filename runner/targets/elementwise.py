@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.form import FLOAT, INTEGER
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.targets.machine_code import Settings, load
-from proofmass.runner.targets.native import Array, dtype_of
+from proofmass.runner.targets.native import dtype_of
 
 _KINDS = {float: FLOAT, int: INTEGER, bool: INTEGER}
 
@@ -22,7 +23,7 @@ class Elementwise:
     def __init__(self, function: Callable[..., Any], arguments: Mapping[str, type], result: type) -> None:
         self._function, self._arguments, self._result = function, arguments, result
 
-    def __call__(self, *arguments: Any) -> Array:
+    def __call__(self, *arguments: Any) -> AnyArray:
         shape = np.broadcast_shapes(*map(np.shape, arguments))
         every = [np.empty(shape, dtype=dtype_of(kind)) for kind in self._arguments.values()]
         for column, given in zip(every, arguments, strict=True):

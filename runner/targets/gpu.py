@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import llvmlite.binding as llvm
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.program.form import Array, Call, External, Function, Program, Value
+from proofmass.runner.program.form import Call, External, Function, Program, Storage, Value
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.llvm_operations import TYPES
@@ -94,5 +94,5 @@ def _kernel(entry: Function, of_entry: LanesOf) -> str:
     return "\n".join([_THREAD, head, _RUN, *lines, call, "  br label %end", "end:", "  ret void", "}", ""])
 
 
-def _stored(array: Array) -> str:
+def _stored(array: Storage) -> str:
     return STORED[array.entry]

@@ -1,6 +1,6 @@
 """Entries of arrays for runs side by side: rows of all lanes, or another entry in each lane."""
 
-from proofmass.runner.program.form import INTEGER, TRUTH, Array, Constant, Kind, Load, Operand, Store, View
+from proofmass.runner.program.form import INTEGER, TRUTH, Immediate, Kind, Load, Operand, Storage, Store, View
 from proofmass.runner.targets.lane_vectors import LaneVectors
 from proofmass.runner.targets.llvm_operations import splat
 from proofmass.runner.targets.llvm_text import BYTES, STORED
@@ -9,11 +9,11 @@ from proofmass.runner.targets.llvm_text import BYTES, STORED
 class LaneArrays(LaneVectors):
     """A function whose loads and stores are written for lanes."""
 
-    def _row(self, array: Array, index: Operand) -> str:
+    def _row(self, array: Storage, index: Operand) -> str:
         """The address of an entry that is the same one in all lanes, or of its row."""
         lanes = self.lanes if self.varying.given(array).rows else 1
         base, place = self.names[array], self._fresh()
-        if isinstance(index, Constant):
+        if isinstance(index, Immediate):
             at = str(int(index.value) * lanes)
         elif lanes == 1:
             at = self.names[index]
@@ -23,10 +23,10 @@ class LaneArrays(LaneVectors):
         self.lines.append(f"{place} = getelementptr inbounds {STORED[array.entry]}, ptr {base}, i64 {at}")
         return place
 
-    def _is_apart(self, array: Array, index: Operand) -> bool:
+    def _is_apart(self, array: Storage, index: Operand) -> bool:
         return array in self.offsets or self.varying.differs(index)
 
-    def _places(self, array: Array, index: Operand) -> list[str]:
+    def _places(self, array: Storage, index: Operand) -> list[str]:
         """Addresses of entries, another one in each lane; an inactive lane has that of the first entry."""
         of, at = self._vector(INTEGER), self._all(index)
         if array in self.offsets:

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from proofmass.runner.program import form
 from proofmass.runner.program.shared import shared
-from proofmass.runner.program.varying import ArrayOf, Lanes, Varying, Way
+from proofmass.runner.program.varying import ArrayOf, LaneAnalysis, Varying, Way
 from proofmass.runner.targets.lane_ways import LaneWays
 from proofmass.runner.targets.llvm_functions import ATTRIBUTES, attributes_of, declared, symbol_of
 from proofmass.runner.targets.llvm_operations import TYPES, power_of_two, select, splat, templates
@@ -21,8 +21,8 @@ class LanesOf(NamedTuple):
     """Arguments of the entry: numbers that differ by run, arrays that all share, entries of the others that differ."""
 
     numbers: frozenset[form.Value]
-    shared: frozenset[form.Array]
-    entries: Mapping[form.Array, int]  # as bits
+    shared: frozenset[form.Storage]
+    entries: Mapping[form.Storage, int]  # as bits
 
 
 def lane_text(program: form.Program, lanes: int, of_entry: LanesOf) -> str:
@@ -34,7 +34,7 @@ class _LaneProgram:
     """Writes each function for each way in which it is called."""
 
     def __init__(self, program: form.Program, lanes: int, of_entry: LanesOf) -> None:
-        self.lanes, self.looked, self.once = lanes, Lanes(), shared(program)
+        self.lanes, self.looked, self.once = lanes, LaneAnalysis(), shared(program)
         self.entry = self.looked.of_entry(program.entry, *of_entry)
         self.beside: dict[str, None] = {}
         self.symbols: dict[tuple[form.Function, Way], str] = {}
@@ -86,7 +86,7 @@ class _LaneFunction(LaneWays):
         head = f"define {how}{self._returned(varying)} @{self.symbol}({', '.join(parameters)}) {attributes} {{"
         return "\n".join([head, "entry:", *self.top, *self.lines, "}"])
 
-    def _lane_parameters(self, parameter: form.Value | form.Array, way: bool | ArrayOf) -> list[str]:
+    def _lane_parameters(self, parameter: form.Value | form.Storage, way: bool | ArrayOf) -> list[str]:
         if isinstance(parameter, form.Value):
             name = self._named(parameter)
             if self.is_entry and way:
@@ -172,7 +172,7 @@ class _LaneFunction(LaneWays):
             else []
         )
         for argument, way in zip(s.arguments, inside.way.parameters, strict=True):
-            if isinstance(argument, form.Array):
+            if isinstance(argument, form.Storage):
                 read.append(f"ptr {self.names[argument]}")
                 read += [f"{self._vector(form.INTEGER)} {self.offsets[argument]}"] if argument in self.offsets else []
             else:
@@ -193,11 +193,11 @@ class _LaneFunction(LaneWays):
             self.names[result] = self._spread(result.kind, part) if spread else part
 
     def _external(self, s: form.Call, function: form.External) -> None:
-        if function.pure and not any(self.varying.differs(a) for a in s.arguments if not isinstance(a, form.Array)):
+        if function.pure and not any(self.varying.differs(a) for a in s.arguments if not isinstance(a, form.Storage)):
             super().call(s)
             return
         self._need((declared(function),))
-        read = [(a.kind, self._all(a)) for a in s.arguments if not isinstance(a, form.Array)]
+        read = [(a.kind, self._all(a)) for a in s.arguments if not isinstance(a, form.Storage)]
         whole = self._slot(function.result, "", True) if function.result else ""
         for lane in range(self.lanes):
             apart = bool(self.mask) and not function.pure

@@ -1,6 +1,6 @@
 """Vectors and masks of a function for runs side by side: the instructions that all its statements are made of."""
 
-from proofmass.runner.program.form import TRUTH, Array, Constant, Kind, Operand
+from proofmass.runner.program.form import TRUTH, Immediate, Kind, Operand, Storage
 from proofmass.runner.program.varying import Varying
 from proofmass.runner.targets.llvm_operations import TYPES, constant, splat
 from proofmass.runner.targets.llvm_text import BYTES, FunctionText
@@ -16,7 +16,7 @@ class LaneVectors(FunctionText):
         self.varying, self.lanes = varying, lanes
         self.base = self.mask = "%mask" if varying.way.masked else ""
         self.top: list[str] = []  # what stands before all other lines
-        self.offsets: dict[Array, str] = {}  # vectors of where arrays begin
+        self.offsets: dict[Storage, str] = {}  # vectors of where arrays begin
         self.sink = ""  # a place that nobody reads
 
     def _vector(self, kind: Kind) -> str:
@@ -36,7 +36,7 @@ class LaneVectors(FunctionText):
 
     def _all(self, operand: Operand) -> str:
         """A number of every lane as a vector."""
-        if isinstance(operand, Constant):
+        if isinstance(operand, Immediate):
             return splat(operand.kind, constant(operand), self.lanes)
         name = self.names[operand]
         return name if operand in self.varying.numbers else self._spread(operand.kind, name)

@@ -3,7 +3,7 @@
 import struct
 from typing import NamedTuple
 
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Constant, For, Kind, Operand
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, For, Immediate, Kind, Operand
 
 TYPES = {FLOAT: "double", INTEGER: "i64", TRUTH: "i1"}
 ZEROS = {FLOAT: "0.0", INTEGER: "0", TRUTH: "false"}
@@ -158,7 +158,7 @@ def splat(kind: Kind, number: str, lanes: int) -> str:
     return f"splat ({TYPES[kind]} {number})" if lanes else number
 
 
-def constant(operand: Constant) -> str:
+def constant(operand: Immediate) -> str:
     """A number as LLVM writes it, to the bit."""
     if operand.kind is FLOAT:
         return f"0x{struct.unpack('<Q', struct.pack('<d', operand.value))[0]:016X}"
@@ -169,7 +169,7 @@ def constant(operand: Constant) -> str:
 
 def power_of_two(operand: Operand) -> int | None:
     """The exponent of a constant that is a power of two."""
-    value = operand.value if isinstance(operand, Constant) else 0
+    value = operand.value if isinstance(operand, Immediate) else 0
     return int(value).bit_length() - 1 if value > 0 and not int(value) & (int(value) - 1) else None
 
 
@@ -177,7 +177,7 @@ def cannot_overflow(loop: For) -> bool:
     """Return whether 64 bits surely hold the first counter that is not below the last."""
     if loop.step in (1, -1):
         return True
-    return isinstance(loop.last, Constant) and abs(loop.last.value + loop.step) < 2**63
+    return isinstance(loop.last, Immediate) and abs(loop.last.value + loop.step) < 2**63
 
 
 NATIVE = templates()

@@ -56,7 +56,7 @@ class FunctionText:
         self.function, self.is_entry, self.beside, self.operations = function, is_entry, beside, operations
         self.once = once  # functions that are shared
         self.lines: list[str] = []
-        self.names: dict[form.Value | form.Variable | form.Array, str] = {}
+        self.names: dict[form.Value | form.Variable | form.Storage, str] = {}
         self.count = 0
         self.block = "entry"  # the label of the block that is being written; "" behind a jump
         self.loops: list[tuple[str, str]] = []  # labels of where Continue and Break go
@@ -89,7 +89,7 @@ class FunctionText:
     def _symbol(self, function: form.Function) -> str:
         return f"@{ENTRY}" if self.is_entry and function is self.function else f"@f.{function.name}"
 
-    def _parameter(self, parameter: form.Value | form.Array) -> str:
+    def _parameter(self, parameter: form.Value | form.Storage) -> str:
         name = self._named(parameter)
         if isinstance(parameter, form.Value):
             extended = "zeroext " if self.is_entry and parameter.kind is form.TRUTH else ""
@@ -102,7 +102,7 @@ class FunctionText:
 
     # -- names and numbers -----------------------------------------------------------------------------------------
 
-    def _named(self, item: form.Value | form.Variable | form.Array) -> str:
+    def _named(self, item: form.Value | form.Variable | form.Storage) -> str:
         self.count += 1
         name = self.names[item] = f"%v{self.count}"
         return name
@@ -112,7 +112,7 @@ class FunctionText:
         return f"%v{self.count}"
 
     def _operand(self, operand: form.Operand) -> str:
-        return constant(operand) if isinstance(operand, form.Constant) else self.names[operand]
+        return constant(operand) if isinstance(operand, form.Immediate) else self.names[operand]
 
     def _typed(self, operand: form.Operand) -> str:
         return f"{TYPES[operand.kind]} {self._operand(operand)}"
@@ -182,9 +182,9 @@ class FunctionText:
         """Set."""
         self.lines.append(f"store {self._typed(s.value)}, ptr {self.names[s.variable]}")
 
-    def _place(self, array: form.Array, index: form.Operand) -> str:
+    def _place(self, array: form.Storage, index: form.Operand) -> str:
         base = self.names[array]
-        if isinstance(index, form.Constant) and not index.value:
+        if isinstance(index, form.Immediate) and not index.value:
             return base
         place = self._fresh()
         self.lines.append(f"{place} = getelementptr inbounds {STORED[array.entry]}, ptr {base}, {self._typed(index)}")
@@ -222,7 +222,7 @@ class FunctionText:
             self._need((declared(s.function),))
         else:
             how, symbol, returned = "fastcc ", self._symbol(s.function), result_type(s.function.results)
-        read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, form.Array) else self._typed(a) for a in s.arguments)
+        read = ", ".join(f"ptr {self.names[a]}" if isinstance(a, form.Storage) else self._typed(a) for a in s.arguments)
         call = f"call {how}{returned} {symbol}({read})"
         if not s.results:
             self.lines.append(call)
@@ -292,7 +292,7 @@ class FunctionText:
 
     def _turns(self, s: form.For, counters: range, end: str) -> None:
         """The turns of a loop, written one behind the other."""
-        first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Constant))
+        first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Immediate))
         for number in range(first, last, s.step):
             following = self._label()
             self.names[s.counter] = str(number)

@@ -17,7 +17,7 @@ import llvmlite.binding as llvm
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.host.llvm_lock import AT_WORK
 from proofmass.runner.host.versions import version
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Function, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, External, Function, Program, Storage, Value
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY, llvm_text
@@ -38,7 +38,7 @@ class Settings(NamedTuple):
 ALONE = Settings()
 
 
-class Module(NamedTuple):
+class LlvmModule(NamedTuple):
     """A program as LLVM is given it; numbers in `rows` are given by the addresses of rows."""
 
     program: Program
@@ -49,7 +49,7 @@ class Module(NamedTuple):
     defined: frozenset[str] = frozenset()  # external functions that the text itself defines
 
     @classmethod
-    def of(cls, program: Program, settings: Settings = ALONE) -> "Module":
+    def of(cls, program: Program, settings: Settings = ALONE) -> "LlvmModule":
         """The module of one run."""
         text = llvm_text(program)
         return cls(program, text, settings, key_of(text, settings))
@@ -57,20 +57,20 @@ class Module(NamedTuple):
 
 def load(program: Program, settings: Settings = ALONE) -> Callable[..., Any]:
     """The program as a function of numbers and addresses of arrays; made and kept when it is not there yet."""
-    return load_module(Module.of(program, settings))
+    return load_module(LlvmModule.of(program, settings))
 
 
 def load_lanes(program: Program, lanes: int, of_entry: LanesOf, settings: Settings) -> Callable[..., Any]:
     """The program for several runs side by side; numbers that differ are given as addresses of rows."""
     text = lane_text(program, lanes, of_entry)
-    return load_module(Module(program, text, settings, key_of(text, settings), of_entry.numbers))
+    return load_module(LlvmModule(program, text, settings, key_of(text, settings), of_entry.numbers))
 
 
 def _nothing() -> None:
     """Nothing is done between the steps."""
 
 
-def load_module(module: Module, between: Callable[[], None] = _nothing) -> Callable[..., Any]:
+def load_module(module: LlvmModule, between: Callable[[], None] = _nothing) -> Callable[..., Any]:
     """The function of a module; `between` is called between the steps of compiling, and may end it by raising."""
     key = module.key
     with AT_WORK:
@@ -92,7 +92,7 @@ def load_module(module: Module, between: Callable[[], None] = _nothing) -> Calla
 
 def _prototype(entry: Function, rows: frozenset[Value]) -> Any:
     """The type of the entry in C; what differs between lanes is given by its address."""
-    by_address = (isinstance(p, Array) or p in rows for p in entry.parameters)
+    by_address = (isinstance(p, Storage) or p in rows for p in entry.parameters)
     kinds = [
         ctypes.c_void_p if address else _C_TYPES[p.kind]  # type: ignore[union-attr]
         for address, p in zip(by_address, entry.parameters, strict=True)

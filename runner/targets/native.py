@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import (
     ConstantOf,
     Given,
@@ -25,8 +26,6 @@ from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.llvm_text import llvm_text
 from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
 
-Array = np.ndarray[Any, np.dtype[Any]]
-
 
 class CompiledPlan:
     """The loop of a plan, compiled once for all runs of it and of the plans that differ from it in numbers alone."""
@@ -34,9 +33,9 @@ class CompiledPlan:
     def __init__(self, plan: Plan, written: TickLoop | None = None, loop: Callable[..., Any] | None = None) -> None:
         self.plan, self.written = plan, written or write_tick(plan)
         self.loop = loop or load(self.written.program, settings(self.written))
-        self._recorded = dict[VectorOf, tuple[Sequence[float], Array]]()
+        self._recorded = dict[VectorOf, tuple[Sequence[float], AnyArray]]()
 
-    def vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:
+    def vector(self, memory: Memory, node: VectorOf, kind: type) -> AnyArray:
         """A vector that a run begins with; what runs only read is made once for all of them."""
         initial = memory.vector(node)
         if node not in self.plan.recorded:
@@ -116,11 +115,11 @@ class CompiledLoop:
             self.tick += 1
         return rows
 
-    def sound(self, numbers: Array, integers: Array) -> bool:
+    def sound(self, numbers: AnyArray, integers: AnyArray) -> bool:
         """Return whether every number was finite and fitted its format, by the arrays of the memory."""
         return bool(np.isfinite(numbers[self._watched]).all()) and not integers[self._refused]
 
-    def arrays(self, rows: Rows) -> list[Array]:
+    def arrays(self, rows: Rows) -> list[AnyArray]:
         """Everything that the program reads and writes, in the order of its parameters."""
         return [*self._constants.values(), *self._state.values(), self._scratch, *self._vectors.values(), *rows]
 
@@ -135,7 +134,7 @@ class CompiledLoop:
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
         return lambda: self._memory(tick, state, vectors)
 
-    def _memory(self, tick: int, state: dict[str, Array], vectors: dict[VectorOf, Array]) -> Memory:
+    def _memory(self, tick: int, state: dict[str, AnyArray], vectors: dict[VectorOf, AnyArray]) -> Memory:
         kinds, plan = self._written.memory.kinds, self.plan
         values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
         states: dict[str, Any] = {}
@@ -180,9 +179,9 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(llvm_text(written.program), settings(written)))
 
 
-def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, Array]:
+def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, AnyArray]:
     """An array of floats and one of integers, each with a place to spare behind the numbers."""
-    arrays: dict[str, Array] = {
+    arrays: dict[str, AnyArray] = {
         FLOATS: np.zeros(slots.counts[FLOATS] + 1),
         INTEGERS: np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64),
     }

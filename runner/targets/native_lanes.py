@@ -8,11 +8,12 @@ from typing import Any
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError
 from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, StateField, VectorOf
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.form import Array as ProgramArray
+from proofmass.runner.program.form import Storage as ProgramArray
 from proofmass.runner.program.form import Value
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of
 from proofmass.runner.program.tick import write_tick
@@ -20,7 +21,7 @@ from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import Array, block_values, dtype_of, moving
+from proofmass.runner.targets.native import block_values, dtype_of, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _WIDE = Settings(wide=True)  # vectors as wide as the processor has them
@@ -52,7 +53,7 @@ class CompiledLanes:
         own = [rows for node, rows in self.vectors.items() if node not in self.plan.recorded]
         return sum(rows.nbytes for rows in (*self.constants.values(), *self.state.values(), *own))
 
-    def _vector(self, memory: Memory, node: VectorOf, kind: type) -> Array:
+    def _vector(self, memory: Memory, node: VectorOf, kind: type) -> AnyArray:
         held = np.array(memory.vector(node), dtype=dtype_of(kind))
         return held if node in self.plan.recorded else np.repeat(held[:, None], self.lanes, axis=1)
 
@@ -68,8 +69,8 @@ class Lanes:
         self,
         compiled: CompiledLanes,
         seed: int,
-        runs: Sequence[int] | Array,
-        values: Mapping[Endpoint, Array],
+        runs: Sequence[int] | AnyArray,
+        values: Mapping[Endpoint, AnyArray],
         plans: Sequence[Plan] = (),
     ) -> None:
         self._compiled, self._seed, self.tick = compiled, seed, 0
@@ -86,22 +87,22 @@ class Lanes:
             for number, plan in enumerate(plans):
                 self._settle(*divmod(number, compiled.lanes), plan)
 
-    def _copied(self, rows: Mapping[Any, Array]) -> dict[Any, Array]:
+    def _copied(self, rows: Mapping[Any, AnyArray]) -> dict[Any, AnyArray]:
         """Return a copy of the rows for every group."""
-        copies: dict[Any, Array] = {}
+        copies: dict[Any, AnyArray] = {}
         for key, of_one in rows.items():
             copies[key] = aligned((self._groups, *of_one.shape), of_one.dtype)
             copies[key][:] = of_one
         return copies
 
-    def _padded(self, numbers: Array) -> Array:
+    def _padded(self, numbers: AnyArray) -> AnyArray:
         """A number for every lane of every group; lanes without a run do as the first one."""
         padded = aligned((self._groups, self._compiled.lanes), numbers.dtype)
         padded[:] = numbers[0]
         padded.reshape(-1)[: self._count] = numbers
         return padded
 
-    def _set(self, values: Mapping[Endpoint, Array]) -> None:
+    def _set(self, values: Mapping[Endpoint, AnyArray]) -> None:
         """The varied parameters."""
         places = self._compiled.written.constants.kinds
         for node, given in values.items():
@@ -145,13 +146,13 @@ class Lanes:
                 self._compiled.loop(first, min(first + step, last), self._seed, *pointers)
         self.tick = last
 
-    def sound(self) -> Array:
+    def sound(self) -> AnyArray:
         """Return for each run whether its numbers were finite and fitted their formats so far."""
         refused = self._state[INTEGERS][:, self._compiled.written.memory.counts[INTEGERS]]
         finite = np.isfinite(self._state[FLOATS][:, self._compiled.watched]).all(axis=1)
         return self._of_runs(finite & (refused == 0))
 
-    def value(self, key: Moving) -> Array:
+    def value(self, key: Moving) -> AnyArray:
         """Return for each run a wire that a measure reads, or a field of a state."""
         kind, place = self._compiled.written.memory.kinds[key]
         return self._of_runs(self._state[array_of(kind)][:, place])
@@ -160,13 +161,13 @@ class Lanes:
         """Return the wires, fields of states and counts that runs have in lanes."""
         return self._compiled.written.memory.kinds.keys()
 
-    def vectors(self) -> Iterator[tuple[VectorOf, Array]]:
+    def vectors(self) -> Iterator[tuple[VectorOf, AnyArray]]:
         """Yield each buffer and each wire with a shape: a row for each run."""
         for node, rows in self._vectors.items():
             if node not in self._compiled.plan.recorded:
                 yield node, np.moveaxis(rows, 1, 2).reshape(-1, rows.shape[1])[: self._count]
 
-    def _of_runs(self, rows: Array) -> Array:
+    def _of_runs(self, rows: AnyArray) -> AnyArray:
         return rows.reshape(-1)[: self._count]
 
 
@@ -196,18 +197,18 @@ def _differing(plan: Plan, written: TickLoop, varied: Collection[Endpoint], sett
     return LanesOf(frozenset({run}), shared, {a: bits for a, bits in entries.items() if a not in shared})
 
 
-def aligned(shape: tuple[int, ...], dtype: Any) -> Array:
+def aligned(shape: tuple[int, ...], dtype: Any) -> AnyArray:
     """An empty array that begins with a cache line, so that no vector lies in two of them."""
     size = math.prod(shape) * dtype.itemsize
     room = np.empty(size + _LINE, dtype=np.uint8)
     first = -room.ctypes.data % _LINE
-    line: Array = room[first : first + size].view(dtype)
+    line: AnyArray = room[first : first + size].view(dtype)
     return line.reshape(shape)
 
 
-def _rows(slots: Slots[K], values: Mapping[K, Any], lanes: int) -> dict[str, Array]:
+def _rows(slots: Slots[K], values: Mapping[K, Any], lanes: int) -> dict[str, AnyArray]:
     """An array of floats and one of integers, with a row of lanes for each number and one to spare."""
-    rows: dict[str, Array] = {
+    rows: dict[str, AnyArray] = {
         FLOATS: np.zeros((slots.counts[FLOATS] + 1, lanes)),
         INTEGERS: np.zeros((slots.counts[INTEGERS] + 1, lanes), dtype=np.int64),
     }

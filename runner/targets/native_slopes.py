@@ -10,8 +10,9 @@ from types import MappingProxyType
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.dual_ticks import Place
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes, UndefinedSlopesError
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
@@ -20,7 +21,7 @@ from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
 _ENTRIES = 1 << 22  # numbers of the rows of one call
@@ -42,7 +43,7 @@ class SlopeCode:
         self,
         memory: Memory,
         node: Endpoint,
-        seeded: AbstractSet[Place],
+        seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
         plan: Plan | None = None,
     ) -> "CompiledSlopes":
@@ -59,7 +60,7 @@ def has_slopes(plan: Plan) -> bool:
     return not plan.schedule.loops and all(solver.exact and not solver.group.loops for solver in plan.solvers)
 
 
-def _in_lanes(length: int) -> Array:
+def _in_lanes(length: int) -> AnyArray:
     """Return a row of zeros, one for each lane, for each of some entries."""
     rows = aligned((length, _LANES), np.dtype(float))
     rows.fill(0.0)
@@ -78,7 +79,7 @@ class CompiledSlopes(CompiledLoop):
         plan: Plan,
         memory: Memory,
         node: Endpoint,
-        seeded: AbstractSet[Place],
+        seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
     ) -> None:
         super().__init__(plan, plan.graph.seed, 0, memory, code.compiled)
@@ -100,16 +101,18 @@ class CompiledSlopes(CompiledLoop):
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = self._live.copy()  # numbers whose directions are run
-        self._kept: list[tuple[Array, Array, Array, Array, Array]] = []  # tick, row, column, value; valued
+        self._kept: list[
+            tuple[AnyArray, AnyArray, AnyArray, AnyArray, AnyArray]
+        ] = []  # tick, row, column, value; valued
 
     @property
-    def live(self) -> set[Place]:
+    def live(self) -> set[LastingPlace]:
         """Numbers that last and have slopes."""
         return {place for place, has in zip(self._places.values(), self._live.tolist(), strict=True) if has}
 
-    def _numbered(self, moving: AbstractSet[str]) -> dict[int, Place]:
+    def _numbered(self, moving: AbstractSet[str]) -> dict[int, LastingPlace]:
         """Return the numbers that last to the next tick by their place among all that moves, in order."""
-        places, kinds = dict[int, Place](), self._written.memory.kinds
+        places, kinds = dict[int, LastingPlace](), self._written.memory.kinds
         first = {FLOATS: 0, INTEGERS: len(self._state[FLOATS])}
         for key, (kind, index) in kinds.items():
             number = first[FLOATS if kind is float else INTEGERS] + index
@@ -160,7 +163,7 @@ class CompiledSlopes(CompiledLoop):
         tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
         return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
 
-    def _in_directions(self, until: int) -> tuple[Array, Array]:
+    def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray]:
         """Return slopes of some ticks, [tick, place or wire, direction or input], and what stands at the wire."""
         numbers = [*self._places]
         wanted = [*np.flatnonzero(self._wanted).tolist()]
@@ -175,14 +178,14 @@ class CompiledSlopes(CompiledLoop):
         slopes = made[:, :, : len(numbers) + 1].transpose(0, 2, 1, 3).reshape(len(made), len(numbers) + 1, -1)
         return slopes[:, :, : len(wanted) + 1], made[:, 0, len(numbers) :, 0]
 
-    def _followed(self, apart: Array) -> Array:
+    def _followed(self, apart: AnyArray) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""
         live = [self._live]
         for entries in apart[:, :-1]:
             live.append(entries[:, [*live[-1][self._wanted].tolist(), True]].any(axis=1))
         return np.array(live)
 
-    def _keep(self, slopes: Array, apart: Array, at_the_wire: Array, live: Array) -> None:
+    def _keep(self, slopes: AnyArray, apart: AnyArray, at_the_wire: AnyArray, live: AnyArray) -> None:
         """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""
         own = live[:, self._wanted]
         if not own.all():

@@ -6,13 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.timed_tick import HOLD, READ, write_timed_tick
 from proofmass.runner.targets.llvm_functions import declared, symbol_of
 from proofmass.runner.targets.llvm_text import llvm_text
-from proofmass.runner.targets.machine_code import Module, key_of, load_module
-from proofmass.runner.targets.native import Array, CompiledLoop, CompiledPlan, settings
+from proofmass.runner.targets.machine_code import LlvmModule, key_of, load_module
+from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, settings
 
 # rdtsc between two fences: the first waits for all before it, the second holds back what follows
 _READ = """declare void @llvm.x86.sse2.lfence()
@@ -60,7 +61,7 @@ class ProfiledLoop:
         for external, definition in _DEFINED.items():
             text = text.replace(declared(external), definition)
         made, defined = settings(written), frozenset(map(symbol_of, _DEFINED))
-        module = Module(written.program, text, made, key_of(text, made), defined=defined)
+        module = LlvmModule(written.program, text, made, key_of(text, made), defined=defined)
         loop: Callable[..., Any] = load_module(module)
         self._plan, self._seed, self._compiled = plan, seed, CompiledPlan(plan, written, loop)
         self.restart()
@@ -74,7 +75,7 @@ class ProfiledLoop:
         """The tick that comes next."""
         return self._run.tick
 
-    def advance(self, last: int, rows: Rows) -> Array:
+    def advance(self, last: int, rows: Rows) -> AnyArray:
         """Run up to, not including, a tick; return the counts of the clock in each part."""
         times = np.zeros(len(self.parts), dtype=np.int64)
         self._run.advance(last, [*rows, times])

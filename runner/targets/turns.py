@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from proofmass.runner.program.form import Compute, Constant, For, Get, Set, Statement, Value, Variable
+from proofmass.runner.program.form import Compute, For, Get, Immediate, Set, Statement, Value, Variable
 from proofmass.runner.program.walk import statements
 
 _MOST = 600  # statements of all turns of a loop that is written out
@@ -14,7 +14,7 @@ def written_out(loop: For) -> range | None:
     What follows from constants alone is then computed before the ticks. Turns that need nothing of each other stay a
     loop, of which LLVM makes vectors.
     """
-    if not (isinstance(loop.first, Constant) and isinstance(loop.last, Constant)):
+    if not (isinstance(loop.first, Immediate) and isinstance(loop.last, Immediate)):
         return None
     first, last = int(loop.first.value), int(loop.last.value)
     inside = list(statements(loop.body))

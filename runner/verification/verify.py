@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.requirements import Asked, Verdict, asked, quantity_of
+from proofmass.graphs.checks.requirements import Asked, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.quantities import MeasureOf, Quantity, YieldOf
@@ -82,18 +82,18 @@ class Measurements:
     def values(self, requirement: Requirement) -> list[float]:
         """Return the value of what is required, or the worst ones on the sides of its limits; raises `ModelError`."""
         quantity = quantity_of(self.flat, requirement)
-        if requirement.tolerances and not isinstance(quantity, Verdict):
+        if requirement.tolerances and not isinstance(quantity, StabilityVerdict):
             return self._worst(requirement, quantity)
         return [self._value(requirement, quantity)]
 
-    def _value(self, requirement: Requirement, quantity: Quantity | Verdict) -> float:
+    def _value(self, requirement: Requirement, quantity: Quantity | StabilityVerdict) -> float:
         if isinstance(quantity, MeasureOf):
             return self.run.measures[quantity.measure].value
         if isinstance(quantity, YieldOf):
             return self._yield(quantity)
         if isinstance(requirement.quantity, str):
             return self.margins(requirement.at)[requirement.quantity]
-        assert not isinstance(quantity, Verdict)
+        assert not isinstance(quantity, StabilityVerdict)
         reading = Evaluator(self.graph, {_IT: quantity}, requirement.at, {}).readings({}, slopes=False)[_IT]
         return math.nan if reading is None else reading.value
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.program.build import Builder, operand
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Kind, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Kind, Storage, Value
 from proofmass.runner.program.lower import call, outcome, program
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import leaves, mapped, rebuilt, shape_of
@@ -44,7 +44,7 @@ def compiled(function: Any, settings: Settings = Settings(level=1)) -> Callable[
 def _example(argument: Any) -> Any:
     """A value of a program of the same shape."""
     if isinstance(argument, np.ndarray):
-        return Array(FLOAT if argument.dtype == np.float64 else INTEGER, len(argument), True)
+        return Storage(FLOAT if argument.dtype == np.float64 else INTEGER, len(argument), True)
     if isinstance(argument, tuple):
         parts = map(_example, argument)
         return type(argument)._make(parts) if hasattr(argument, "_make") else tuple(parts)  # type: ignore[attr-defined]
@@ -67,7 +67,7 @@ def _made(function: Any, example: Any, settings: Settings) -> Any:
     counts = {FLOAT: 0, INTEGER: 0}
 
     def given(leaf: Any) -> Any:
-        if isinstance(leaf, Array):
+        if isinstance(leaf, Storage):
             return builder.array(leaf.entry, leaf.length, "array", True)
         kind = FLOAT if leaf.kind is FLOAT else INTEGER
         counts[kind] += 1
@@ -104,7 +104,7 @@ def over_columns(function: Any, *columns: Any, before: tuple[Any, ...] = ()) -> 
     first = mapped(example, given)
     kinds = [FLOAT if column.dtype == np.float64 else INTEGER for column in columns]
     taken = [builder.array(kind, None, f"column_{i}") for i, kind in enumerate(kinds)]
-    into: list[Array] = []
+    into: list[Storage] = []
     with builder.counted(0, count) as row:
         row_of = (*first, *(builder.load(column, row) for column in taken))
         if hasattr(function, "written"):

@@ -60,7 +60,7 @@ def evaluate(function: form.Function, *arguments: Any) -> tuple[Any, ...]:
 
 def _run(region: form.Region, known: dict[Any, Any]) -> None:
     def of(operand: Any) -> Any:
-        return operand.value if isinstance(operand, form.Constant) else known[operand]
+        return operand.value if isinstance(operand, form.Immediate) else known[operand]
 
     for statement in region:
         match statement:
@@ -80,7 +80,7 @@ def _run(region: form.Region, known: dict[Any, Any]) -> None:
                 known[results[0]] = _of_library(function, *map(of, given))
             case form.Call(results, function, given):
                 values = evaluate(
-                    function, *(known[a] if isinstance(a, form.Array | form.Value) else a.value for a in given)
+                    function, *(known[a] if isinstance(a, form.Storage | form.Value) else a.value for a in given)
                 )
                 known.update(zip(results, values, strict=True))
             case form.If(condition, then, otherwise):

@@ -30,8 +30,9 @@ from proofmass.runner.contract.outcomes import (
     outcome,
     resumed_differences,
 )
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.planning.plan import Plan, plan, varied
-from proofmass.runner.targets.native import Array, CompiledPlan
+from proofmass.runner.targets.native import CompiledPlan
 from tests.by_hand.random_graphs import ALL_KINDS, random_graphs
 
 TICKS, STEPPED_TICKS = 200, 12
@@ -101,7 +102,7 @@ def another(planned: Plan, dice: random.Random) -> Plan:
     return varied(planned, blocks)
 
 
-def differing(plans: Sequence[Plan]) -> dict[Endpoint, Array]:
+def differing(plans: Sequence[Plan]) -> dict[Endpoint, AnyArray]:
     """The parameters in which the plans differ, with what they are in each."""
     first = plans[0]
     return {

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Array, Kind, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Kind, Program, Storage, Value
 from tests.by_hand.programs import Writer, program
 
 LOWEST, HIGHEST, WORD = -(2**63), 2**63 - 1, 2**64
@@ -108,13 +108,13 @@ def operations_program(constant_operand: int | None = None, thin: int = THINNER)
 
     With `constant_operand` that operand is a constant of the program, in one of `thin` cases.
     """
-    parameters: list[Array] = []
+    parameters: list[Storage] = []
     w = Writer("entry")
     for name, cases in CASES.items():
         kinds = [kind for kind in OPERATIONS[name].operands if kind]
-        given = [Array(kind, len(cases), False, name) for kind in kinds]
+        given = [Storage(kind, len(cases), False, name) for kind in kinds]
         result = OPERATIONS[name].result or FLOAT
-        out = Array(result, len(cases), True, f"{name}_out")
+        out = Storage(result, len(cases), True, f"{name}_out")
         parameters += [*given, out]
         w.function.parameters = tuple(parameters)
         if constant_operand is None or len(kinds) <= constant_operand:
@@ -164,7 +164,7 @@ def select_program(likely: bool = False) -> Program:
     w = Writer("entry", given)
     condition = w.do("likely", given) if likely else given
     for kind in Kind:
-        array = Array(kind, 3, True, kind.value)
+        array = Storage(kind, 3, True, kind.value)
         w.function.parameters += (array,)
         w.store(array, 2, w.do("select", condition, w.load(array, 0), w.load(array, 1)))
     return program(w.function)

@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Function, Program, Storage, Value
 from proofmass.runner.program.lower import lower, program
 from proofmass.runner.program.verify import verify
 from tests.by_hand.evaluate_program import evaluate
@@ -14,7 +14,7 @@ _verified = set[Function]()
 def example(value: Any) -> Any:
     """What stands in a program for a value of Python."""
     if isinstance(value, list):
-        return Array(FLOAT if not value or isinstance(value[0], float) else INTEGER, len(value), True)
+        return Storage(FLOAT if not value or isinstance(value[0], float) else INTEGER, len(value), True)
     if isinstance(value, tuple):
         parts = map(example, value)
         return type(value)._make(parts) if hasattr(value, "_make") else tuple(parts)  # type: ignore[attr-defined]

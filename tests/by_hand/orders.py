@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, TypeVar
 
-from proofmass.graphs.checks.schedule import ConstantsOf, Step
+from proofmass.graphs.checks.schedule import ConstantsOf, OutputStep
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import split
 from proofmass.runner.planning.plan import Plan
@@ -52,12 +52,12 @@ def in_another_order(plan: Plan, dice: random.Random) -> Plan:
     )
 
 
-def needs(flat: Graph) -> dict[Step, set[Step]]:
+def needs(flat: Graph) -> dict[OutputStep, set[OutputStep]]:
     """What has to be known before each output, from the definition: wires into the arguments of its function.
 
     Among them stand the constants of a block with driven parameters, which all outputs need that name them.
     """
-    needed: dict[Step, set[Step]] = {
+    needed: dict[OutputStep, set[OutputStep]] = {
         (n, port): set() for n, block in flat.blocks.items() for port in type(block).outputs
     }
     for wire in flat.wires:
@@ -82,9 +82,9 @@ def names_its_constants(function: Callable[..., Any]) -> bool:
     return any(isinstance(node, ast.Name) and node.id == first for part in tree.body for node in ast.walk(part))
 
 
-def legal_order(needed: Mapping[Step, set[Step]], dice: random.Random) -> list[Step]:
+def legal_order(needed: Mapping[OutputStep, set[OutputStep]], dice: random.Random) -> list[OutputStep]:
     """One of all orders in which nothing comes before what it needs, by chance."""
-    order: list[Step] = []
+    order: list[OutputStep] = []
     waiting = {node: set(before) for node, before in needed.items()}
     while waiting:
         node = dice.choice([node for node, before in waiting.items() if not before])

@@ -10,9 +10,9 @@ Number = form.Operand | float | int | bool
 
 def number(value: Number) -> form.Operand:
     """An operand; numbers of Python become constants of their kind."""
-    if isinstance(value, form.Value | form.Constant):
+    if isinstance(value, form.Value | form.Immediate):
         return value
-    return form.Constant({float: form.FLOAT, int: form.INTEGER, bool: form.TRUTH}[type(value)], value)
+    return form.Immediate({float: form.FLOAT, int: form.INTEGER, bool: form.TRUTH}[type(value)], value)
 
 
 def program(*functions: form.Function) -> form.Program:
@@ -24,7 +24,11 @@ class Writer:
     """Writes a function, region by region."""
 
     def __init__(
-        self, name: str, *parameters: form.Value | form.Array, results: tuple[form.Kind, ...] = (), inline: bool = False
+        self,
+        name: str,
+        *parameters: form.Value | form.Storage,
+        results: tuple[form.Kind, ...] = (),
+        inline: bool = False,
     ):
         self.function = form.Function(name, parameters, results, inline=inline)
         self.region: form.Region = self.function.body
@@ -56,30 +60,32 @@ class Writer:
         """A variable becomes a value."""
         self.say(form.Set(variable, number(value)))
 
-    def load(self, array: form.Array, index: Number) -> form.Value:
+    def load(self, array: form.Storage, index: Number) -> form.Value:
         """An entry of an array."""
         result = form.Value(array.entry, array.name)
         self.say(form.Load(result, array, number(index)))
         return result
 
-    def store(self, array: form.Array, index: Number, value: Number) -> None:
+    def store(self, array: form.Storage, index: Number, value: Number) -> None:
         """An entry of an array becomes a value."""
         self.say(form.Store(array, number(index), number(value)))
 
-    def view(self, whole: form.Array, first: Number, length: int | None) -> form.Array:
+    def view(self, whole: form.Storage, first: Number, length: int | None) -> form.Storage:
         """A part of an array."""
-        part = form.Array(whole.entry, length, whole.writable, "part")
+        part = form.Storage(whole.entry, length, whole.writable, "part")
         self.say(form.View(part, whole, number(first)))
         return part
 
-    def call(self, function: form.Function | form.External, *arguments: Number | form.Array) -> tuple[form.Value, ...]:
+    def call(
+        self, function: form.Function | form.External, *arguments: Number | form.Storage
+    ) -> tuple[form.Value, ...]:
         """What a function returns."""
         if isinstance(function, form.External):
             kinds = () if function.result is None else (function.result,)
         else:
             kinds = function.results
         results = tuple(form.Value(kind) for kind in kinds)
-        read = tuple(a if isinstance(a, form.Array) else number(a) for a in arguments)
+        read = tuple(a if isinstance(a, form.Storage) else number(a) for a in arguments)
         self.say(form.Call(results, function, read))
         return results
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Array, Function, Kind, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, Function, Kind, Program, Storage, Value
 from tests.by_hand.programs import Writer, program
 
 ENTRIES = 6
@@ -27,22 +27,22 @@ class RandomProgram:
         self.functions: list[Function] = []
         for number in range(2):
             self.functions.append(self._function(f"helper_{number}"))
-        self.table = Array(FLOAT, ENTRIES, False, "table")
+        self.table = Storage(FLOAT, ENTRIES, False, "table")
         self.number = Value(INTEGER, "run")
-        arrays = [Array(kind, ENTRIES, True, kind.value) for kind in Kind]
+        arrays = [Storage(kind, ENTRIES, True, kind.value) for kind in Kind]
         self.w = Writer("entry", self.number, *arrays, self.table)
         self._begin(self.w, arrays, [self.number])
         self._region(3)
         self.program: Program = program(*self.functions, self.w.function)
 
-    def _begin(self, w: Writer, arrays: list[Array], values: list[Value]) -> None:
+    def _begin(self, w: Writer, arrays: list[Storage], values: list[Value]) -> None:
         self.w, self.arrays, self.values, self.loops, self.tabled = w, arrays, [*values], 0, w.function.name == "entry"
         self.variables = [w.variable(kind, "v") for kind in (FLOAT, FLOAT, INTEGER, TRUTH)]
         self.left = 40  # statements
 
     def _function(self, name: str) -> Function:
         parameters = [Value(FLOAT, "x"), Value(INTEGER, "n"), Value(TRUTH, "t")]
-        array = Array(FLOAT, 3, True, "part")
+        array = Storage(FLOAT, 3, True, "part")
         results = (FLOAT, INTEGER) if self.random.random() < 0.7 else (FLOAT,)
         w = Writer(name, *parameters, array, results=results, inline=self.random.random() < 0.5)
         self._begin(w, [array], list(parameters))

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, External, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, External, Program, Storage, Value
 from tests.by_hand.programs import Writer, program
 
 HIGHEST, LOWEST = 2**63 - 1, -(2**63)
@@ -22,7 +22,7 @@ def ranges() -> Case:
         (HIGHEST - 3, HIGHEST, 2), (HIGHEST - 7, HIGHEST, 5), (LOWEST + 7, LOWEST, -5), (HIGHEST - 2, HIGHEST, 1),
         (LOWEST, HIGHEST, 2**62), (HIGHEST, LOWEST, -(2**62)), (LOWEST, LOWEST + 2, 1), (7, -9, -HIGHEST),
     ]  # fmt: skip
-    given, out = Array(INTEGER, 2 * len(limits), False, "limits"), Array(INTEGER, 4 * len(limits), True, "out")
+    given, out = Storage(INTEGER, 2 * len(limits), False, "limits"), Storage(INTEGER, 4 * len(limits), True, "out")
     w = Writer("entry", given, out)
     for place, (first, last, step) in enumerate(limits):
         loaded = [w.load(given, 2 * place), w.load(given, 2 * place + 1)]
@@ -45,7 +45,7 @@ def ranges() -> Case:
 
 def primes() -> Case:
     """Loops within loops, left and gone on with early."""
-    out = Array(INTEGER, 30, True, "out")
+    out = Storage(INTEGER, 30, True, "out")
     w = Writer("entry", out)
     count = w.variable(INTEGER, "count")
     with w.count(2, 1000) as n:
@@ -81,18 +81,22 @@ def calls() -> Case:
     with parts.when(less):
         parts.leave(parts.do("subtract", y, x), 1, less)
     parts.leave(parts.do("subtract", x, y), -1, less)
-    moved, source = Array(FLOAT, 3, True, "moved"), Array(FLOAT, 3, False, "source")
+    moved, source = Storage(FLOAT, 3, True, "moved"), Storage(FLOAT, 3, False, "source")
     shift = Writer("shift", moved, source, Value(FLOAT, "by"))
     by = shift.function.parameters[2]
     with shift.count(0, 3) as i:
         shift.store(moved, i, shift.do("add", shift.load(source, i), by))  # type: ignore[arg-type]
-    total = Writer("total", Array(FLOAT, 3, False, "entries"), results=(FLOAT,))
+    total = Writer("total", Storage(FLOAT, 3, False, "entries"), results=(FLOAT,))
     entries = total.function.parameters[0]
     value = total.load(entries, 0)  # type: ignore[arg-type]
     for place in (1, 2):
         value = total.do("add", value, total.load(entries, place))  # type: ignore[arg-type]
     total.leave(value)
-    numbers, integers, truths = Array(FLOAT, 8, True, "f"), Array(INTEGER, 2, True, "i"), Array(TRUTH, 2, True, "t")
+    numbers, integers, truths = (
+        Storage(FLOAT, 8, True, "f"),
+        Storage(INTEGER, 2, True, "i"),
+        Storage(TRUTH, 2, True, "t"),
+    )
     w = Writer("entry", numbers, integers, truths)
     for place in (0, 1):
         size, sign, below = w.call(parts.function, w.load(numbers, place), w.load(numbers, 1 - place))
@@ -114,7 +118,7 @@ def calls() -> Case:
 
 def variables() -> Case:
     """What is set on one way only, what is set again, and what is never set."""
-    numbers, integers = Array(FLOAT, 4, True, "f"), Array(INTEGER, 3, True, "i")
+    numbers, integers = Storage(FLOAT, 4, True, "f"), Storage(INTEGER, 3, True, "i")
     w = Writer("entry", numbers, integers)
     x, n, t = w.variable(FLOAT, "x"), w.variable(INTEGER, "n"), w.variable(TRUTH, "t")
     never = w.variable(FLOAT, "never")
@@ -142,8 +146,8 @@ def variables() -> Case:
 
 def carried() -> Case:
     """A loop of eight turns, each of which computes from the last; one is gone on from early, and one ends it."""
-    start, ends = Array(FLOAT, 3, False, "start"), Array(INTEGER, 3, False, "ends")
-    out = Array(FLOAT, 3, True, "out")
+    start, ends = Storage(FLOAT, 3, False, "start"), Storage(INTEGER, 3, False, "ends")
+    out = Storage(FLOAT, 3, True, "out")
     w = Writer("entry", start, ends, out)
     for place in range(3):
         total = w.variable(FLOAT, "total")
@@ -173,7 +177,7 @@ def of_libm() -> Case:
     """Functions of the C library, among them one that an optimiser would like to put another in the place of."""
     import math
 
-    numbers = Array(FLOAT, 6, True, "f")
+    numbers = Storage(FLOAT, 6, True, "f")
     w = Writer("entry", numbers)
     x = w.load(numbers, 0)
     sine, power = External("sin", (FLOAT,), FLOAT), External("pow", (FLOAT, FLOAT), FLOAT)

@@ -17,9 +17,10 @@ from scipy.stats import chi2
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.allan.freedom import Statistic, freedom
+from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
-from proofmass.runner.analysis.spectrum.series import Array, Series, as_series
+from proofmass.runner.analysis.spectrum.series import Series, as_series
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted
 
 PER_DECADE = 20
@@ -31,7 +32,7 @@ _ALPHA = {"N": 0, "B": -1, "K": -2, "Q": 2}  # exponent of frequency in the dens
 class Curve:
     """One deviation over averaging time, with the interval of 95 % by its degrees of freedom."""
 
-    statistic: Statistic
+    statistic: AllanStatistic
     taus: Array  # seconds
     deviation: Array
     low: Array
@@ -62,7 +63,7 @@ class Allan(Plotted):
     unit: str  # of its values
     period: float  # seconds from value to value
     values: int  # number of them
-    curves: dict[Statistic, Curve]  # Allan, Hadamard and modified deviations by averaging time
+    curves: dict[AllanStatistic, Curve]  # Allan, Hadamard and modified deviations by averaging time
     levels: Levels  # N, B, K and Q with intervals
 
     def as_data(self) -> dict[str, Any]:
@@ -117,11 +118,11 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
         raise ModelError([Problem(message="the signal does not move", key=series.name or "signal")])
     levels = fitted(series)
     x = _integral(series)
-    curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in Statistic}
+    curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in AllanStatistic}
     return Allan(series.name, series.unit, series.period, count, curves, levels)
 
 
-def deviation_at(statistic: Statistic, values: Array, factor: int) -> float:
+def deviation_at(statistic: AllanStatistic, values: Array, factor: int) -> float:
     """One deviation of a signal at an averaging time of so many values."""
     return float(np.sqrt(_variance(statistic, _integral(Series(np.asarray(values, dtype=float), 1.0)), factor)))
 
@@ -132,7 +133,7 @@ def _integral(series: Series) -> Array:
     return np.concatenate([[0.0], np.cumsum(values)])
 
 
-def _curve(statistic: Statistic, x: Array, period: float, levels: Levels) -> Curve:
+def _curve(statistic: AllanStatistic, x: Array, period: float, levels: Levels) -> Curve:
     factors = _factors(statistic, len(x) - 1)
     taus = factors * period
     variance = np.array([_variance(statistic, x, int(m)) for m in factors])
@@ -143,21 +144,21 @@ def _curve(statistic: Statistic, x: Array, period: float, levels: Levels) -> Cur
     return Curve(statistic, taus, np.sqrt(variance), low, high, degrees)
 
 
-def _variance(statistic: Statistic, x: Array, m: int) -> float:
+def _variance(statistic: AllanStatistic, x: Array, m: int) -> float:
     """The variance at an averaging time of m values, in units of the signal."""
-    if statistic is Statistic.HADAMARD:
+    if statistic is AllanStatistic.HADAMARD:
         third = x[3 * m :] - 3.0 * x[2 * m : -m] + 3.0 * x[m : -2 * m] - x[: -3 * m]
         return float(np.mean(third**2)) / (6.0 * m * m)
     second = x[2 * m :] - 2.0 * x[m:-m] + x[: -2 * m]
-    if statistic is Statistic.MODIFIED:
+    if statistic is AllanStatistic.MODIFIED:
         total = np.concatenate([[0.0], np.cumsum(second)])
         second = (total[m:] - total[:-m]) / m
     return float(np.mean(second**2)) / (2.0 * m * m)
 
 
-def _factors(statistic: Statistic, count: int) -> Any:
+def _factors(statistic: AllanStatistic, count: int) -> Any:
     """Numbers of values that are averaged, evenly on a logarithmic axis, as long as there are three places at least."""
-    reach = {Statistic.ALLAN: 2, Statistic.HADAMARD: 3, Statistic.MODIFIED: 3}[statistic]
+    reach = {AllanStatistic.ALLAN: 2, AllanStatistic.HADAMARD: 3, AllanStatistic.MODIFIED: 3}[statistic]
     most = max(1, (count - 2) // reach)
     return np.unique(np.round(np.geomspace(1, most, 1 + int(PER_DECADE * np.log10(max(most, 2))))).astype(int))
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.allan.deviations import Allan, dominating
-from proofmass.runner.analysis.allan.freedom import Statistic, freedom
+from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 
 _MOST = 1e15  # values
 
@@ -48,7 +48,7 @@ def duration(of: Allan, tau: float, error: float) -> Duration:
     kind = dominating(of.levels, np.array([factor * of.period]))[0]
 
     def degrees(values: int) -> float:
-        return freedom(Statistic.ALLAN, values + 1, factor, kind)
+        return freedom(AllanStatistic.ALLAN, values + 1, factor, kind)
 
     wanted = 0.5 / error**2
     low, high = 2 * factor, 4 * factor

@@ -11,12 +11,12 @@ from enum import StrEnum
 
 import numpy as np
 
-from proofmass.runner.analysis.spectrum.series import Array
+from proofmass.runner.host.arrays import Array
 
 _PLACES = 20_000  # of a sum; a longer one is taken at fewer, evenly
 
 
-class Statistic(StrEnum):
+class AllanStatistic(StrEnum):
     """A deviation over averaging time."""
 
     ALLAN = "allan"
@@ -24,10 +24,10 @@ class Statistic(StrEnum):
     MODIFIED = "modified"
 
 
-def freedom(statistic: Statistic, points: int, factor: int, alpha: int) -> float:
+def freedom(statistic: AllanStatistic, points: int, factor: int, alpha: int) -> float:
     """Degrees of freedom for so many points of the integral, values averaged, and density as f^alpha, -2 to 2."""
-    order = 3 if statistic is Statistic.HADAMARD else 2
-    averaged = statistic is Statistic.MODIFIED
+    order = 3 if statistic is AllanStatistic.HADAMARD else 2
+    averaged = statistic is AllanStatistic.MODIFIED
     reach = order * factor + (factor if averaged else 1)
     places = max(1, points - reach + 1)
     longest = min(places - 1, (order + 1) * factor)

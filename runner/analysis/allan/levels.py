@@ -18,8 +18,9 @@ import numpy as np
 from scipy.optimize import nnls
 from scipy.stats import chi2
 
-from proofmass.runner.analysis.spectrum.series import Array, Series
+from proofmass.runner.analysis.spectrum.series import Series
 from proofmass.runner.analysis.spectrum.windows import window
+from proofmass.runner.host.arrays import Array
 
 NAMES = ("N", "B", "K", "Q")
 CONFIDENCE = 0.95

@@ -6,7 +6,7 @@ import numpy as np
 
 from proofmass.runner.analysis.allan.deviations import Allan
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
-from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.freedom import AllanStatistic
 from proofmass.runner.analysis.allan.levels import allan_terms
 from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def plot_allan(allan: Allan) -> "Figure":
     """Overlapping Allan deviation with its interval of 95 %, the fit, and each coefficient that is seen."""
-    curve = allan.curves[Statistic.ALLAN]
+    curve = allan.curves[AllanStatistic.ALLAN]
     factor = in_field_unit("B", 1.0, allan.unit)
     with sheet(9.0, 5.2, f"Allan deviation of {allan.name or 'the signal'}") as figure:
         panel = figure.subplots()

@@ -14,12 +14,12 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.blocks.arithmetic.rounding import nearest_even_level, nearest_level, two_level
-from proofmass.blocks.declaration.declare import Block, Kind
+from proofmass.blocks.declaration.declare import Block, BlockType
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import split
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import given
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as planned
@@ -40,7 +40,7 @@ class Decisions(NamedTuple):
     sources: Array  # noise as it is drawn, a column each
 
 
-def level_port(kind: Kind) -> str | None:
+def level_port(kind: BlockType) -> str | None:
     """Return an output that is a level as it is chosen, if there is one."""
     ports = kind.output_functions.items()
     levels = (n for n, of in ports if of.returns is float and reaches(of.function, LEVELS))
@@ -102,7 +102,7 @@ def _sources(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str]) -
 def _telling(block: Block, port: str) -> Block:
     """Return the same block with an output for what the quantiser of another output is given, in the same units."""
     kind = type(block)
-    own: Any = Kind(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__module__": kind.__module__})
+    own: Any = BlockType(kind.__name__, (kind,), {"__doc__": kind.__doc__, "__module__": kind.__module__})
     declared = kind.__declaration__
     own.__declaration__ = replace(
         declared, outputs=dict(declared.outputs), output_functions=dict(declared.output_functions)

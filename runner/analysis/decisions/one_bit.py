@@ -24,9 +24,10 @@ from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shapi
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, blocks_of_map, plan_graph
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, blocks_of_map, plan_graph
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
-from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Gain, Noisy
+from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
@@ -44,7 +45,7 @@ _TOLD = 0.05  # part of the error that repeats, from which on the note gives it
 
 
 @dataclass(frozen=True)
-class OneBit(Gain):
+class OneBit(OneBitGain):
     """Gain and error of a quantiser of one bit, as runs show them."""
 
     decisions: int  # of a run

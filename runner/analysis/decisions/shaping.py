@@ -18,11 +18,11 @@ import scipy.linalg
 import scipy.stats
 
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.state_space import Matrices
 from proofmass.runner.analysis.spectrum.welch import spectrum
+from proofmass.runner.host.arrays import Array
 
-Pole = tuple[complex, float]  # and the zero that goes with it
+_Pole = tuple[complex, float]  # and the zero that goes with it
 
 _SEGMENTS = 64  # of a run that a spectrum is the mean of, without those that overlap
 _LONGEST = 1 << 16
@@ -42,7 +42,7 @@ class Shaping:
     """A filter without unit: the product of (1 - zero z^-1) / (1 - pole z^-1), times a gain. Its output has rms 1."""
 
     gain: float
-    poles: tuple[Pole, ...]  # real ones, and of a conjugate pair that above the axis
+    poles: tuple[_Pole, ...]  # real ones, and of a conjugate pair that above the axis
 
     def matrices(self) -> Matrices:
         """Return A, B, C and D of one value. White noise of rms 1 gives every state the rms 1, and no two are related.
@@ -145,7 +145,7 @@ def shaping(values: Array) -> Shaping:
     return Shaping(gain * factor, poles + more)
 
 
-def _predicted(density: Array, order: int, w: float) -> tuple[tuple[Pole, ...], float]:
+def _predicted(density: Array, order: int, w: float) -> tuple[tuple[_Pole, ...], float]:
     """Return poles and gain of the all-pole model of a density from zero to half the rate, on a stretched axis."""
     omega = np.linspace(0.0, math.pi, len(density))
     angle = omega + 2.0 * np.arctan2(w * np.sin(omega), 1.0 - w * np.cos(omega))

@@ -25,11 +25,11 @@ from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
 from proofmass.runner.derivatives.dual_plan import SIGNALS
-from proofmass.runner.plan.bindings import Wire
+from proofmass.runner.plan.bindings import WireBinding
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.plan.stages import Context
+from proofmass.runner.plan.stages import StageContext
 from proofmass.runner.reference.interpret import Outputs, TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
@@ -121,7 +121,7 @@ class _CutStages(DualStages):
 
     def __init__(self, plan: Plan, group: Group, node: Endpoint, column: int) -> None:
         super().__init__(plan, group, by_parameters=False)
-        self._cut, self._column = self._place(Wire(node)), column
+        self._cut, self._column = self._place(WireBinding(node)), column
         self.back: Any = 0.0
 
     def _called(self, call: Any, known: list[Any]) -> Any:
@@ -145,7 +145,7 @@ def _linearised(plan: Plan, group: Group, node: Endpoint, memory: Memory) -> Per
     inputs = [wires[wire] for wire in group.inputs]
     still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
     try:
-        stages.rates(Context(constants, inputs, still, guesses, time), time, seeded, rates)
+        stages.rates(StageContext(constants, inputs, still, guesses, time), time, seeded, rates)
         if stages.unsolved:
             raise NoSolutionError(stages.unsolved)
     except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.linalg.lapack
 
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.host.arrays import Array
 
 _lapack: Any = scipy.linalg.lapack
 _gebal = _lapack.dgebal

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterator
 
-from proofmass.blocks.declaration.declare import Kind
+from proofmass.blocks.declaration.declare import BlockType
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.period_map import plan_graph
@@ -22,7 +22,7 @@ def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
     )
 
 
-def _functions(kind: Kind) -> Iterator[object]:
+def _functions(kind: BlockType) -> Iterator[object]:
     yield from (behaviour.function for behaviour in kind.output_functions.values())
     if "update" in kind.functions:
         yield kind.functions["update"].function

@@ -1,12 +1,12 @@
 """Runs to an operating point: in plain Python at first, in machine code once that takes long."""
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.limits import LARGEST_RUN
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -17,7 +17,6 @@ if TYPE_CHECKING:
     from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
     from proofmass.runner.targets.native_slopes import SlopeCode
 
-Progress = Callable[[int, int], None]  # ticks done, and of how many
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next

@@ -26,23 +26,24 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map
 from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
-from proofmass.runner.analysis.linearisation.forward import Course, Progress
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint, OrbitSearch
 from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, PointSlopes, too_many
-from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint, Point, periodic_point
+from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
 At = str | float | Fraction
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
 _GROWS = 1e-9  # by which a pole may lie outside the unit circle before a loop counts as starting up
 
@@ -53,7 +54,7 @@ class Linearisation:
 
     plan: Plan
     course: Course
-    point: Point = 0
+    point: OperatingPoint = 0
     told: str = ""  # how the point was found
     at: At = 0.0  # what finds it again
     _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
@@ -154,7 +155,7 @@ class Linearisation:
         return OpenLoop(analog, continuous=True)
 
 
-def linearised(plan: Plan, point: Point = 0) -> Linearisation:
+def linearised(plan: Plan, point: OperatingPoint = 0) -> Linearisation:
     """Return a plan about its state in a base tick, or about an orbit."""
     return Linearisation(plan, Course(plan), point)
 
@@ -170,7 +171,7 @@ class OperatingPoints:
         if at not in _WAYS:
             self._time = tick_of_time(plan, at)
 
-    def answered(self, ask: Callable[[Linearisation], Answer], first: int = 0) -> Answer:
+    def answered(self, ask: Callable[[Linearisation], _Answer], first: int = 0) -> _Answer:
         """Return what is answered at the operating point, or at the first one that has an answer.
 
         `first` is the base tick with which the search begins. Raises `ModelError`.
@@ -242,7 +243,7 @@ class OperatingPoints:
             return self._linearisation(tick, f"the end of the run, {time_text(tick * period)}", tick * period)
         return self._linearisation(self._time, "", self.at)
 
-    def _linearisation(self, point: Point, told: str, at: At) -> Linearisation:
+    def _linearisation(self, point: OperatingPoint, told: str, at: At) -> Linearisation:
         return Linearisation(self.plan, self._course, point, told, at)
 
 

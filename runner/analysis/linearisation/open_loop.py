@@ -15,8 +15,9 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
+from proofmass.runner.host.arrays import Array
 
 Complex = npt.NDArray[np.complex128]
 _schur: Any = scipy.linalg.schur
@@ -115,7 +116,7 @@ class OpenLoop:
         """Return the response of T at the input's own frequency; w in rad/s."""
         return self._at_own_frequency(self._closed_transfer, w)
 
-    def _at_own_frequency(self, transfer: "Transfer", w: Array | float) -> Complex:
+    def _at_own_frequency(self, transfer: "TransferMatrix", w: Array | float) -> Complex:
         w = np.asarray(w, dtype=float)
         value = transfer.mean(self._points(w.ravel()), _turns(w.ravel() * self.sample, self.per_period))
         return value.reshape(w.shape)
@@ -130,14 +131,14 @@ class OpenLoop:
         return s if self.continuous else np.asarray(np.exp(s * self.map.period), dtype=complex)
 
     @cached_property
-    def _open_transfer(self) -> "Transfer":
-        return Transfer(*self.matrices)
+    def _open_transfer(self) -> "TransferMatrix":
+        return TransferMatrix(*self.matrices)
 
     @cached_property
-    def _closed_transfer(self) -> "Transfer":
+    def _closed_transfer(self) -> "TransferMatrix":
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
-        return Transfer(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+        return TransferMatrix(self.closed(), b @ inverse, inverse @ c, d @ inverse)
 
 
 def _turns(angles: Array, count: int) -> Complex:
@@ -161,7 +162,7 @@ def _factored(matrix: Array) -> tuple[Array, Array] | None:
     return (column, row) if np.all(np.abs(matrix - product) <= 4.0 * np.finfo(float).eps * np.abs(product)) else None
 
 
-class Transfer:
+class TransferMatrix:
     """c (z - a)^-1 b + d for many z, by the Schur form of a: only triangular systems are left to solve.
 
     States are scaled by powers of two first (`balanced`), since the Schur form is exact to the norm of a only.

@@ -39,16 +39,15 @@ from proofmass.runner.analysis.linearisation.period_map import (
     LONGEST_PERIOD,
     MOST_VALUES,
     NO_RINGS,
-    Array,
-    Entry,
     PeriodMap,
     blocks_of_map,
     common_period,
     period_map,
 )
-from proofmass.runner.analysis.linearisation.rings import Rings, find_rings
+from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 

@@ -14,20 +14,20 @@ from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import numpy.typing as npt
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
-from proofmass.runner.derivatives.dual_ticks import DualTicks, Place
+from proofmass.runner.derivatives.dual_ticks import DualTicks, LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -35,8 +35,6 @@ from proofmass.runner.reference.interpret import TickError
 if TYPE_CHECKING:
     from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
-Array = npt.NDArray[np.float64]
-Entry = tuple[str, str, int]  # block, field or buffer, and index in the buffer; or block, port and tick
 HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 LONGEST_PERIOD = 100_000  # base ticks
@@ -257,7 +255,7 @@ def period_map(
         )
 
 
-def place_of(memory: Memory, entry: Entry, rings: Rings) -> Place:
+def place_of(memory: Memory, entry: Entry, rings: Rings) -> LastingPlace:
     """Return where an entry stands in a memory."""
     name, part, index = entry
     if index == HELD:

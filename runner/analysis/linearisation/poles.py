@@ -18,8 +18,8 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
+from proofmass.runner.host.arrays import Array
 
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick

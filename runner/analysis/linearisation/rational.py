@@ -18,10 +18,9 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.analysis.linearisation.real_roots import isolated
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial, isolated
+from proofmass.runner.host.arrays import Array
 
-Polynomial = Any  # flint.fmpz_poly, which has no types of its own
 LARGEST_ORDER = 160  # of systems whose polynomials are used; that takes ten seconds
 BITS = 512  # of inexact numbers; far beyond the cancellation in loops of some hundred states
 

@@ -12,14 +12,15 @@ from collections.abc import Iterator
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
-from proofmass.runner.analysis.linearisation.forward import Course, Progress
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import plan_graph
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
-Number = tuple[str, str, int]  # block, field or buffer, and index in the buffer
 
 
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
@@ -28,7 +29,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     names = sorted(_in_loops(plan))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
     memory, periods, still, got = start(plan), 0, 0, ""
-    largest, before = dict[Number, float](), dict(_numbers(memory, names))
+    largest, before = dict[Entry, float](), dict(_numbers(memory, names))
     while memory.tick < MOST:
         earlier, periods = memory.tick, periods * 15 // 8 + 1
         try:
@@ -55,7 +56,7 @@ def _in_loops(plan: Plan) -> set[str]:
     return set[str]().union(*loops(plan_graph(plan)))
 
 
-def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Number, float]]:
+def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Entry, float]]:
     """Yield the real numbers in the states of blocks."""
     for name in names:
         state = memory.states[name]

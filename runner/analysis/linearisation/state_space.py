@@ -7,13 +7,13 @@ from typing import TypeAlias
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.host.arrays import Array
 
 Matrices: TypeAlias = tuple[Array, Array, Array, Array]
 
 
 @dataclass(frozen=True)
-class StateSpace:
+class SampledStateSpace:
     """A, B, C and D of a map over a period, and the period in seconds."""
 
     matrices: Matrices

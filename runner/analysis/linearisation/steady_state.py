@@ -10,7 +10,8 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
 

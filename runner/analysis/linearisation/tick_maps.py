@@ -14,11 +14,11 @@ import numpy as np
 import numpy.typing as npt
 import scipy.linalg
 
-from proofmass.runner.derivatives.dual_ticks import Place
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
+from proofmass.runner.host.arrays import Array
 
-Array = npt.NDArray[np.float64]
-Entry = tuple[str, str, int]  # block, state field or buffer, and index in the buffer or -1
 _ENTRIES = 1 << 22  # numbers of a batch
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
 _DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
@@ -135,7 +135,9 @@ class TickMaps:
         return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
 
 
-def maps_of_ticks(slopes: TickSlopes, starts: Mapping[Entry, Place], ends: Mapping[Entry, Place]) -> TickMaps | None:
+def maps_of_ticks(
+    slopes: TickSlopes, starts: Mapping[Entry, LastingPlace], ends: Mapping[Entry, LastingPlace]
+) -> TickMaps | None:
     """Return the maps of a period, of what lies between the input and the output; None if they are too large.
 
     `starts` and `ends` are the places of the states before and after the period.

@@ -17,10 +17,11 @@ import numpy.typing as npt
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.numbers import time_text
-from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, Array
+from proofmass.runner.analysis.linearisation.period_map import NO_RINGS
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.derivatives.dual_noise import changing, given, reached
-from proofmass.runner.plan.bindings import Buffer, Deviate, State, Tick, Time
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.bindings import BufferBinding, Deviate, StateBinding, Tick, Time
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter
@@ -55,7 +56,7 @@ class Waiting:
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
         self._others = sorted(upstream - self._alone)
-        following = self._alone & changing(plan, (State, Buffer, Time, Tick))
+        following = self._alone & changing(plan, (StateBinding, BufferBinding, Time, Tick))
         self._wires = [
             (name, port)
             for name in sorted(following)

@@ -16,9 +16,10 @@ from typing import Protocol, Self
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.open_loop import Complex, Transfer
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
-from proofmass.runner.analysis.linearisation.state_space import StateSpace
+from proofmass.runner.analysis.linearisation.open_loop import Complex, TransferMatrix
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.state_space import SampledStateSpace
+from proofmass.runner.host.arrays import Array
 
 _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
@@ -45,7 +46,7 @@ class Resonant(Protocol):
 
 
 @dataclass(frozen=True)
-class WireResponse(StateSpace):
+class WireResponse(SampledStateSpace):
     """The map from one wire to another over a period."""
 
     late: float = 0.0  # s
@@ -93,8 +94,8 @@ class WireResponse(StateSpace):
         return out * late[:, None], into
 
     @cached_property
-    def _transfer(self) -> Transfer:
-        return Transfer(*self.matrices)
+    def _transfer(self) -> TransferMatrix:
+        return TransferMatrix(*self.matrices)
 
 
 def resonances(of: Resonant) -> list[tuple[float, float]]:

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import zeros_between
+from proofmass.runner.host.arrays import Array
 
 _QUIET = 0.5  # part of itself by which a growth may change in a step
 _SHORTEST = 1e-3  # step that is not halved

@@ -13,7 +13,6 @@ from typing import Any
 import flint
 
 from proofmass.runner.analysis.linearisation.rational import (
-    Polynomial,
     Rational,
     coprime,
     even_and_odd,
@@ -21,6 +20,7 @@ from proofmass.runner.analysis.linearisation.rational import (
     precise,
     square,
 )
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 
 _FLAT = 1e-12
 

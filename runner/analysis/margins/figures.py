@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it they are no limit
-Interval = tuple[float, float]
+FactorInterval = tuple[float, float]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -29,7 +29,7 @@ class Figures:
     sensitivity_peak_frequency: float | None = None  # Hz
     bandwidth: float | None = None  # Hz
     distance: float | None = None  # the least |1 + L|; None where L is no single number
-    stable_gains: tuple[Interval, ...] = ()  # all intervals of factors with which the loop is stable
+    stable_gains: tuple[FactorInterval, ...] = ()  # all intervals of factors with which the loop is stable
     gain_crossovers: tuple[float, ...] = ()  # Hz, where |L| = 1
     gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase that is left until -1
     phase_crossovers: tuple[float, ...] = ()  # Hz, where L < 0

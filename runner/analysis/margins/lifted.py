@@ -14,10 +14,10 @@ import numpy as np
 import scipy.sparse.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.continuation import stable_intervals
-from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, sweep
+from proofmass.runner.host.arrays import Array
 
 LARGEST_DELAY = 64  # samples
 _FACTORS = 24  # of a decade, between which poles are followed
@@ -61,7 +61,7 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     )
 
 
-def limits(gains: Sequence[Interval]) -> Interval:
+def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
     """Return the factors next to 1 between which a loop is stable."""
     return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
 
@@ -102,7 +102,7 @@ def _norm(matrix: Array) -> float:
     return float(value)
 
 
-def stable_gains(system: OpenLoop) -> tuple[Interval, ...]:
+def stable_gains(system: OpenLoop) -> tuple[FactorInterval, ...]:
     """Return the intervals of factors at the wire with which the loop is stable; up to a billion counts as any."""
     last = math.log(LARGEST_FACTOR)
     places = np.linspace(-last, last, round(2.0 * last * _FACTORS / math.log(10.0)) + 1)

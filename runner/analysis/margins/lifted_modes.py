@@ -15,9 +15,9 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged, together
 from proofmass.runner.analysis.margins.modes import Mode
+from proofmass.runner.host.arrays import Array
 
 _SHOWN = 0.1  # part of the largest entry of a mode, from which on a block counts as one that holds it
 _eig: Any = scipy.linalg.eig

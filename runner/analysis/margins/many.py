@@ -19,22 +19,26 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of
 from proofmass.runner.analysis.linearisation.orbit import SAME, Ends
-from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, Array, Entry, place_of
+from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, place_of
+from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.tick_maps import maps_of_ticks
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
-from proofmass.runner.analysis.margins.side_by_side import Amounts, Kind, Loops, amounts, kind_of
+from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, OpenLoops, amounts, kind_of
 from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
 from proofmass.runner.derivatives.dual_noise import changing
-from proofmass.runner.derivatives.dual_ticks import Place
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
-from proofmass.runner.plan.bindings import Buffer, State, Tick, Time
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.bindings import BufferBinding, StateBinding, Tick, Time
 from proofmass.runner.plan.planned import Plan
 
-Values = tuple[float, ...]  # of each loop its requirements in their order, NaN if it is not stable, and its verdict
+MarginValues = tuple[
+    float, ...
+]  # of each loop its requirements in their order, NaN if it is not stable, and its verdict
 _TURN = 2.0 * math.pi
-_OF_TIME = (State, Buffer, Time, Tick)
+_OF_TIME = (StateBinding, BufferBinding, Time, Tick)
 
 
 @dataclass(frozen=True)
@@ -47,7 +51,7 @@ class _Pattern:
     seeded: tuple[Entry, ...]
     moving: frozenset[str]
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
-    kind: Kind
+    kind: LoopKind
     period: float
 
 
@@ -60,10 +64,10 @@ class ManyMargins:
         self._nodes = {name: node_of(plan, loop.open_at) for name, loop in loops_of(plan).items()}
         self._patterns = self._common()
 
-    def values(self, sensors: Sequence[Plan]) -> list[Values | ModelError]:
+    def values(self, sensors: Sequence[Plan]) -> list[MarginValues | ModelError]:
         """Return the margins of each sensor, or why it has none."""
         columns = [self._fast(pattern, sensors) for pattern in self._patterns]
-        made: list[Values | ModelError] = []
+        made: list[MarginValues | ModelError] = []
         for number, sensor in enumerate(sensors):
             rows = [column[number] for column in columns]
             known = [row for row in rows if row is not None]
@@ -85,7 +89,7 @@ class ManyMargins:
             if moves or whole.periods != 1 or system.per_period != 1 or found.hidden or self._course.slopes() is None:
                 return []
             a, b, c, d = system.matrices
-            first, turn = Loops(a[None], b[None, :, 0], c[None, 0], d[0]), _TURN * system.map.period
+            first, turn = OpenLoops(a[None], b[None, :, 0], c[None, 0], d[0]), _TURN * system.map.period
             gains, phases = ([turn * f for f in each] for each in (found.gain_crossovers, found.phase_crossovers))
             upstream, moving = ends.blocks(self._plan)
             patterns.append(
@@ -102,18 +106,18 @@ class ManyMargins:
             )
         return patterns
 
-    def _fast(self, pattern: _Pattern, sensors: Sequence[Plan]) -> list[Values | None]:
+    def _fast(self, pattern: _Pattern, sensors: Sequence[Plan]) -> list[MarginValues | None]:
         """Return the margins of the sensors at one wire, None for those that want the certified path."""
         loops = {number: loop for number, sensor in enumerate(sensors) if (loop := self._loop(pattern, sensor))}
-        values: list[Values | None] = [None] * len(sensors)
+        values: list[MarginValues | None] = [None] * len(sensors)
         if loops:
-            together = Loops(*map(np.array, zip(*loops.values(), strict=True)))
+            together = OpenLoops(*map(np.array, zip(*loops.values(), strict=True)))
             found = amounts(together, pattern.kind)
             for row, number in enumerate(loops):
                 values[number] = _row(found, row, pattern.period) if found.certain[row] else None
         return values
 
-    def _loop(self, pattern: _Pattern, sensor: Plan) -> Loops | None:
+    def _loop(self, pattern: _Pattern, sensor: Plan) -> OpenLoops | None:
         """Return A, b, c and d of a sensor's loop; None if it is not of the pattern, or the next period is another."""
         if any(sensor.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):
             return None
@@ -137,9 +141,9 @@ class ManyMargins:
             return None
         n = len(pattern.states)
         whole = both[0]
-        return Loops(whole[:n, :n], whole[:n, n], -whole[n, :n], -whole[n, n])
+        return OpenLoops(whole[:n, :n], whole[:n, n], -whole[n, :n], -whole[n, n])
 
-    def _map(self, pattern: _Pattern, places: Sequence[Place], slopes: TickSlopes) -> Array | None:
+    def _map(self, pattern: _Pattern, places: Sequence[LastingPlace], slopes: TickSlopes) -> Array | None:
         """Return [A b] and below it [c d] of some ticks; None if other states lie between the ends of the wire."""
         entries = dict(zip(pattern.seeded, places, strict=True))
         maps = maps_of_ticks(slopes, entries, entries)
@@ -150,7 +154,7 @@ class ManyMargins:
         return maps.lifted()[np.ix_(place, place)]
 
 
-def margins_alone(sensor: Plan, at: str) -> Values | ModelError:
+def margins_alone(sensor: Plan, at: str) -> MarginValues | ModelError:
     """Return the margins of one sensor by the certified path, or why it has none."""
     found = margins_or_reasons(OperatingPoints(sensor, at)).values()
     problems = [problem for answer in found if isinstance(answer, ModelError) for problem in answer.problems]
@@ -159,12 +163,12 @@ def margins_alone(sensor: Plan, at: str) -> Values | ModelError:
     return tuple(value for each in found if isinstance(each, Margins) for value in _values(each))
 
 
-def _values(found: Margins) -> Values:
+def _values(found: Margins) -> MarginValues:
     stable = (attained(found, name) if found.stable else math.nan for name in REQUIREMENTS)
     return *stable, VERDICTS[found.verdict]
 
 
-def _row(found: Amounts, row: int, period: float) -> Values:
+def _row(found: Amounts, row: int, period: float) -> MarginValues:
     """Return the margins of one of the loops."""
     if not found.stable[row]:
         return *(math.nan for _ in REQUIREMENTS), VERDICTS["unstable"]

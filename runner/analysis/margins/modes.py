@@ -20,9 +20,11 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.period_map import Array, Entry
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judge, together
-from proofmass.runner.analysis.linearisation.rational import Polynomial, Transfer, coprime, roots
+from proofmass.runner.analysis.linearisation.rational import Transfer, coprime, roots
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.host.arrays import Array
 
 
 @dataclass(frozen=True)

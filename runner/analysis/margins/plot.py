@@ -8,10 +8,10 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.blocks.declaration.shown_units import prefix
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, sheet
 
 if TYPE_CHECKING:

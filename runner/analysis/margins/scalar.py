@@ -16,7 +16,7 @@ from proofmass.runner.analysis.margins.crossings import (
     phase_crossings,
     rest,
 )
-from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, Figures, Interval
+from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 
 _TURN = 2.0 * math.pi
 _TANGENTIAL = 1e-6  # part of its speed with which a pole must cross the boundary for its direction to be certain
@@ -83,7 +83,7 @@ def _delay_margin(axis: Rational, gains: list[Crossing]) -> tuple[Crossing | Non
     return late, (late.lag % _TURN) / late.w if late else math.inf
 
 
-def _stable_gains(loop: Transfer, sampled: bool, limits: list[_Limit]) -> tuple[Interval, ...]:
+def _stable_gains(loop: Transfer, sampled: bool, limits: list[_Limit]) -> tuple[FactorInterval, ...]:
     """The intervals between critical factors in which all poles are inside.
 
     Poles outside are counted in the first interval, and on from there as they cross the boundary. Where that does not
@@ -98,7 +98,7 @@ def _stable_gains(loop: Transfer, sampled: bool, limits: list[_Limit]) -> tuple[
     return tuple(interval for interval, count in zip(intervals, counts, strict=True) if count == 0)
 
 
-def _outside(loop: Transfer, sampled: bool, factors: Interval) -> float:
+def _outside(loop: Transfer, sampled: bool, factors: FactorInterval) -> float:
     """Return the number of closed-loop poles that are not inside, for a factor between two."""
     low, high = factors
     top, bottom = (2.0 * low + 1.0 if math.isinf(high) else 0.5 * (low + high)).as_integer_ratio()

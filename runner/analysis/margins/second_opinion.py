@@ -12,9 +12,9 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.linearise import to_control
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.host.arrays import Array
 
 _POINTS = 3000  # over all decades
 _AT_A_POLE = 200  # on each side of it

@@ -16,8 +16,8 @@ import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
+from proofmass.runner.host.arrays import Array
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
 _AROUND = np.linspace(0.7, 1.3, 31)  # of the crossovers of the first loop
@@ -28,7 +28,7 @@ _TOUCHING = 1e-3  # distance of |L| from 1 beside a crossover
 Truths = npt.NDArray[np.bool_]
 
 
-class Loops(NamedTuple):
+class OpenLoops(NamedTuple):
     """State spaces of open loops with negative feedback: a loop a row."""
 
     a: Array
@@ -38,7 +38,7 @@ class Loops(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Kind:
+class LoopKind:
     """Scales of the states, and crossovers in rad in a period, that the loops of one kind share."""
 
     scale: Array
@@ -46,10 +46,10 @@ class Kind:
     phase_crossovers: tuple[float, ...]
 
 
-def kind_of(loop: Loops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> Kind:
+def kind_of(loop: OpenLoops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> LoopKind:
     """Return the kind of the only loop, by its crossovers in rad in a period."""
     scale = balanced(loop.a[0] - np.outer(loop.b[0], loop.c[0]) / (1.0 + loop.d[0]))[1]
-    return Kind(scale, tuple(gain_crossovers), tuple(w for w in phase_crossovers if w < math.pi * (1.0 - 1e-9)))
+    return LoopKind(scale, tuple(gain_crossovers), tuple(w for w in phase_crossovers if w < math.pi * (1.0 - 1e-9)))
 
 
 class Amounts(NamedTuple):
@@ -64,7 +64,7 @@ class Amounts(NamedTuple):
     certain: Truths
 
 
-def amounts(loops: Loops, kind: Kind) -> Amounts:
+def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
     """Return the figures of loops of a kind."""
     chain = _Chain(loops, kind)
     gains, sure_of_gains = chain.crossings(lambda value: np.abs(value) - 1.0, kind.gain_crossovers)
@@ -88,7 +88,7 @@ def amounts(loops: Loops, kind: Kind) -> Amounts:
 class _Chain:
     """Polynomials of the loops, and their values on a grid."""
 
-    def __init__(self, loops: Loops, kind: Kind) -> None:
+    def __init__(self, loops: OpenLoops, kind: LoopKind) -> None:
         s = kind.scale
         a, b, c = loops.a * s / s[:, None], loops.b / s, loops.c * s
         closed = a - b[:, :, None] * c[:, None, :] / (1.0 + loops.d)[:, None, None]

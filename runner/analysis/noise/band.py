@@ -5,9 +5,9 @@ from collections.abc import Callable
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.wire_response import resonances
 from proofmass.runner.analysis.noise.noise_map import NoiseMap
+from proofmass.runner.host.arrays import Array
 
 _NODES = 16
 _RELATIVE = 1e-11  # of the whole integral: change of a panel's part by halving the panel

@@ -22,7 +22,7 @@ from proofmass.runner.analysis.decisions.one_bit import OneBit, with_gains, with
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -33,6 +33,7 @@ from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -48,7 +49,7 @@ DECISION = "one-bit quantisation"
 
 
 @dataclass(frozen=True)
-class Source:
+class NoiseSource:
     """One source of noise: the part of the output that it makes."""
 
     block: str
@@ -78,7 +79,7 @@ class NoiseBudget(Plotted):
     unit: str  # of the output
     rate: float  # values of the output a second
     band: tuple[float, float]  # Hz
-    sources: tuple[Source, ...]  # the largest first
+    sources: tuple[NoiseSource, ...]  # the largest first
     rms: float  # in the band
     frequencies: Array  # Hz
     density: Array  # one-sided at the output, at these frequencies, in unit^2/Hz
@@ -291,7 +292,7 @@ def budget_at(
 
 def _sources(
     planned: Plan, entries: Sequence[Endpoint], squares: Array, densities: Array, moved: Sequence[Dither]
-) -> list[Source]:
+) -> list[NoiseSource]:
     """Return the sources, all roundings of a fixed-point block as one."""
     columns: dict[tuple[str, str], list[int]] = {}
     for column, (name, part) in enumerate(entries):
@@ -304,7 +305,7 @@ def _sources(
         parts = {entries[column][1] for column in own}
         square = float(np.sum(squares[own]))
         sources.append(
-            Source(
+            NoiseSource(
                 block=name,
                 kind=kind,
                 rms=math.sqrt(square),
@@ -338,7 +339,7 @@ def _band(of: NoiseMap, band: tuple[float, float] | None) -> tuple[float, float]
 
 def _notes(
     noisy: Noisy,
-    sources: list[Source],
+    sources: list[NoiseSource],
     to_output: NoiseMap,
     band: tuple[float, float] | None,
     derivatives: bool,

@@ -26,10 +26,12 @@ from proofmass.runner.analysis.decisions.one_bit import FILTER
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array, Entry, PeriodMap
-from proofmass.runner.analysis.linearisation.state_space import Matrices, StateSpace
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.state_space import Matrices, SampledStateSpace
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
+from proofmass.runner.host.arrays import Array
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64
@@ -44,7 +46,7 @@ def variance(part: str) -> float:
 
 
 @dataclass(frozen=True)
-class NoiseMap(StateSpace):
+class NoiseMap(SampledStateSpace):
     """The map from sources to one output over a period, and from an input where there is one."""
 
     inputs: tuple[Entry, ...]  # a column each

@@ -27,18 +27,19 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_gains
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import Array, blocks_of_map
+from proofmass.runner.analysis.linearisation.period_map import blocks_of_map
 from proofmass.runner.analysis.noise.noise_map import variance
-from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Key
+from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
-from proofmass.runner.run.simulate import Progress
 
 _SHOWN = 8  # times that the covariance moves on, for one look at progress
 
@@ -271,9 +272,9 @@ class _CovarianceTicks(CompactTicks):
         for name in {**self._covariances, **slopes.columns}:
             yield name, slopes.columns.get(name, [])
 
-    def _slopes(self, rows: Sequence[Mapping[Key, float]], memory: int) -> _Slopes:
+    def _slopes(self, rows: Sequence[Mapping[Direction, float]], memory: int) -> _Slopes:
         lasting = np.zeros((len(rows), self._alive))
-        columns, owners = dict[Key, int](), dict[str, list[int]]()
+        columns, owners = dict[Direction, int](), dict[str, list[int]]()
         new: list[tuple[int, int, float]] = []
         for row, each in enumerate(rows):
             for key, value in each.items():

@@ -9,7 +9,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.host.arrays import Array
 
 _TURNS, _STEPS = 8.0, 1024  # periods of sin^4 that are integrated, and points in them
 _LOW = 1e-4  # part of 1 / tau below which the integral is negligible

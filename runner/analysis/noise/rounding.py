@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.noise_map import rows_of, summed, variance
 from proofmass.runner.derivatives.dual_noise import rounds
+from proofmass.runner.host.arrays import Array
 
 ENOUGH = 0.5  # steps rms
 

@@ -18,16 +18,17 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.margins.frequencies import Samples, highest
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
-from proofmass.runner.analysis.response.stimuli import Kind, Stimulus
+from proofmass.runner.analysis.response.stimuli import Stimulus, StimulusKind
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.run.simulate import Progress
 
 _BELOW = 0.1  # of the lowest corner, where a picture begins
 _EVEN = 200  # frequencies
@@ -153,7 +154,7 @@ def response(
     *,
     at: At = AUTO,
     frequencies: Sequence[float] = (),
-    simulate: Kind | None = None,
+    simulate: StimulusKind | None = None,
     amplitude: str | float | None = None,
     band: tuple[float, float] | None = None,
     progress: Progress | None = None,

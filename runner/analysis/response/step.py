@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
+from proofmass.runner.host.arrays import Array
 
 SETTLED = 0.02  # of the final value
 RISE = (0.1, 0.9)  # of the final value

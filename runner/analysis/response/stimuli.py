@@ -13,11 +13,11 @@ from typing import Literal, get_args
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
+from proofmass.runner.host.arrays import Array
 
-Kind = Literal["sine", "multitone", "chirp", "prbs"]
-KINDS: tuple[str, ...] = get_args(Kind)
+StimulusKind = Literal["sine", "multitone", "chirp", "prbs"]
+KINDS: tuple[str, ...] = get_args(StimulusKind)
 OF_TONES = ("sine", "multitone")  # with nothing between the lines that are looked at
 _TONES = {"sine": 12, "multitone": 40, "chirp": 60, "prbs": 60}  # frequencies that are looked at
 _BELOW, _ABOVE = 1.0 / 20.0, 10.0  # of the bandwidth, where a band begins and ends unless said
@@ -30,7 +30,7 @@ _LONGEST = 1 << 22  # values of one repetition
 class Stimulus:
     """Stimulus on top of an input: a kind, its peak value in the input's unit, and a band in Hz."""
 
-    kind: Kind
+    kind: StimulusKind
     amplitude: float
     band: tuple[float, float] | None = None
 
@@ -69,7 +69,7 @@ def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> l
 
 
 def _shapes(
-    kind: Kind, lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", periods: int, entries: int
+    kind: StimulusKind, lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", periods: int, entries: int
 ) -> "Iterator[tuple[Array, np.ndarray[tuple[int], np.dtype[np.intp]]]]":
     turn = 2.0 * np.pi * np.arange(periods * entries) / (periods * entries)
     if kind == "sine":

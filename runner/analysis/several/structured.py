@@ -15,7 +15,7 @@ import numpy as np
 import scipy.optimize
 
 from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.analysis.linearisation.period_map import Array
+from proofmass.runner.host.arrays import Array
 
 _LIMIT = 30.0  # of log D
 _CUTS = 200
@@ -28,20 +28,22 @@ _programme: Any = scipy.optimize.linprog
 _minimise: Any = scipy.optimize.minimize_scalar
 
 
-class Scaled(NamedTuple):
+class ScaledBound(NamedTuple):
     """An upper bound, and the logarithms of the factors that give it."""
 
     bound: float
     scales: Array
 
 
-def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = None, close: float = _CLOSE) -> Scaled:
+def upper_bound(
+    matrix: Complex, sizes: Sequence[int], begin: Array | None = None, close: float = _CLOSE
+) -> ScaledBound:
     """Return the least of the largest singular values over all scalings of blocks of these sizes."""
     count = len(sizes)
     start = np.zeros(count) if begin is None else np.asarray(begin, dtype=float)
     value, slope = _largest(matrix, sizes, start)
     if count == 1 or value == -np.inf:
-        return Scaled(float(np.exp(value)), start)
+        return ScaledBound(float(np.exp(value)), start)
     if count == 2:
         return _of_two(matrix, sizes)
     best, at = value, start
@@ -72,16 +74,16 @@ def upper_bound(matrix: Complex, sizes: Sequence[int], begin: Array | None = Non
             radius = max(radius * 0.7, 1e-9)
         if best - float(scales.fun) <= close and not at_edge:
             break
-    return Scaled(float(np.exp(best)), at)
+    return ScaledBound(float(np.exp(best)), at)
 
 
-def _of_two(matrix: Complex, sizes: Sequence[int]) -> Scaled:
+def _of_two(matrix: Complex, sizes: Sequence[int]) -> ScaledBound:
     """Return the bound for two blocks, whose ratio is the one scale: by Brent's method."""
     a = sizes[0]
     norms = np.linalg.norm(matrix[:a, a:]), np.linalg.norm(matrix[a:, :a])
     if min(norms) == 0.0:
         one, two = np.linalg.norm(matrix[:a, :a], 2), np.linalg.norm(matrix[a:, a:], 2)
-        return Scaled(float(max(one, two)), np.zeros(2))
+        return ScaledBound(float(max(one, two)), np.zeros(2))
     middle = 0.5 * float(np.log(norms[0] / norms[1]))
     minimum = _minimise(
         lambda scale: _largest(matrix, sizes, np.array([0.0, scale]))[0],
@@ -89,7 +91,7 @@ def _of_two(matrix: Complex, sizes: Sequence[int]) -> Scaled:
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return Scaled(float(np.exp(minimum.fun)), np.array([0.0, minimum.x]))
+    return ScaledBound(float(np.exp(minimum.fun)), np.array([0.0, minimum.x]))
 
 
 def _largest(matrix: Complex, sizes: Sequence[int], scales: Array) -> tuple[float, Array]:

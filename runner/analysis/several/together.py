@@ -26,11 +26,11 @@ from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints, of_wires
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted_modes import seen
 from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 

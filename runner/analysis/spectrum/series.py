@@ -6,14 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.result import Trace
 
-Array = npt.NDArray[np.float64]
 _LEAST, _MOST = 1e-140, 1e140  # size of values whose squares, summed and divided, are still numbers
 JITTER = 0.05  # of a step, by which the times of a recording may be off equal steps
 

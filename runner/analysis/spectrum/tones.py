@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.analysis.spectrum.series import Array
 from proofmass.runner.analysis.spectrum.welch import Spectrum
 from proofmass.runner.analysis.spectrum.windows import half_lobe
+from proofmass.runner.host.arrays import Array
 
 HARMONICS = 9  # above the tone
 _NEIGHBOURS = 8  # lobes, on each side of a tone

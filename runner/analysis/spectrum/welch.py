@@ -15,8 +15,9 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.runner.analysis.spectrum.series import Array, as_series
+from proofmass.runner.analysis.spectrum.series import as_series
 from proofmass.runner.analysis.spectrum.windows import terms, window
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted
 
 SEGMENTS = 8  # that fit into the signal without overlap, where the length of a segment is not said

@@ -9,7 +9,7 @@ Albrecht, Proc. ICASSP 2001, 3045.)
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.runner.analysis.spectrum.series import Array
+from proofmass.runner.host.arrays import Array
 
 WINDOWS: dict[str, tuple[float, ...]] = {
     "rectangular": (1.0,),

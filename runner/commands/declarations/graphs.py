@@ -33,7 +33,7 @@ from proofmass.runner.run.engine_table import EngineName
 
 if TYPE_CHECKING:
     from proofmass.runner.rtl.bench.simulators import Simulator
-    from proofmass.runner.rtl.tools.synth import Family
+    from proofmass.runner.rtl.tools.synth import ChipFamily
 
 
 class RunRequest(Answered, does="run_command.run_graph"):
@@ -275,7 +275,7 @@ class RtlRequest(Changed, does="rtl_command.write_rtl"):
         type=click.Choice(["icarus", "verilator", "cocotb"]),
     )
     prove: bool = flag("Prove the Verilog equal to the Python functions for all inputs.")
-    family: "Family | None" = option(
+    family: "ChipFamily | None" = option(
         "Count lookup tables, flip-flops and multipliers; place and route for ice40 and ecp5.",
         "--synth",
         type=click.Choice(["xc2vp", "xc7", "ice40", "ecp5"]),

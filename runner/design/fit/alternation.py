@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 TOLERANCE = 1e-12  # relative change of the mean square error
 MOST_ITERATIONS = 20_000
@@ -31,7 +31,7 @@ class Alternated(NamedTuple):
 
 
 def alternate(
-    temperature: Array, output: Array, start: tuple[float, float], tolerance: float = TOLERANCE
+    temperature: AnyArray, output: AnyArray, start: tuple[float, float], tolerance: float = TOLERANCE
 ) -> Alternated:
     """Alternate from the starting exponents, on unshifted temperatures: shifting them changes the path."""
     largest = LARGEST_ARGUMENT / float(np.abs(temperature).max())
@@ -52,14 +52,14 @@ def alternate(
         b1, b2 = b1 + step1, b2 + step2
 
 
-def convergence_rate(temperature: Array, a: tuple[float, float], b: tuple[float, float]) -> float:
+def convergence_rate(temperature: AnyArray, a: tuple[float, float], b: tuple[float, float]) -> float:
     """Return cos^2 of the smallest angle between the spans of the two steps: the factor of an error per iteration."""
     waves = np.exp(np.outer(temperature, b))
     spans = [np.linalg.qr(columns)[0] for columns in (waves, temperature[:, None] * waves * np.asarray(a))]
     return float(np.linalg.svd(spans[0].T @ spans[1], compute_uv=False)[0]) ** 2
 
 
-def _two_columns(first: Array, second: Array, target: Array) -> tuple[float, float]:
+def _two_columns(first: AnyArray, second: AnyArray, target: AnyArray) -> tuple[float, float]:
     """Solve least squares on two columns, the second made orthogonal to the first: no squared condition number.
 
     A column that adds nothing gets the factor 0.

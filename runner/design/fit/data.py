@@ -11,8 +11,8 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns
-from proofmass.runner.run.result import Array
 from proofmass.runner.run.simulate import simulate
 
 FEWEST_TEMPERATURES = 5  # one more than the coefficients of two exponentials
@@ -26,8 +26,8 @@ class Readings:
     """Measured readings, one in each row, in the order of time if there is one."""
 
     source: str
-    temperature: Array
-    output: Array
+    temperature: AnyArray
+    output: AnyArray
     temperature_name: str
     output_name: str
     temperature_unit: str = ""  # empty if the source has none
@@ -104,7 +104,7 @@ def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Re
     return _readings(graph.name, columns, [np.asarray(trace.values, dtype=np.float64) for trace in traces])
 
 
-def _readings(source: str, columns: Sequence[Column], values: Sequence[Array]) -> Readings:
+def _readings(source: str, columns: Sequence[Column], values: Sequence[AnyArray]) -> Readings:
     (t, v), (temperature, output) = values, columns
     return Readings(source, t, v, temperature.name, output.name, temperature.unit, output.unit)
 

@@ -17,9 +17,9 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.design.fit.alternation import TOLERANCE, alternate, convergence_rate
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.projection import DOUBLE, best, prony
-from proofmass.runner.design.fit.scale import Scaled, half_widths
+from proofmass.runner.design.fit.scale import ScaledReadings, half_widths
 from proofmass.runner.design.fit.verdict import lagging, notes, undetermined
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 ORDERS = (3, 4)
 
@@ -40,7 +40,7 @@ class Fit:
     model: str
     method: str
     coefficients: tuple[Coefficient, ...]
-    residual: Array
+    residual: AnyArray
     rmse: float  # root of the mean square of the residual
     r_squared: float
     after: float  # peak to peak of the residual
@@ -84,7 +84,7 @@ def fit(
     Raises `ModelError` if the start or the exponentials are out of range, with the reason if the readings do not
     determine them.
     """
-    scaled = Scaled(readings)
+    scaled = ScaledReadings(readings)
     if start:
         scaled.refuse(start, "start nearer to zero")
     guess = prony(scaled.x, scaled.v)
@@ -134,7 +134,7 @@ def _exponentials(
     return _fit(readings, "two exponentials", method, coefficients, residual, iterations, converged)
 
 
-def _polynomial(readings: Readings, scaled: Scaled, order: int) -> Fit:
+def _polynomial(readings: Readings, scaled: ScaledReadings, order: int) -> Fit:
     """Fit in the scaled temperature, where powers are far from parallel, then convert to zero temperature."""
     powers = np.vander(scaled.x, order + 1, increasing=True)
     solution = np.linalg.lstsq(powers, readings.output, rcond=None)[0]
@@ -159,7 +159,7 @@ def _fit(
     model: str,
     method: str,
     coefficients: tuple[Coefficient, ...],
-    residual: Array,
+    residual: AnyArray,
     iterations: int = 1,
     converged: bool = True,
 ) -> Fit:

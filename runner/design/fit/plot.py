@@ -7,8 +7,8 @@ import numpy as np
 
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.design.fit.fit import Fit, FitReport
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.pictures import COLOURS, INK, axis_label, sheet
-from proofmass.runner.run.result import Array
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -46,7 +46,7 @@ def plot_fit(report: FitReport) -> "Figure":
     return figure
 
 
-def _dots(x: Array, y: Array, drawn: Array) -> tuple[Array, Array, str]:
+def _dots(x: AnyArray, y: AnyArray, drawn: AnyArray) -> tuple[AnyArray, AnyArray, str]:
     return x[drawn], y[drawn], "."
 
 

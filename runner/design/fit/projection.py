@@ -14,7 +14,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 LARGEST_EXPONENT = 60.0  # of x: beyond, an exponential acts on a single point
 MOST_ITERATIONS = 300
@@ -25,7 +25,7 @@ STATIONARY = 1e-8  # cosine between residual and its derivatives; 1e-12 of the s
 EXACT = 1e-13  # residual against data, of a fit that leaves nothing
 
 
-class Family(NamedTuple):
+class ExponentialFamily(NamedTuple):
     """A sum of exponentials: each term is a power of x times one of the exponentials, or times 1 where `of` is None."""
 
     name: str
@@ -38,20 +38,20 @@ class Family(NamedTuple):
         return self.exponents + len(self.terms)
 
 
-CONSTANT = Family("a constant", 0, ((None, 0),))
-SINGLE = Family("one exponential", 1, ((0, 0),))
-DOUBLE_ROOT = Family("two exponentials of one exponent", 1, ((0, 0), (0, 1)))
-DOUBLE = Family("two exponentials", 2, ((0, 0), (1, 0)))
-DOUBLE_AND_CONSTANT = Family("two exponentials and a constant", 2, ((0, 0), (1, 0), (None, 0)))
+CONSTANT = ExponentialFamily("a constant", 0, ((None, 0),))
+SINGLE = ExponentialFamily("one exponential", 1, ((0, 0),))
+DOUBLE_ROOT = ExponentialFamily("two exponentials of one exponent", 1, ((0, 0), (0, 1)))
+DOUBLE = ExponentialFamily("two exponentials", 2, ((0, 0), (1, 0)))
+DOUBLE_AND_CONSTANT = ExponentialFamily("two exponentials and a constant", 2, ((0, 0), (1, 0), (None, 0)))
 
 
 class Projected(NamedTuple):
     """The best linear coefficients at given exponents, what they leave, and how that moves with the exponents."""
 
     exponents: tuple[float, ...]
-    linear: Array
-    residual: Array
-    jacobian: Array
+    linear: AnyArray
+    residual: AnyArray
+    jacobian: AnyArray
 
     @property
     def squares(self) -> float:
@@ -67,7 +67,7 @@ class Optimum(NamedTuple):
     converged: bool
 
 
-def project(family: Family, exponents: Sequence[float], x: Array, v: Array) -> Projected:
+def project(family: ExponentialFamily, exponents: Sequence[float], x: AnyArray, v: AnyArray) -> Projected:
     """Eliminate the linear coefficients; columns are scaled so that the largest entry is about 1."""
     waves = [np.exp(b * x - abs(b)) for b in exponents]
     terms = [np.ones_like(x) if of is None else waves[of] * x**power for of, power in family.terms]
@@ -85,7 +85,7 @@ def project(family: Family, exponents: Sequence[float], x: Array, v: Array) -> P
     return Projected(tuple(exponents), linear, v - columns @ linear, jacobian)
 
 
-def refine(family: Family, start: Sequence[float], x: Array, v: Array) -> Optimum:
+def refine(family: ExponentialFamily, start: Sequence[float], x: AnyArray, v: AnyArray) -> Optimum:
     """Go from a start to the nearest optimum."""
     here, damping, size = project(family, start, x, v), 1e-3, float(np.linalg.norm(v))
     for iteration in range(MOST_ITERATIONS):
@@ -107,7 +107,7 @@ def refine(family: Family, start: Sequence[float], x: Array, v: Array) -> Optimu
     return Optimum(here, MOST_ITERATIONS, _stationary(here, size))
 
 
-def best(family: Family, x: Array, v: Array, starts: Sequence[Sequence[float]] = ()) -> Optimum:
+def best(family: ExponentialFamily, x: AnyArray, v: AnyArray, starts: Sequence[Sequence[float]] = ()) -> Optimum:
     """The best optimum from the given starts and the best few of a scan; the iterations are those of all.
 
     Of many rows a part chooses the start; the optimum is that of all rows.
@@ -124,7 +124,7 @@ def best(family: Family, x: Array, v: Array, starts: Sequence[Sequence[float]] =
     return lowest._replace(iterations=iterations)
 
 
-def prony(x: Array, v: Array) -> tuple[float, float] | None:
+def prony(x: AnyArray, v: AnyArray) -> tuple[float, float] | None:
     """Exponents from the means of four stretches of equal length (Prony 1795), or None where they are not real.
 
     The integrals of a sum of two exponentials over equal stretches follow the same recurrence as its values, and noise
@@ -143,7 +143,7 @@ def prony(x: Array, v: Array) -> tuple[float, float] | None:
     return low, high
 
 
-def _stretches(x: Array, v: Array, count: int) -> Iterator[float]:
+def _stretches(x: AnyArray, v: AnyArray, count: int) -> Iterator[float]:
     """Means of the straight-line interpolation over stretches of equal length."""
     knots, where = np.unique(x, return_inverse=True)
     levels = np.bincount(where, weights=v) / np.bincount(where)

@@ -9,12 +9,12 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.design.fit.alternation import LARGEST_ARGUMENT
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.projection import Optimum
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 CONFIDENCE = 0.95
 
 
-class Scaled:
+class ScaledReadings:
     """Readings without dimension: x from -1 to 1, v at most 1."""
 
     def __init__(self, readings: Readings) -> None:
@@ -63,7 +63,7 @@ class Scaled:
             raise ModelError([problem])
 
 
-def half_widths(jacobian: Array, residual: Array) -> list[float]:
+def half_widths(jacobian: AnyArray, residual: AnyArray) -> list[float]:
     """Half the width of the 95 % interval of each coefficient; infinite where its column adds nothing."""
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit

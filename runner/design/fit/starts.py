@@ -9,7 +9,7 @@ from typing import NamedTuple
 from proofmass.runner.design.fit.alternation import alternate
 from proofmass.runner.design.fit.fit import FitReport
 from proofmass.runner.design.fit.projection import DOUBLE, refine
-from proofmass.runner.design.fit.scale import Scaled
+from proofmass.runner.design.fit.scale import ScaledReadings
 from proofmass.runner.design.fit.verdict import NOTHING, SHORT
 
 GRID = (-4.8, -2.4, -1.2, -0.6, -0.3, 0.3, 0.6, 1.2, 2.4, 4.8)  # exponents times half the range of the temperature
@@ -36,7 +36,7 @@ class Arrivals:
 def from_starts(report: FitReport, grid: Sequence[float] = GRID) -> tuple[Arrivals, Arrivals]:
     """Run both methods from every pair of the grid, without the choice of a start that `fit` makes."""
     readings = report.readings
-    scaled, rows = Scaled(readings), len(readings.output)
+    scaled, rows = ScaledReadings(readings), len(readings.output)
     enough = report.fits[0].rmse * (1.0 + SHORT) + NOTHING * report.before
 
     def arrival(start: tuple[float, float], iterations: int, converged: bool, rmse: float) -> Arrival:

@@ -18,12 +18,12 @@ from proofmass.runner.design.fit.projection import (
     DOUBLE_ROOT,
     LARGEST_EXPONENT,
     SINGLE,
-    Family,
+    ExponentialFamily,
     Optimum,
     best,
 )
-from proofmass.runner.design.fit.scale import Scaled
-from proofmass.runner.run.result import Array
+from proofmass.runner.design.fit.scale import ScaledReadings
+from proofmass.runner.host.arrays import AnyArray
 
 SIGNIFICANT = 0.01  # chance of a simpler law to look this much worse by accident
 WORTH_A_CONSTANT = 0.9  # of the root mean square, left when a constant is fitted too
@@ -35,18 +35,18 @@ NOTHING = 1e-12  # of the range of the output: a residual that is rounding
 ROUGH, ROUGHER = 0.1, 4.0  # when the columns look swapped
 
 
-def undetermined(readings: Readings, scaled: Scaled, optimum: Optimum) -> Problem | None:
+def undetermined(readings: Readings, scaled: ScaledReadings, optimum: Optimum) -> Problem | None:
     """Return why the readings do not determine two exponentials, or None if they do."""
     return next(_reasons(readings, scaled, optimum), None)
 
 
-def _reasons(readings: Readings, scaled: Scaled, optimum: Optimum) -> Iterator[Problem]:
+def _reasons(readings: Readings, scaled: ScaledReadings, optimum: Optimum) -> Iterator[Problem]:
     """The deepest reason first."""
     x, v, exponents = scaled.x, scaled.v, scaled.intervals(optimum)
     squares, range_of_v = optimum.at.squares, float(np.ptp(v))
     floor = len(v) * (NOTHING * range_of_v) ** 2
 
-    def enough(family: Family) -> bool:
+    def enough(family: ExponentialFamily) -> bool:
         return not _better(best(family, x, v).at.squares, squares, DOUBLE, family, len(v), floor)
 
     forward, backward = roughness(x, v), roughness(v, x)
@@ -82,7 +82,7 @@ def _reasons(readings: Readings, scaled: Scaled, optimum: Optimum) -> Iterator[P
         yield _problem("the iteration did not converge", "two exponentials", "the readings do not fix the exponents")
 
 
-def _constant_left(readings: Readings, scaled: Scaled, squares: float, floor: float) -> Iterator[Problem]:
+def _constant_left(readings: Readings, scaled: ScaledReadings, squares: float, floor: float) -> Iterator[Problem]:
     """Yield a problem if the output has a constant that is larger than the effect of the temperature."""
     rows = len(scaled.v)
     if rows <= DOUBLE_AND_CONSTANT.coefficients:
@@ -97,7 +97,7 @@ def _constant_left(readings: Readings, scaled: Scaled, squares: float, floor: fl
         yield _problem("a constant is left in the output, larger than what the temperature does", "a1, a2", hint)
 
 
-def notes(readings: Readings, residual: Array, vague: Sequence[str]) -> Iterator[Problem]:
+def notes(readings: Readings, residual: AnyArray, vague: Sequence[str]) -> Iterator[Problem]:
     """Yield further notes; `vague` are coefficients that are uncertain by their own size."""
     rows = len(readings.output)
     if rows - DOUBLE.coefficients < FEW:
@@ -130,7 +130,7 @@ def lagging(optimum: float, reached: float, range_of_output: float, iterations: 
     return (_note(f"ended {above:.2g} % above the optimum after {iterations} iterations", "alternation"),)
 
 
-def roughness(x: Array, v: Array) -> float:
+def roughness(x: AnyArray, v: AnyArray) -> float:
     """Return how much v jumps from one x to the next: 0 for a smooth function of x, about 1 without one."""
     knots, where = np.unique(x, return_inverse=True)
     levels = np.bincount(where, weights=v) / np.bincount(where)
@@ -138,7 +138,9 @@ def roughness(x: Array, v: Array) -> float:
     return float((np.diff(levels) ** 2).sum()) / spread if spread else 0.0
 
 
-def _better(simple: float, rich: float, family: Family, simpler: Family, rows: int, floor: float) -> bool:
+def _better(
+    simple: float, rich: float, family: ExponentialFamily, simpler: ExponentialFamily, rows: int, floor: float
+) -> bool:
     """Return whether the richer family fits significantly better, by Fisher's test of both sums of squares."""
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import fdtrc

@@ -15,16 +15,17 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.design.identification.identifiable import certainty
-from proofmass.runner.design.identification.model import Model, output_units
+from proofmass.runner.design.identification.model import RecordingModel, output_units
 from proofmass.runner.design.identification.noise_levels import NoiseLevel, noise_levels
-from proofmass.runner.design.identification.recordings import Gaps, Recording, Wanted, recordings_of
-from proofmass.runner.design.identification.solve import LOSSES, Solution, Solver
+from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
+from proofmass.runner.design.identification.solve import LOSSES, Solution, UnknownsSolver
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown, parameters_of
 from proofmass.runner.design.identification.whiteness import Whiteness, whiteness
-from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress
+from proofmass.runner.design.quantities.stopping import InterruptedSearch
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.progress import Progress
 
 CONFIDENCE = 0.95
 _DIGITS = 9
@@ -79,7 +80,7 @@ class Fitted(Plotted):
     estimates: tuple[Estimate, ...]  # of free parameters, with intervals
     outputs: tuple[OutputFit, ...]  # how well each is explained
     levels: tuple[NoiseLevel, ...]  # of noise
-    correlation: Array  # of the estimates, a matrix
+    correlation: AnyArray  # of the estimates, a matrix
     findings: tuple[str, ...]  # what is not identifiable
     notes: tuple[str, ...]  # on the recordings
     rows: int  # that were compared
@@ -88,8 +89,8 @@ class Fitted(Plotted):
     reached: int  # starts that ended at the best solution
     converged: bool  # True if the search ended by itself
     interrupted: bool  # True after Ctrl-C
-    recordings: tuple[Recording, ...]  # as they were read
-    modelled: tuple[Mapping[str, Array], ...]  # outputs of each recording with the fitted values
+    recordings: tuple[RecordedStretch, ...]  # as they were read
+    modelled: tuple[Mapping[str, AnyArray], ...]  # outputs of each recording with the fitted values
     written: Mapping[str, str]  # names of parameters as a person wrote them, by those of the flat graph
 
     @property
@@ -214,11 +215,11 @@ def fit(
     if not unknowns and not levels:
         raise ModelError([Problem(message="leaves nothing free", key="free", hint="name a parameter")])
     recordings, notes = recordings_of(data, *wanted, gaps)
-    models = [Model(graph, recording, interpolated) for recording in recordings]
+    models = [RecordingModel(graph, recording, interpolated) for recording in recordings]
     if any(model.between_ticks for model in models):
         notes.append("recorded times lie between ticks: straight lines between the values of the run are compared")
     with interrupts() as stop:
-        solver = Solver(models, unknowns, loss, float(read_duration(skip)), progress, stop)
+        solver = UnknownsSolver(models, unknowns, loss, float(read_duration(skip)), progress, stop)
         _refuse_few(solver, unknowns)
         solution, reached, interrupted = _best(solver, unknowns, starts, seed)
     return _outcome(graph, solver, solution, (starts, reached, interrupted), notes, levels)
@@ -242,14 +243,14 @@ def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[
     return unknowns
 
 
-def _refuse_few(solver: Solver, unknowns: Sequence[Unknown]) -> None:
+def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
     rows = sum(int(mask.sum()) for masks in solver.masks for mask in masks)
     if rows <= len(unknowns):
         message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
         raise ModelError([Problem(message=message, key="data", got=str(rows), expected=expected)])
 
 
-def _best(solver: Solver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:
+def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:
     """Return the best solution of all starts, how many end there, and whether Ctrl-C ended the search."""
     begin = np.array([unknown.start for unknown in unknowns])
     drawn = np.random.default_rng(seed).random((max(starts - 1, 0), len(unknowns)))
@@ -274,7 +275,7 @@ def _best(solver: Solver, unknowns: Sequence[Unknown], starts: int, seed: int) -
     return chosen, reached, interrupted
 
 
-def _share(solver: Solver, signal: str) -> float:
+def _share(solver: UnknownsSolver, signal: str) -> float:
     """Return the part of all values that an output has."""
     counts = dict.fromkeys(solver.signals, 0)
     for model, masks in zip(solver.models, solver.masks, strict=True):
@@ -285,7 +286,7 @@ def _share(solver: Solver, signal: str) -> float:
 
 def _outcome(
     graph: Graph,
-    solver: Solver,
+    solver: UnknownsSolver,
     solution: Solution,
     ran: tuple[int, int, bool],
     notes: list[str],
@@ -326,7 +327,7 @@ def _outcome(
     )
 
 
-def _masks_of(solver: Solver, signal: str) -> list[Array]:
+def _masks_of(solver: UnknownsSolver, signal: str) -> list[AnyArray]:
     return [
         mask
         for model, masks in zip(solver.models, solver.masks, strict=True)
@@ -335,7 +336,7 @@ def _masks_of(solver: Solver, signal: str) -> list[Array]:
     ]
 
 
-def _output(solver: Solver, signal: str, raw: Sequence[tuple[str, Array]]) -> OutputFit:
+def _output(solver: UnknownsSolver, signal: str, raw: Sequence[tuple[str, AnyArray]]) -> OutputFit:
     parts = [part for name, part in raw if name == signal]
     values = np.concatenate(parts)
     longest = max(parts, key=len)

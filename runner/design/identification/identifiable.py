@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.runner.design.identification.unknowns import Unknown
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 UNCERTAIN = 0.5  # relative standard deviation of a combination that counts as not determined
 _PART = 0.2  # of a combination, from which on an unknown takes part
@@ -22,13 +22,13 @@ _ALIKE = 0.02  # difference of parts that count as equal
 class Certainty:
     """Standard errors and correlations of the unknowns, and what is not determined."""
 
-    errors: Array  # infinite where an unknown is not determined
-    correlation: Array
+    errors: AnyArray  # infinite where an unknown is not determined
+    correlation: AnyArray
     unidentified: tuple[tuple[str, ...], ...]  # unknowns of combinations that are not determined
     findings: tuple[str, ...]
 
 
-def certainty(jacobian: Array, values: Array, unknowns: Sequence[Unknown]) -> Certainty:
+def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown]) -> Certainty:
     """Return what the derivatives of residuals, in units of the noise, say of the unknowns."""
     sizes = np.array([abs(v) or u.scale for v, u in zip(values, unknowns, strict=True)])
     table = jacobian * sizes
@@ -50,7 +50,7 @@ def certainty(jacobian: Array, values: Array, unknowns: Sequence[Unknown]) -> Ce
     return Certainty(errors, covariance / np.outer(spread, spread), tuple(groups), tuple(findings))
 
 
-def _said(vector: Array, members: Sequence[int], unknowns: Sequence[Unknown], singular: float) -> str:
+def _said(vector: AnyArray, members: Sequence[int], unknowns: Sequence[Unknown], singular: float) -> str:
     names = [unknowns[k].written for k in members]
     if len(members) == 1:
         how = "changes nothing" if singular < 1e-6 else f"is known to {100.0 / singular:.2g} % of its size only"

@@ -13,20 +13,20 @@ from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, Probe, Wire, split
 from proofmass.graphs.model.names import Missing, find_output
-from proofmass.runner.design.identification.recordings import Recording
+from proofmass.runner.design.identification.recordings import RecordedStretch
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.planning.plan import plan, varied
-from proofmass.runner.run.result import Array
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, dtype_of
 
 _ON_TICK = 1e-3  # of a step, by which a time may miss a tick
 
 
-class Model:
+class RecordingModel:
     """Runs a graph over the inputs of one recording and gives its outputs at the recorded times."""
 
-    def __init__(self, graph: Graph, recording: Recording, interpolated: bool) -> None:
+    def __init__(self, graph: Graph, recording: RecordedStretch, interpolated: bool) -> None:
         self.recording = recording
         played, buffers = _with_recorded(graph, recording, interpolated)
         self.signals = sorted(recording.outputs)
@@ -43,7 +43,7 @@ class Model:
         ]
         self.runs = 0
 
-    def outputs(self, values: Mapping[str, float], delays: Mapping[str, float]) -> list[Array] | None:
+    def outputs(self, values: Mapping[str, float], delays: Mapping[str, float]) -> list[AnyArray] | None:
         """Return each output at the recorded times, in the order of their names; None if the run fails."""
         self.runs += 1
         try:
@@ -58,7 +58,7 @@ class Model:
             for signal, probe, rows, place in zip(self.signals, self.plan.probes, self.rows, self._places, strict=True)
         ]
 
-    def _delayed(self, probe: PlannedProbe, rows: Array, delay: float) -> tuple[Array, Array | None]:
+    def _delayed(self, probe: PlannedProbe, rows: AnyArray, delay: float) -> tuple[AnyArray, AnyArray | None]:
         """Return the places of the recorded times less a delay: straight lines between the rows."""
         late = delay + probe.phase * self.plan.period
         at = np.clip((self.recording.times - late) / (self.plan.period * probe.stride), 0.0, len(rows) - 1.0)
@@ -88,7 +88,7 @@ def output_units(graph: Graph, signals: Sequence[str]) -> dict[str, str]:
 
 
 def _with_recorded(
-    graph: Graph, recording: Recording, interpolated: bool
+    graph: Graph, recording: RecordedStretch, interpolated: bool
 ) -> tuple[Graph, dict[str, dict[str, tuple[float, ...]]]]:
     """Return the graph with sources of the recorded inputs in place of what drives their wires."""
     units = output_units(graph, list(recording.inputs))
@@ -109,7 +109,7 @@ def _with_recorded(
     return graph.changed(blocks=blocks, wires=tuple(wires), rates=rates), buffers
 
 
-def _places(times: Array, period: float, rows: int) -> tuple[Array, Array | None]:
+def _places(times: AnyArray, period: float, rows: int) -> tuple[AnyArray, AnyArray | None]:
     """Return the row before each time, and the part of the way to the next; None where all times lie on ticks."""
     at = times / period
     near = np.rint(at)
@@ -119,7 +119,7 @@ def _places(times: Array, period: float, rows: int) -> tuple[Array, Array | None
     return before, np.asarray(at - before)
 
 
-def _at(rows: Array, before: Array, part: Array | None) -> Array:
+def _at(rows: AnyArray, before: AnyArray, part: AnyArray | None) -> AnyArray:
     if part is None:
         return rows[before]
     after = np.minimum(before + 1, len(rows) - 1)

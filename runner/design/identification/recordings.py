@@ -15,9 +15,9 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
-from proofmass.runner.design.identification.tables import Table, read_table_file
+from proofmass.runner.design.identification.tables import RecordedTable, read_table_file
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
-from proofmass.runner.run.result import Array
 
 GAP = 1.5  # steps
 FEWEST = 8  # rows of a piece
@@ -26,13 +26,13 @@ Gaps = Literal["refuse", "split"]
 
 
 @dataclass(frozen=True)
-class Recording:
+class RecordedStretch:
     """One stretch of recorded signals, in the units of the graph: times from 0, inputs and outputs by signal."""
 
     source: str
-    times: Array
-    inputs: Mapping[str, Array]
-    outputs: Mapping[str, Array]
+    times: AnyArray
+    inputs: Mapping[str, AnyArray]
+    outputs: Mapping[str, AnyArray]
 
     @property
     def duration(self) -> float:
@@ -56,13 +56,13 @@ class Wanted:
 
 def recordings_of(
     data: object, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
-) -> tuple[list[Recording], list[str]]:
+) -> tuple[list[RecordedStretch], list[str]]:
     """Return recordings of files, tables of arrays or xarray datasets, and what is to be said of them.
 
     A table of arrays has the times under "time", or under its first name. Raises `ModelError`.
     """
     sources = list(data) if isinstance(data, list | tuple) else [data]
-    stretches, notes = list[Recording](), list[str]()
+    stretches, notes = list[RecordedStretch](), list[str]()
     for number, source in enumerate(sources, 1):
         table = _table(source, [w.column for w in (*inputs, *outputs)], f"recording {number}")
         notes += [f"{table.source}: {note}" for note in table.notes]
@@ -72,16 +72,16 @@ def recordings_of(
     return stretches, notes
 
 
-def _table(source: Any, wanted: list[str], name: str) -> Table:
+def _table(source: Any, wanted: list[str], name: str) -> RecordedTable:
     if isinstance(source, str | Path):
         return read_table_file(Path(source), wanted)
-    if isinstance(source, Table):
+    if isinstance(source, RecordedTable):
         return source
     if hasattr(source, "data_vars"):  # an xarray dataset: one axis of time, units as attributes
         axis = next(iter(source.dims))
         named = {axis: source[axis], **{key: source[key] for key in source.data_vars}}
         units = {key: str(values.attrs.get("units", "")) for key, values in named.items()}
-        return Table(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
+        return RecordedTable(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
     if not isinstance(source, Mapping) or not source:
         message, hint = "is no recording", 'give a file, or {"time": times, "force": values, ...}'
         raise ModelError([Problem(message=message, key=name, got=type(source).__name__, hint=hint)])
@@ -91,12 +91,12 @@ def _table(source: Any, wanted: list[str], name: str) -> Table:
     if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
         message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in lengths.items())
         raise ModelError([Problem(message=message, key=name, got=got)])
-    return Table(name, columns, {})
+    return RecordedTable(name, columns, {})
 
 
 def _stretches(
-    table: Table, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
-) -> tuple[list[Recording], list[str]]:
+    table: RecordedTable, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
+) -> tuple[list[RecordedStretch], list[str]]:
     notes = list[str]()
     first = next(iter(table.columns))
     times = _converted(table, first, "s")
@@ -134,7 +134,7 @@ def _stretches(
             continue
         inside = slice(low, high)
         stretches.append(
-            Recording(
+            RecordedStretch(
                 table.source,
                 times[inside] - times[low],
                 {signal: values[inside] for signal, values in played.items()},
@@ -150,7 +150,7 @@ def _stretches(
     return stretches, notes
 
 
-def _converted(table: Table, name: str, unit: str) -> Array:
+def _converted(table: RecordedTable, name: str, unit: str) -> AnyArray:
     values, unit_given = table.column(name), table.units.get(name, "") or unit
     try:
         if not same_dimension(unit_given, unit):
@@ -164,7 +164,7 @@ def _converted(table: Table, name: str, unit: str) -> Array:
     return values if factor == 1.0 else np.asarray(values * factor)
 
 
-def _refuse_times(source: str, name: str, times: Array) -> None:
+def _refuse_times(source: str, name: str, times: AnyArray) -> None:
     problem = None
     wrong = np.flatnonzero(~np.isfinite(times))
     if len(wrong):

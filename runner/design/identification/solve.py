@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import scipy.optimize
 
-from proofmass.runner.design.identification.model import Model
+from proofmass.runner.design.identification.model import RecordingModel
 from proofmass.runner.design.identification.unknowns import DELAY, OFFSET, Unknown
-from proofmass.runner.design.quantities.stopping import Progress, go_on
-from proofmass.runner.run.result import Array
+from proofmass.runner.design.quantities.stopping import go_on
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.progress import Progress
 
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
@@ -37,20 +38,20 @@ _minimise: Any = scipy.optimize.least_squares
 class Solution:
     """End of a fit: the unknowns, residuals in units of the noise, their derivatives, and the noise."""
 
-    values: Array
-    residuals: Array  # of recordings alone
-    jacobian: Array  # by the unknowns, priors below
+    values: AnyArray
+    residuals: AnyArray  # of recordings alone
+    jacobian: AnyArray  # by the unknowns, priors below
     noise: Mapping[str, float]  # of each output
     cost: float
     converged: bool
 
 
-class Solver:
+class UnknownsSolver:
     """Solves for the unknowns over all recordings."""
 
     def __init__(
         self,
-        models: Sequence[Model],
+        models: Sequence[RecordingModel],
         unknowns: Sequence[Unknown],
         loss: str,
         skip: float,
@@ -60,7 +61,7 @@ class Solver:
         self.models, self.unknowns, self.loss = models, unknowns, loss
         self._progress = progress
         self._stop: threading.Event | None = None
-        self.best: tuple[float, Array] | None = None
+        self.best: tuple[float, AnyArray] | None = None
         self.scales = np.array([unknown.scale for unknown in unknowns])
         self._steps = _FIRST_STEP * self.scales
         self.masks = [
@@ -93,7 +94,7 @@ class Solver:
             return 1.0
         return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0
 
-    def solved(self, begin: Array) -> Solution:
+    def solved(self, begin: AnyArray) -> Solution:
         """Return the solution from a start: again with the noise that is left, until that settles."""
         values, best = begin, self._least_squares(begin)
         for number in range(_PASSES):
@@ -110,7 +111,7 @@ class Solver:
         residuals, jacobian = self.residuals(values), self.jacobian(values)
         return Solution(values, residuals, jacobian, dict(self.noise), float(best.cost), bool(best.success))
 
-    def _polished(self, values: Array) -> Array:
+    def _polished(self, values: AnyArray) -> AnyArray:
         """Return the values after whole Gauss-Newton steps, which converters in a loop do not stop.
 
         Their codes round anew at every value, so that the sum of squares is rough. The search before may stop where
@@ -134,10 +135,10 @@ class Solver:
                 break
         return values
 
-    def _weighted(self, values: Array) -> Array:
+    def _weighted(self, values: AnyArray) -> AnyArray:
         return np.concatenate([self.residuals(values), self._prior(values)])
 
-    def _roughness(self, values: Array, before: Array, table: Array) -> float:
+    def _roughness(self, values: AnyArray, before: AnyArray, table: AnyArray) -> float:
         """Return by how much rounding alone moves the sum of squares: over steps that move nothing else."""
         lengths = np.linalg.norm(table, axis=0)
         tiny = _TINY * self.scales / np.where(lengths > 0.0, lengths, math.inf)
@@ -145,7 +146,7 @@ class Solver:
         sums = [float(np.sum(self._weighted(near) ** 2)) for near in sides]
         return _TIMES * max(abs(total - float(before @ before)) for total in sums)
 
-    def _least_squares(self, values: Array) -> Any:
+    def _least_squares(self, values: AnyArray) -> Any:
         low, high = (
             np.array([getattr(u, key) for u in self.unknowns]) / self.scales for key in ("at_least", "at_most")
         )
@@ -165,14 +166,14 @@ class Solver:
             max_nfev=60,
         )
 
-    def _all(self, values: Array) -> Array:
+    def _all(self, values: AnyArray) -> AnyArray:
         residuals = np.concatenate([self.residuals(values), self._prior(values)])
         cost = float(residuals @ residuals)
         if self.best is None or cost < self.best[0]:
             self.best = cost, values.copy()
         return residuals
 
-    def residuals(self, values: Array) -> Array:
+    def residuals(self, values: AnyArray) -> AnyArray:
         """Return the residuals of all recordings in units of the noise."""
         raw = self.raw(values)
         return np.concatenate([part / self.noise[signal] for signal, part in raw])
@@ -181,12 +182,12 @@ class Solver:
         """Let what is left to do run without a look at Ctrl-C."""
         self._stop = None
 
-    def as_it_is(self, values: Array) -> Solution:
+    def as_it_is(self, values: AnyArray) -> Solution:
         """Return the state of affairs at some values."""
         self.noise = self._noise_left(self.raw(values))
         return Solution(values, self.residuals(values), self.jacobian(values), dict(self.noise), math.inf, False)
 
-    def modelled(self, values: Array) -> list[dict[str, Array]]:
+    def modelled(self, values: AnyArray) -> list[dict[str, AnyArray]]:
         """Return the outputs of each recording, offsets and delays included; NaN where nothing is compared."""
         parts = iter(self.raw(values))
         outputs = []
@@ -198,7 +199,7 @@ class Solver:
             outputs.append(by_signal)
         return outputs
 
-    def raw(self, values: Array) -> list[tuple[str, Array]]:
+    def raw(self, values: AnyArray) -> list[tuple[str, AnyArray]]:
         """Return the differences between run and recording of each output, recording by recording."""
         go_on(self._stop)
         if self._progress:
@@ -219,11 +220,11 @@ class Solver:
                     parts.append((signal, np.asarray(outputs[number][mask] + offset - measured)))
         return parts
 
-    def _prior(self, values: Array) -> Array:
+    def _prior(self, values: AnyArray) -> AnyArray:
         known = [(i, u) for i, u in enumerate(self.unknowns) if math.isfinite(u.uncertainty)]
         return np.array([(values[i] - u.expected) / u.uncertainty for i, u in known])
 
-    def jacobian(self, values: Array) -> Array:
+    def jacobian(self, values: AnyArray) -> AnyArray:
         """Return the derivatives of residuals and priors by the unknowns."""
         columns = []
         for number, unknown in enumerate(self.unknowns):
@@ -237,7 +238,7 @@ class Solver:
             columns.append((higher - lower) / (above - below))
         return np.array(columns).T
 
-    def _noise_left(self, raw: list[tuple[str, Array]]) -> dict[str, float]:
+    def _noise_left(self, raw: list[tuple[str, AnyArray]]) -> dict[str, float]:
         """Return the noise of each output: what is left, less the unknowns' share; of outliers their middle."""
         left = {}
         for signal in self.signals:
@@ -250,7 +251,7 @@ class Solver:
             left[signal] = max(size * math.sqrt(len(values) / free), least)
         return left
 
-    def _suited(self, values: Array) -> Array:
+    def _suited(self, values: AnyArray) -> AnyArray:
         """Return steps that move some output by a part of its size, and by many steps of a converter."""
         jacobian = np.abs(self.jacobian(values) * self.scales)
         wanted, place = np.full(len(values), _LARGEST), 0

@@ -12,23 +12,23 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns, split_unit
-from proofmass.runner.run.result import Array
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
 LARGEST_FILE = 2 << 30
 
 
 @dataclass(frozen=True)
-class Table:
+class RecordedTable:
     """Columns by name with their units, and what is to be said of how they were read."""
 
     source: str
-    columns: Mapping[str, Array]
+    columns: Mapping[str, AnyArray]
     units: Mapping[str, str]
     notes: tuple[str, ...] = ()
 
-    def column(self, name: str) -> Array:
+    def column(self, name: str) -> AnyArray:
         """Return a column; raises `ModelError`."""
         if name in self.columns:
             return self.columns[name]
@@ -36,7 +36,7 @@ class Table:
         raise ModelError([Problem(message=f"has no column {name}", file=self.source, key=name, hint=hint)])
 
 
-def read_table_file(path: Path, wanted: list[str]) -> Table:
+def read_table_file(path: Path, wanted: list[str]) -> RecordedTable:
     """Return the first column and the wanted ones of a file; raises `ModelError`."""
     try:
         if path.suffix.lower() in (".csv", ".txt", ".tsv", ".dat"):
@@ -51,7 +51,7 @@ def read_table_file(path: Path, wanted: list[str]) -> Table:
         raise ModelError([Problem(message=f"cannot be read: {error}", file=str(path))]) from None
 
 
-def _read_text(path: Path) -> Table:
+def _read_text(path: Path) -> RecordedTable:
     if path.is_file() and path.stat().st_size > LARGEST_FILE:
         raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
     with path.open(newline="", encoding="utf-8-sig") as file:
@@ -92,7 +92,7 @@ def _read_text(path: Path) -> Table:
     if not len(table):
         raise RecordingError("holds no rows below its head")
     columns = {name: np.ascontiguousarray(table[:, i]) for i, name in enumerate(names)}
-    return Table(str(path), columns, dict(zip(names, units, strict=True)), tuple(notes))
+    return RecordedTable(str(path), columns, dict(zip(names, units, strict=True)), tuple(notes))
 
 
 def _cells(line: str, separator: str | None) -> list[str]:
@@ -114,8 +114,8 @@ def _number(cell: str, separator: str | None) -> float | None:
         return None
 
 
-def _read_pairs(path: Path, wanted: list[str]) -> Table:
-    columns: dict[str, Array] = {}
+def _read_pairs(path: Path, wanted: list[str]) -> RecordedTable:
+    columns: dict[str, AnyArray] = {}
     units: dict[str, str] = {}
 
     def pair(name: str) -> Callable[..., tuple[int, int]]:
@@ -134,4 +134,4 @@ def _read_pairs(path: Path, wanted: list[str]) -> Table:
             columns[one.name], units[one.name] = np.array(one.values), one.unit
         if any(len(values) != len(columns[time.name]) for values in columns.values()):
             raise RecordingError(f"column {name} has a time axis of its own")
-    return Table(str(path), columns, units)
+    return RecordedTable(str(path), columns, units)

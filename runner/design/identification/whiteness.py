@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.special
 
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 LAGS = 20
 SIGNIFICANT = 0.01
@@ -15,7 +15,7 @@ SIGNIFICANT = 0.01
 class Whiteness:
     """Autocorrelation of residuals at lags 1 to 20, and the chance of white ones to look like this."""
 
-    autocorrelation: Array
+    autocorrelation: AnyArray
     chance: float
 
     @property
@@ -31,7 +31,7 @@ class Whiteness:
         return float(np.sqrt(max(1.0 + 2.0 * float(np.sum(self.autocorrelation)), 1.0)))
 
 
-def whiteness(residuals: Array) -> Whiteness:
+def whiteness(residuals: AnyArray) -> Whiteness:
     """Return the test of one row of residuals."""
     values = residuals - np.mean(residuals)
     size, lags = len(values), min(LAGS, len(residuals) // 4)

@@ -28,13 +28,13 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.noise_figures import read_noise
 from proofmass.runner.design.quantities.response_figures import read_response
 from proofmass.runner.design.quantities.yields import YieldRuns
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.measuring import derived_values
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
@@ -42,7 +42,7 @@ from proofmass.runner.run.side_by_side import SideBySide, lane_counts
 from proofmass.runner.studies.draws.drawing import on_arrays
 
 STABLE = "stability of"  # before the name of a loop
-Readings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
+QuantityReadings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
 _STEP = 1e-3  # of a parameter's width, for differences between runs
 _YIELD_STEP = 0.05  # of a parameter's width, over which enough sensors change sides
 
@@ -71,14 +71,14 @@ class Evaluator:
         if self.measures:
             self.ticks = self.plan.ticks()
 
-    def readings(self, values: Mapping[str, float], slopes: bool = True) -> Readings:
+    def readings(self, values: Mapping[str, float], slopes: bool = True) -> QuantityReadings:
         """Return each quantity, and the growth of each loop by `STABLE` and its name, at these parameters."""
         self.evaluations += 1
         try:
             changed = varied(self.plan, changed_blocks(self.plan.blocks, self._adjustable.settings(values)))
         except (ModelError, Refusal, ArithmeticError):
             return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities])
-        readings: Readings = {}
+        readings: QuantityReadings = {}
         moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
         free = self._parameters(changed, moved)
         for loop, node in self.loops.items():
@@ -111,10 +111,12 @@ class Evaluator:
         except (ModelError, np.linalg.LinAlgError):
             return None
 
-    def _loop(self, changed: Plan, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool) -> Readings:
+    def _loop(
+        self, changed: Plan, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
+    ) -> QuantityReadings:
         """Return the figures of a loop; of an unstable one its growth alone."""
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
-        nothing: Readings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
+        nothing: QuantityReadings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
             system = OperatingPoints(changed, self._way(loop, changed)).loop(node, by_parameters=slopes)
             margins = margins_of(system, loop, ".".join(node))
@@ -123,7 +125,7 @@ class Evaluator:
         grown = growth(system, list(free) if slopes else [])
         if not margins.stable:
             return nothing | {f"{STABLE} {loop}": grown._replace(value=abs(grown.value))}
-        readings: Readings = {f"{STABLE} {loop}": grown._replace(value=-abs(grown.value))}
+        readings: QuantityReadings = {f"{STABLE} {loop}": grown._replace(value=-abs(grown.value))}
         for name, quantity in wanted.items():
             readings[name] = _figure(margins, system, quantity.figure, free, slopes)
         return readings
@@ -144,7 +146,7 @@ class Evaluator:
         slopes = {effect.parameter: effect.derivative for effect in found.effects}
         return Reading(found.value, {name: slopes.get(name, 0.0) for name in free})
 
-    def _measured(self, values: Mapping[str, float], slopes: bool) -> Readings:
+    def _measured(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
         """Return the measures, and their differences between runs side by side."""
         names = list(self.widths) if slopes else []
         rows = [dict(values)]
@@ -153,7 +155,7 @@ class Evaluator:
                 rows.append({**values, name: values[name] + side * _STEP * self.widths[name]})
         table = self.measure(rows)
         order = {name: column for column, name in enumerate(self.measured_names)}
-        readings: Readings = {}
+        readings: QuantityReadings = {}
         for goal, measure in self.measures.items():
             column = table[:, order[measure]]
             sides = column[1:].reshape(-1, 2)
@@ -181,14 +183,14 @@ class Evaluator:
         """Names of the measures in the order of the columns of `measure`: those of signals, then formulas of them."""
         return [measure.name for measure in self.plan.measures] + [formula.name for formula in self.plan.derived]
 
-    def _yielded(self, values: Mapping[str, float], slopes: bool) -> Readings:
+    def _yielded(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
         """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""
         assert self._study is not None
         rows = [dict(values)]
         steps = {name: _YIELD_STEP * width for name, width in self.widths.items()} if slopes else {}
         rows += [{**values, name: values[name] + side * step} for name, step in steps.items() for side in (1.0, -1.0)]
         table = [self._study.yields(row) for row in rows]
-        readings: Readings = {}
+        readings: QuantityReadings = {}
         for goal, limit in self.yields.items():
             if table[0] is None:
                 readings[goal] = None

@@ -91,10 +91,10 @@ class _Response:
         return complex((left @ (da @ right + db) + dc @ right + dd)[0, 0])
 
 
-Slope = Callable[[str], float]
+SlopeByParameter = Callable[[str], float]
 
 
-def _gain(margins: Margins, loop: _Response) -> Slope | None:
+def _gain(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     up, down = margins.gain_margin, margins.gain_reduction
     factors = [factor for factor in (up, down) if factor is not None]
     factor = min(factors, key=lambda f: abs(math.log(f)))
@@ -127,7 +127,7 @@ def _crossover(loop: _Response, w: float) -> Callable[[str], tuple[float, float,
     return moves
 
 
-def _phase(margins: Margins, loop: _Response) -> Slope | None:
+def _phase(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     if margins.phase_margin_frequency is None:
         return None
     moves = _crossover(loop, 2.0 * math.pi * margins.phase_margin_frequency)
@@ -139,7 +139,7 @@ def _phase(margins: Margins, loop: _Response) -> Slope | None:
     return slope
 
 
-def _delay(margins: Margins, loop: _Response) -> Slope | None:
+def _delay(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     if margins.delay_margin_frequency in (None, math.inf) or margins.delay_margin is None:
         return None
     w, late = 2.0 * math.pi * margins.delay_margin_frequency, margins.delay_margin
@@ -152,7 +152,7 @@ def _delay(margins: Margins, loop: _Response) -> Slope | None:
     return slope
 
 
-def _peak(margins: Margins, loop: _Response) -> Slope | None:
+def _peak(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     if margins.sensitivity_peak_frequency in (None, 0.0, math.inf):
         return None
     w = 2.0 * math.pi * margins.sensitivity_peak_frequency
@@ -160,7 +160,7 @@ def _peak(margins: Margins, loop: _Response) -> Slope | None:
     return lambda parameter: -_DECIBELS * (loop.by(parameter, w) / (1.0 + value)).real
 
 
-def _bandwidth(margins: Margins, loop: _Response) -> Slope | None:
+def _bandwidth(margins: Margins, loop: _Response) -> SlopeByParameter | None:
     if margins.bandwidth is None:
         return None
     w = 2.0 * math.pi * margins.bandwidth
@@ -176,7 +176,7 @@ def _bandwidth(margins: Margins, loop: _Response) -> Slope | None:
     return slope
 
 
-_EXACT: Mapping[str, Callable[[Margins, _Response], Slope | None]] = {
+_EXACT: Mapping[str, Callable[[Margins, _Response], SlopeByParameter | None]] = {
     "gain_margin": _gain,
     "phase_margin": _phase,
     "delay_margin": _delay,

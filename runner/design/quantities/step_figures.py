@@ -7,8 +7,8 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.host.arrays import Array
 
 WITHIN = 0.02  # of the final value, in which a step has settled
 _DECAYED = 1e-4

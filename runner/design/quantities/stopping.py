@@ -1,9 +1,6 @@
 """Progress of a search, and its end from within an optimiser when a person wishes it."""
 
 import threading
-from collections.abc import Callable
-
-Progress = Callable[[int, int], None]  # evaluations done, and of about how many
 
 
 class InterruptedSearch(Exception):  # noqa: N818  # ends a search from within SciPy

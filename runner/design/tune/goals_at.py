@@ -13,15 +13,15 @@ from typing import NamedTuple
 import numpy as np
 
 from proofmass.graphs.tuning.tuning import Goal, Tuning
-from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings
 from proofmass.runner.design.quantities.loop_figures import Reading
+from proofmass.runner.host.arrays import Array
 
 LARGEST_SLACK = 2.0  # a margin without limit counts as this
 UNDEFINED = -4.0  # slack of everything where a loop is unstable
 
 
-class Row(NamedTuple):
+class GoalRow(NamedTuple):
     """A slack or an objective: which goal it is of, in which case, and its gradient."""
 
     goal: str
@@ -32,15 +32,15 @@ class Row(NamedTuple):
 
 
 @dataclass(frozen=True)
-class At:
+class TriedPoint:
     """The goals at one point of the search."""
 
     parts: Array
     values: Mapping[str, float]  # of the free parameters
-    readings: Mapping[str, Readings]  # by case
-    slacks: tuple[Row, ...]
-    objectives: tuple[Row, ...]
-    growth: Row | None  # of the least stable loop
+    readings: Mapping[str, QuantityReadings]  # by case
+    slacks: tuple[GoalRow, ...]
+    objectives: tuple[GoalRow, ...]
+    growth: GoalRow | None  # of the least stable loop
     inside: bool  # the bounds
 
     @property
@@ -70,35 +70,35 @@ class GoalsAt:
         quantities = {name: goal.quantity for name, goal in tuning.goals.items()}
         self.evaluator = Evaluator(tuning.graph, quantities, tuning.at, widths, tuning.study)
         self._sizes = dict[str, float]()  # of quantities that are to be small or large
-        self.note: Callable[[At], None] = lambda at: None
+        self.note: Callable[[TriedPoint], None] = lambda at: None
 
-    def nominal(self) -> At:
+    def nominal(self) -> TriedPoint:
         """Return the goals at the parameters of the graph; the sizes of what is sought are those that it has there."""
         note, self.note = self.note, lambda at: None
         self._measure_sizes(self.at_values(self.tuning.nominal, True))
         self.note = note
         return self.at_values(self.tuning.nominal, True)
 
-    def _measure_sizes(self, at: At) -> None:
+    def _measure_sizes(self, at: TriedPoint) -> None:
         for name, goal in self.tuning.goals.items():
             known = [readings[name] for readings in at.readings.values()]
             sizes = [abs(reading.value) for reading in known if reading is not None and reading.value]
             if (goal.minimise or goal.maximise) and sizes:
                 self._sizes[name] = max(sizes)
 
-    def at(self, parts: Array, slopes: bool = True) -> At:
+    def at(self, parts: Array, slopes: bool = True) -> TriedPoint:
         """Return the goals at parts of the way between the bounds."""
         inside = np.clip(parts, 0.0, 1.0)
         frees = self.tuning.free.items()
         values = {name: free.value(float(part)) for (name, free), part in zip(frees, inside, strict=True)}
         return self._at(values, np.asarray(inside), slopes)
 
-    def at_values(self, values: Mapping[str, float], slopes: bool) -> At:
+    def at_values(self, values: Mapping[str, float], slopes: bool) -> TriedPoint:
         """Return the goals at values of the free parameters."""
         parts = np.array([free.part(values[name]) for name, free in self.tuning.free.items()])
         return self._at(values, parts, slopes)
 
-    def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> At:
+    def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> TriedPoint:
         readings, factors_of = {}, {}
         for case, (points, factors, age) in self.tuning.aged_cases().items():
             numbers = {**values, **points}
@@ -109,7 +109,7 @@ class GoalsAt:
                 numbers, drifts = self.tuning.aged(numbers, age)
                 moves |= {name: factors.get(name, 1.0) * slope for name, slope in drifts.items()}
             readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves
-        slacks, objectives, growths = list[Row](), list[Row](), list[Row]()
+        slacks, objectives, growths = list[GoalRow](), list[GoalRow](), list[GoalRow]()
         for case, found in readings.items():
             chain = np.array([self._chain(name, values[name], factors_of[case]) for name in self.names])
             for name, reading in found.items():
@@ -117,19 +117,21 @@ class GoalsAt:
                     continue
                 gradient = np.array([reading.slopes.get(p, 0.0) for p in self.names]) * chain
                 if name.startswith(STABLE):
-                    growths.append(Row(name, case, reading.value, gradient))
+                    growths.append(GoalRow(name, case, reading.value, gradient))
                 else:
-                    self._rows(self.tuning.goals[name], Row(name, case, reading.value, gradient), slacks, objectives)
+                    self._rows(
+                        self.tuning.goals[name], GoalRow(name, case, reading.value, gradient), slacks, objectives
+                    )
         worst = max(growths, key=lambda row: row.value, default=None)
         inside = all(free.at_least <= values[name] <= free.at_most for name, free in self.tuning.free.items())
-        at = At(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside)
+        at = TriedPoint(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside)
         self.note(at)
         return at
 
     def _chain(self, name: str, value: float, factors: Mapping[str, float]) -> float:
         return self.tuning.free[name].slope(value) * factors.get(name, 1.0)
 
-    def _rows(self, goal: Goal, row: Row, slacks: list[Row], objectives: list[Row]) -> None:
+    def _rows(self, goal: Goal, row: GoalRow, slacks: list[GoalRow], objectives: list[GoalRow]) -> None:
         for sign, limit in goal.limits:
             scale = abs(limit) or 1.0
             slack = sign * (row.value - limit) / scale
@@ -145,7 +147,7 @@ class GoalsAt:
         if goal.minimise or goal.maximise:
             objectives.append(self._objective(goal, row))
 
-    def _objective(self, goal: Goal, row: Row) -> Row:
+    def _objective(self, goal: Goal, row: GoalRow) -> GoalRow:
         sign, size = (1.0 if goal.minimise else -1.0), self._sizes.get(row.goal, 1.0)
         if not math.isfinite(row.value):
             return row._replace(value=-sign * 1e3, gradient=np.zeros_like(row.gradient))
@@ -154,7 +156,7 @@ class GoalsAt:
         return row._replace(value=sign * row.value / size, gradient=sign * row.gradient / size)
 
 
-def worst_reading(at: At, goal: str, sign: float) -> tuple[str, Reading | None]:
+def worst_reading(at: TriedPoint, goal: str, sign: float) -> tuple[str, Reading | None]:
     """Return the case in which a goal has its lowest value (sign 1) or highest (-1), and the reading."""
     by_case = {case: readings[goal] for case, readings in at.readings.items()}
     undefined = next((case for case, reading in by_case.items() if reading is None), None)

@@ -13,9 +13,10 @@ import numpy as np
 import scipy.optimize
 import scipy.stats
 
-from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress, go_on
-from proofmass.runner.design.tune.goals_at import UNDEFINED, At, GoalsAt, Row
+from proofmass.runner.design.quantities.stopping import InterruptedSearch, go_on
+from proofmass.runner.design.tune.goals_at import UNDEFINED, GoalRow, GoalsAt, TriedPoint
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.progress import Progress
 
 KEPT = 0.0  # violation up to which a point counts as feasible
 _AIM = 1e-6  # slack that the search keeps, so that rounding of what is written misses nothing
@@ -30,17 +31,17 @@ class Search:
 
     def __init__(self, goals: GoalsAt, progress: Progress | None, stop: threading.Event | None) -> None:
         self.goals, self._progress, self.stop = goals, progress, stop
-        self.best: At | None = None
+        self.best: TriedPoint | None = None
         self.count = 0
         self.seen: list[Array] = []  # points to begin with, beside the graph's and the samples
         self.interrupted = False
-        self._latest: At | None = None
-        self.first: At
+        self._latest: TriedPoint | None = None
+        self.first: TriedPoint
         tuning = goals.tuning
         self._expected = tuning.samples + tuning.starts * _ROUNDS // 2
         goals.note = self._noted
 
-    def _noted(self, at: At) -> None:
+    def _noted(self, at: TriedPoint) -> None:
         self.count += 1
         if at.inside and (self.best is None or better(at, self.best)):
             self.best = at
@@ -48,7 +49,7 @@ class Search:
             self._progress(self.count, max(self._expected, self.count + 1))
         go_on(self.stop)
 
-    def run(self) -> At:
+    def run(self) -> TriedPoint:
         """Return the best point."""
         try:
             self._all()
@@ -87,12 +88,12 @@ class Search:
         if at.violation <= KEPT and at.objectives:
             self._improved(at)
 
-    def _full(self, parts: Array) -> At:
+    def _full(self, parts: Array) -> TriedPoint:
         if self._latest is None or not np.array_equal(self._latest.parts, np.clip(parts, 0.0, 1.0)):
             self._latest = self.goals.at(parts)
         return self._latest
 
-    def _stabilised(self, at: At) -> At:
+    def _stabilised(self, at: TriedPoint) -> TriedPoint:
         if at.growth is None:
             return at
 
@@ -111,7 +112,7 @@ class Search:
         )
         return self._full(optimum.x)
 
-    def _feasible(self, at: At) -> At:
+    def _feasible(self, at: TriedPoint) -> TriedPoint:
         """Raise the worst slack until all goals are met, as far as it goes."""
         size = len(at.parts)
 
@@ -132,7 +133,7 @@ class Search:
         )
         return self._full(optimum[:size])
 
-    def _improved(self, at: At) -> At:
+    def _improved(self, at: TriedPoint) -> TriedPoint:
         """Lower the worst objective while all hard goals stay met."""
         size, rows = len(at.parts), len(at.objectives)
 
@@ -171,19 +172,19 @@ class Search:
         return np.asarray(optimum.x)
 
 
-def better(one: At, other: At) -> bool:
+def better(one: TriedPoint, other: TriedPoint) -> bool:
     """Return whether a point is better: hard goals first, then the objective."""
     return _order(one) < _order(other)
 
 
-def _order(at: At) -> tuple[float, float]:
+def _order(at: TriedPoint) -> tuple[float, float]:
     violation = at.violation
     return (0.0, at.objective) if violation <= KEPT else (violation, at.objective)
 
 
-def _apart(points: Sequence[At], count: int) -> list[At]:
+def _apart(points: Sequence[TriedPoint], count: int) -> list[TriedPoint]:
     """Return the best points that are not next to each other."""
-    chosen: list[At] = []
+    chosen: list[TriedPoint] = []
     least = 0.5 * len(points) ** (-1.0 / max(1, len(points[0].parts)))
     for at in points:
         if len(chosen) == count:
@@ -193,13 +194,13 @@ def _apart(points: Sequence[At], count: int) -> list[At]:
     return chosen
 
 
-def _values(rows: Sequence[Row], like: Sequence[Row], undefined: float = UNDEFINED) -> Array:
+def _values(rows: Sequence[GoalRow], like: Sequence[GoalRow], undefined: float = UNDEFINED) -> Array:
     """Return the values in the order of other rows; `undefined` where a quantity has none."""
     known = {(row.goal, row.case, row.limit): row.value for row in rows}
     return np.array([known.get((row.goal, row.case, row.limit), undefined) for row in like])
 
 
-def _gradients(rows: Sequence[Row], like: Sequence[Row], size: int) -> Array:
+def _gradients(rows: Sequence[GoalRow], like: Sequence[GoalRow], size: int) -> Array:
     known = {(row.goal, row.case, row.limit): row.gradient for row in rows}
     nothing = np.zeros(size)
     return np.array([known.get((row.goal, row.case, row.limit), nothing) for row in like]).reshape(len(like), size)

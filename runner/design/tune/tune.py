@@ -14,11 +14,11 @@ from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Goal, Tuning
-from proofmass.runner.design.quantities.stopping import Progress
-from proofmass.runner.design.tune.goals_at import At, GoalsAt, Row, worst_reading
+from proofmass.runner.design.tune.goals_at import GoalRow, GoalsAt, TriedPoint, worst_reading
 from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.progress import Progress
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
 _DIGITS = (9, 12, 17)  # of the numbers that are written: as few as miss no goal, since a yield has steps
@@ -184,7 +184,7 @@ def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tab
     )
 
 
-def _rounded(goals: GoalsAt, best: At) -> At:
+def _rounded(goals: GoalsAt, best: TriedPoint) -> TriedPoint:
     """Return the point with as few digits as keep the goals that it keeps."""
     at = best
     for digits in _DIGITS:
@@ -196,7 +196,12 @@ def _rounded(goals: GoalsAt, best: At) -> At:
 
 
 def _outcome(
-    tuning: Tuning, name: str, first: At, best: At, prices: Mapping[str, float], reachable: Mapping[str, float]
+    tuning: Tuning,
+    name: str,
+    first: TriedPoint,
+    best: TriedPoint,
+    prices: Mapping[str, float],
+    reachable: Mapping[str, float],
 ) -> TunedGoal:
     goal = tuning.goals[name]
     sign = -1.0 if goal.minimise or (goal.limits and goal.limits[0][0] < 0.0) else 1.0
@@ -213,7 +218,7 @@ def _outcome(
     )
 
 
-def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, str]]:
+def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict[str, str]]:
     """Return by how much each goal worsens the objective, and the bounds that do.
 
     At an optimum the gradient of what is sought is a sum, with positive factors, of gradients of what binds. Where a
@@ -224,7 +229,7 @@ def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, st
         return {}, {}
     if missed:
         sought = [row._replace(value=-row.value, gradient=-row.gradient) for row in at.slacks]
-        worst, independent = [row for row in sought if row.value >= at.violation - _ACTIVE], list[Row]()
+        worst, independent = [row for row in sought if row.value >= at.violation - _ACTIVE], list[GoalRow]()
     else:
         worst = [row for row in at.objectives if row.value >= at.objective - _ACTIVE]
         independent = [row for row in at.slacks if row.value <= _ACTIVE]
@@ -246,7 +251,7 @@ def _multipliers(at: At, tuning: Tuning) -> tuple[dict[str, float], dict[str, st
     return prices, {names[i]: side for (i, side), factor in on_edges if factor > 1e-3}
 
 
-def _reachable(search: Search, best: At) -> dict[str, float]:
+def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
     """Return, of each goal that a conflict misses, the best value that the other hard goals leave."""
     if best.violation <= _MET or not best.defined:
         return {}

@@ -24,7 +24,7 @@ from proofmass.graphs.studies.ageing import LAWS, WALK, Drift
 from proofmass.graphs.studies.distributions import NORMAL, Spread
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.worst.ranges import SIGMAS, Range, Tolerance, read_tolerances
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 _STEP = 1e-6  # of a place, for derivatives of the box itself
 _TOWARDS = 0.5  # the place of all others where a coordinate is tried too: about 0 a relative spread leaves no room
@@ -33,7 +33,7 @@ _PER = {"ramp": "/s", "arrhenius": "/s", WALK: "/sqrt(s)"}
 Move = Callable[[float, Sequence[float]], float]  # a value before, and the deviates of the place: the value after
 
 
-def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "Box":
+def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "ToleranceBox":
     """Return the box of tolerances, in place of the spread of a study that names the same, or of a study alone.
 
     Raises `ModelError` where nothing varies, or a block does not take all of a range.
@@ -41,7 +41,7 @@ def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "Box":
     study = source if isinstance(source, Study) else None
     graph = source.graph if isinstance(source, Study) else source
     read = read_tolerances(graph, tolerances)
-    box = Box(study.adjustable if study else Adjustable(flatten(graph)), study, read)
+    box = ToleranceBox(study.adjustable if study else Adjustable(flatten(graph)), study, read)
     problems = list(box.refused())
     if not box.ranges:
         why = "; ".join(f"{name}: {reason}" for name, reason in box.left_out.items())
@@ -52,7 +52,7 @@ def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "Box":
     return box
 
 
-class Box:
+class ToleranceBox:
     """The coordinates of a study or of tolerances, and the parameters at any place."""
 
     def __init__(self, adjustable: Adjustable, study: Study | None, tolerances: Mapping[str, Tolerance]) -> None:
@@ -80,7 +80,7 @@ class Box:
             }
         self._count()
 
-    def values(self, place: Sequence[float] | Array) -> dict[str, float]:
+    def values(self, place: Sequence[float] | AnyArray) -> dict[str, float]:
         """Return the parameters and values at a place."""
         whole = np.zeros(len(self._scales))
         whole[self._counted] = place
@@ -114,7 +114,7 @@ class Box:
                 message = "the block does not take all of its range"
                 yield Problem(message=message, key=".".join(path), got=got, path=path)
 
-    def _values(self, place: Array) -> dict[str, float]:
+    def _values(self, place: AnyArray) -> dict[str, float]:
         deviates, values = self._deviates(place), dict[str, float]()
         for name in self._order:
             value = self._adjustable.dependence.followed(values).get(name, self._adjustable.nominal(name))
@@ -123,7 +123,7 @@ class Box:
             values[name] = value
         return values
 
-    def _deviates(self, place: Array) -> list[float]:
+    def _deviates(self, place: AnyArray) -> list[float]:
         deviates = place * self._scales
         for members, matrix in self._groups:
             parts = deviates[members] / SIGMAS
@@ -200,7 +200,7 @@ class Box:
 
         return aged
 
-    def _correlated(self, study: Study, tolerances: Mapping[str, Tolerance]) -> Iterator[tuple[list[int], Array]]:
+    def _correlated(self, study: Study, tolerances: Mapping[str, Tolerance]) -> Iterator[tuple[list[int], AnyArray]]:
         """Yield the coordinates of each group that is correlated, and the matrix of its correlations."""
         pairs = {(a, b): r for a, b, r in study.correlation.pairs if r and not {a, b} & tolerances.keys()}
         places = {wanted.name: place for place, wanted in enumerate(self.ranges) if wanted.name in study.spread}
@@ -226,7 +226,7 @@ class Box:
                 self.left_out[wanted.written] = "its range moves nothing"
         self._counted, self.ranges = counted, [self.ranges[place] for place in counted]
 
-    def _moves(self, others: Array, place: int) -> bool:
+    def _moves(self, others: AnyArray, place: int) -> bool:
         ends = np.array([others, others])
         ends[:, place] = -1.0, 1.0
         return self._values(ends[0]) != self._values(ends[1])

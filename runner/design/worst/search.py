@@ -15,10 +15,11 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.optimize
 
-from proofmass.runner.analysis.linearisation.period_map import Array
-from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, Readings
-from proofmass.runner.design.quantities.stopping import Progress, go_on
-from proofmass.runner.design.worst.box import Box
+from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator, QuantityReadings
+from proofmass.runner.design.quantities.stopping import go_on
+from proofmass.runner.design.worst.box import ToleranceBox
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.progress import Progress
 
 _UNDEFINED = 1e6  # value of an unstable loop, as a multiple of that at the start of a descent; its growth is added
 _LARGEST = 5e5  # largest finite value, as such a multiple
@@ -43,11 +44,11 @@ class Badness(NamedTuple):
     value: float
 
 
-class Case(NamedTuple):
+class SearchedPlace(NamedTuple):
     """A point of the box and what the quantities are there."""
 
     place: tuple[float, ...]
-    readings: Readings
+    readings: QuantityReadings
     slopes: bool
 
     @property
@@ -62,29 +63,29 @@ class BoxSearch:
     def __init__(
         self,
         evaluator: Evaluator,
-        box: Box,
+        box: ToleranceBox,
         expected: int,
         progress: Progress | None,
         stop: threading.Event | None,
     ) -> None:
         self.evaluator, self.box = evaluator, box
-        self.cases: dict[tuple[float, ...], Case] = {}
+        self.cases: dict[tuple[float, ...], SearchedPlace] = {}
         self.random: list[tuple[float, ...]] = []
         self._expected, self._progress, self._stop = expected, progress, stop
 
-    def at(self, place: Sequence[float], slopes: bool = False) -> Case:
+    def at(self, place: Sequence[float], slopes: bool = False) -> SearchedPlace:
         """Return the case at a place, known already or evaluated now."""
         key = tuple(float(part) for part in place)
         known = self.cases.get(key)
         if known is not None and (known.slopes or not slopes):
             return known
         go_on(self._stop)
-        self.cases[key] = Case(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
+        self.cases[key] = SearchedPlace(key, self.evaluator.readings(self.box.values(key), slopes), slopes)
         if self._progress:
             self._progress(len(self.cases), max(self._expected, len(self.cases) + 1))
         return self.cases[key]
 
-    def badness(self, case: Case, side: Side) -> Badness:
+    def badness(self, case: SearchedPlace, side: Side) -> Badness:
         """Return what grows as the quantity gets worse, and is beyond all values where a loop is unstable."""
         reading = case.readings[side.quantity]
         if reading is None:
@@ -92,7 +93,7 @@ class BoxSearch:
             return Badness(True, max((r.value for r in grown if r is not None), default=0.0))
         return Badness(False, -side.sign * reading.value)
 
-    def gradient(self, case: Case, side: Side) -> Array:
+    def gradient(self, case: SearchedPlace, side: Side) -> Array:
         """Return the derivatives of the badness by the places."""
         reading, sign = case.readings[side.quantity], -side.sign
         if reading is None:
@@ -102,7 +103,7 @@ class BoxSearch:
         rows = self.box.slopes(case.place)
         return np.array([sign * sum(slopes.get(name, 0.0) * by for name, by in row.items()) for row in rows])
 
-    def worst(self, side: Side) -> Case:
+    def worst(self, side: Side) -> SearchedPlace:
         """Return the worst case so far."""
         return max(self.cases.values(), key=lambda case: self.badness(case, side))
 
@@ -156,7 +157,7 @@ class BoxSearch:
                 break
             best = worse
 
-    def _inside(self, side: Side, case: Case) -> None:
+    def _inside(self, side: Side, case: SearchedPlace) -> None:
         """Descend from a case within the bounds, if the derivatives there point inside."""
         case = self.at(case.place, slopes=True)
         if case.readings[side.quantity] is None:

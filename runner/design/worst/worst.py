@@ -23,12 +23,13 @@ from proofmass.graphs.model.quantities import (
 )
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.quantities.evaluator import Evaluator
-from proofmass.runner.design.quantities.stopping import InterruptedSearch, Progress
+from proofmass.runner.design.quantities.stopping import InterruptedSearch
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
-from proofmass.runner.design.worst.search import BoxSearch, Case, Side
+from proofmass.runner.design.worst.search import BoxSearch, SearchedPlace, Side
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.progress import Progress
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95
@@ -276,12 +277,12 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
     )
 
 
-def _value(case: Case | None, side: Side) -> float | None:
+def _value(case: SearchedPlace | None, side: Side) -> float | None:
     reading = case.readings[side.quantity] if case is not None else None
     return None if reading is None else reading.value
 
 
-def _signs(case: Case) -> str:
+def _signs(case: SearchedPlace) -> str:
     return "".join("+" if part > 0.0 else "-" for part in case.place)
 
 

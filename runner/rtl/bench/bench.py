@@ -6,9 +6,10 @@ differences and FAIL.
 
 from collections.abc import Iterator, Mapping, Sequence
 
-from proofmass.runner.rtl.bench.vectors import Column, Vectors
+from proofmass.runner.host.arrays import Integers
+from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.machine.words import Names, VerilogPort
+from proofmass.runner.rtl.machine.words import VerilogNames, VerilogPort
 from proofmass.runner.rtl.text.machine_verilog import top_name
 from proofmass.runner.rtl.text.verilog import declared
 
@@ -36,7 +37,7 @@ def places(ports: Sequence[VerilogPort]) -> Iterator[tuple[VerilogPort, int]]:
 
 def _lines(machine: Machine, clocks: int) -> Iterator[str]:
     name, late = top_name(machine), machine.latency
-    names = Names(_OWN)
+    names = VerilogNames(_OWN)
     outputs = {port.name: names.add(port.name) for port in machine.outputs}
     before, due, at = (f"if (n < {clocks}) ", f"n >= {late} && ", f"n - {late}") if late else ("", "", "n")
     yield "`timescale 1ns / 1ps"
@@ -96,7 +97,7 @@ def _bits(port: VerilogPort, low: int) -> str:
     return f"[{low + port.word.width - 1}:{low}]"
 
 
-def _packed(ports: Sequence[VerilogPort], columns: Mapping[str, Column]) -> str:
+def _packed(ports: Sequence[VerilogPort], columns: Mapping[str, Integers]) -> str:
     """One line of hexadecimal digits for each clock."""
     digits = -(-_width(ports) // 4)
     rows = zip(*(columns[port.name].tolist() for port in ports), strict=True)

@@ -28,7 +28,7 @@ _ENDS = re.compile(r"(?:PASS: (\d+) clocks|FAIL: (\d+) differences in (\d+) cloc
 
 
 @dataclass(frozen=True)
-class Difference:
+class Mismatch:
     """Value of an output in a clock, its value in the simulation, and the line of Python as "gain.py:41"."""
 
     clock: int
@@ -49,7 +49,7 @@ class Played:
     simulator: str
     clocks: int
     differences: int
-    first: Difference | None
+    first: Mismatch | None
     seconds: float
 
     @property
@@ -100,12 +100,12 @@ def play(simulator: Simulator, machine: Machine, files: Mapping[str, str]) -> Pl
     return Played(simulator, int(passed or clocks), int(wrong or 0), _first(machine, output), seconds)
 
 
-def _first(machine: Machine, said: str) -> Difference | None:
+def _first(machine: Machine, said: str) -> Mismatch | None:
     found = _DIFFERENCE.search(said)
     if found is None:
         return None
     clock, port, got, expected = found.groups()
-    return Difference(int(clock), port, got, expected, _line(machine, port))
+    return Mismatch(int(clock), port, got, expected, _line(machine, port))
 
 
 def _commands(simulator: Simulator, name: str) -> _Commands:

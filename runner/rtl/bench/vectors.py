@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.fixed.step_formats import held_as
+from proofmass.runner.host.arrays import Integers
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.reference.interpret import TickError
@@ -20,16 +21,14 @@ from proofmass.runner.run.faults import RunError, failed, name_fault
 
 MOST_CLOCKS = 10_000  # by default
 
-Column = NDArray[np.int64]
-
 
 @dataclass(frozen=True)
 class Vectors:
     """Integers of each port in each clock, by the names of the ports."""
 
     clocks: int
-    inputs: Mapping[str, Column]
-    outputs: Mapping[str, Column]
+    inputs: Mapping[str, Integers]
+    outputs: Mapping[str, Integers]
 
 
 def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vectors:
@@ -44,7 +43,7 @@ def simulated(planned: Plan, machine: Machine, clocks: int | None = None) -> Vec
     return Vectors(clocks, dict(_columns(rows, machine.inputs)), dict(_columns(rows, machine.outputs)))
 
 
-def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) -> dict[Endpoint, Column]:
+def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) -> dict[Endpoint, Integers]:
     """Values of wires in each clock: integers, or rows of them if a wire carries a vector."""
     probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
     recording = replace(planned, probes=probes)
@@ -71,7 +70,7 @@ def _probe(planned: Plan, node: Endpoint, base: int) -> PlannedProbe:
     )
 
 
-def _columns(rows: Mapping[Endpoint, Column], ports: Iterable[VerilogPort]) -> Iterator[tuple[str, Column]]:
+def _columns(rows: Mapping[Endpoint, Integers], ports: Iterable[VerilogPort]) -> Iterator[tuple[str, Integers]]:
     for port in ports:
         entry = port.text.partition("[")[2].rstrip("]")
         values = rows[_node(port)]

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.modules import Module, entries, make_module
-from proofmass.runner.rtl.machine.words import Names, Word
+from proofmass.runner.rtl.machine.words import VerilogNames, Word
 
 _UNDER_WAY = object()
 
@@ -31,7 +31,7 @@ class BlockModules:
                 problems += [problem for problem in error.problems if problem not in problems]
         if problems:
             raise ModelError([self.planned.graph.placed(problem) for problem in problems])
-        names, named = Names(), dict[int, Module]()
+        names, named = VerilogNames(), dict[int, Module]()
         for path in self.paths:
             module = self._made[path]
             if id(module) not in named:

@@ -12,9 +12,9 @@ from proofmass.graphs.model.rates import base_rate
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.alignment import block_stages
 from proofmass.runner.rtl.machine.block_modules import BlockModules
-from proofmass.runner.rtl.machine.machine import Instance, Machine, Net
+from proofmass.runner.rtl.machine.machine import Instance, Machine, OutputNet
 from proofmass.runner.rtl.machine.modules import CLOCKING, Module, entries
-from proofmass.runner.rtl.machine.words import Names, VerilogPort
+from proofmass.runner.rtl.machine.words import VerilogNames, VerilogPort
 
 
 def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
@@ -99,14 +99,14 @@ class _Composer:
         outside |= {probe.node for probe in planned.probes} | {measure.node for measure in planned.measures}
         self.outside = outside | (set(self.order) - set(schedule.drivers.values()) if all_outputs else set())
         self.stages = block_stages(modules, self.drivers)
-        self.names = Names(CLOCKING)
-        self.nets: dict[str, Net] = {}
+        self.names = VerilogNames(CLOCKING)
+        self.nets: dict[str, OutputNet] = {}
 
     def machine(self, name: str) -> Machine:
         outputs = tuple(self._outputs())
         inputs = tuple(self._inputs())
         instances = tuple(self._instances())
-        taken = Names(module.name for module in self.modules.values())
+        taken = VerilogNames(module.name for module in self.modules.values())
         made = Machine(taken.add(name), self.clock, inputs, outputs, instances, self.order, self.nets)
         if made.strides:
             self._refuse_cuts()
@@ -121,7 +121,7 @@ class _Composer:
             for port in entries(self.modules[node[0]].outputs, node[1]):
                 signal = f"{node[0]}.{port.text}"
                 stage = self.stages[node[0]] + self.modules[node[0]].pipeline.latency
-                self.nets[signal] = Net(self._named(port, signal), signal, port.word, stride, registered, stage)
+                self.nets[signal] = OutputNet(self._named(port, signal), signal, port.word, stride, registered, stage)
                 if node in self.outside:
                     yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, port.doc)
 
@@ -133,7 +133,7 @@ class _Composer:
                 for port in entries(self.modules[target[0]].inputs, target[1]):
                     signal = _signal(source, target[1], port)
                     if signal not in self.nets:
-                        self.nets[signal] = Net(self._named(port, signal), signal, port.word)
+                        self.nets[signal] = OutputNet(self._named(port, signal), signal, port.word)
                         yield VerilogPort(self.nets[signal].name, signal, port.word, port.unit, driver.doc)
 
     def _instances(self) -> Iterator[Instance]:
@@ -144,7 +144,7 @@ class _Composer:
             stage = self.stages[path]
             yield Instance(self.names.add(path), path, module, self._stride(path), inputs, outputs, stage)
 
-    def _connected(self, path: str, module: Module) -> Iterator[tuple[str, Net | int]]:
+    def _connected(self, path: str, module: Module) -> Iterator[tuple[str, OutputNet | int]]:
         for name, declared in type(module.block).inputs.items():
             for port in entries(module.inputs, name):
                 source = self.drivers.get((path, name))

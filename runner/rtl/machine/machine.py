@@ -16,7 +16,7 @@ from proofmass.runner.rtl.machine.words import VerilogPort, Word
 
 
 @dataclass(frozen=True)
-class Net:
+class OutputNet:
     """One number of an output of the graph: `signal` as "cell.coefficient" or "bank.sums[3]".
 
     It has a new value every `stride` clocks; if it is `kept`, a register holds the last one between them. It comes
@@ -43,8 +43,8 @@ class Instance:
     path: str
     module: Module
     stride: int
-    inputs: Mapping[str, Net | int]
-    outputs: Mapping[str, Net]
+    inputs: Mapping[str, OutputNet | int]
+    outputs: Mapping[str, OutputNet]
     stage: int = 0
 
 
@@ -61,7 +61,7 @@ class Machine:
     outputs: tuple[VerilogPort, ...]
     instances: tuple[Instance, ...]
     order: tuple[Endpoint, ...]
-    nets: Mapping[str, Net]  # by signal: outputs of instances, and the inputs
+    nets: Mapping[str, OutputNet]  # by signal: outputs of instances, and the inputs
 
     @cached_property
     def latency(self) -> int:
@@ -69,10 +69,12 @@ class Machine:
         return max((self.nets[port.text].stage for port in self.outputs), default=0)
 
     @cached_property
-    def delays(self) -> Mapping[Net, int]:
+    def delays(self) -> Mapping[OutputNet, int]:
         """Number of registers after each net that some readers take later than it comes."""
-        delays: dict[Net, int] = {}
-        taken = [(net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, Net)]
+        delays: dict[OutputNet, int] = {}
+        taken = [
+            (net, each.stage) for each in self.instances for net in each.inputs.values() if isinstance(net, OutputNet)
+        ]
         for net, stage in [*taken, *((self.nets[port.text], self.latency) for port in self.outputs)]:
             if stage > net.stage:
                 delays[net] = max(delays.get(net, 0), stage - net.stage)
@@ -108,5 +110,5 @@ class Machine:
     def single(self) -> bool:
         """Return whether it is just the module of one block: no input is shared or a number, nothing is kept."""
         nets = list(self.instances[0].inputs.values())
-        distinct = len(set(nets)) == len(nets) and all(isinstance(net, Net) for net in nets)
+        distinct = len(set(nets)) == len(nets) and all(isinstance(net, OutputNet) for net in nets)
         return len(self.instances) == 1 and not self.strides and distinct

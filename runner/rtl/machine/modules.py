@@ -15,13 +15,13 @@ from proofmass.blocks.declaration.declare import Port as BlockPort
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.runner.fixed.block_formats import function_formats, port_formats, state_formats
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Operation, Program, TraceError
-from proofmass.runner.fixed.step_formats import Constant, Format, Within, bounds, leaves, mantissas
+from proofmass.runner.fixed.integer_ir import IntegerProgram, Operation, TraceError
+from proofmass.runner.fixed.step_formats import Format, SteadyValue, Within, bounds, leaves, mantissas
 from proofmass.runner.fixed.trace import Traced, trace
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.pipeline import Flow, Pipeline, pipelined
 from proofmass.runner.rtl.machine.ranges import register_ranges
-from proofmass.runner.rtl.machine.words import Names, Register, VerilogPort, Word
+from proofmass.runner.rtl.machine.words import Register, VerilogNames, VerilogPort, Word
 
 CLOCKING = ("clock", "reset", "enable")  # ports of a module with registers
 
@@ -45,7 +45,7 @@ class Module:
     following: Mapping[str, Operation]  # by the name of the register
 
     @property
-    def program(self) -> Program:
+    def program(self) -> IntegerProgram:
         """The operations of all functions."""
         return next(iter(self.steps.values())).program
 
@@ -97,8 +97,8 @@ def make_module(
     leaves_held = list(_held(block, start, buffers))
     narrowed: dict[str, Format] = {text: Within(word.low, word.high) for text, word in ranges.items()}
     narrowed |= _integer_ranges(name, block, constants, leaves_held, narrowed)
-    steps = _traced(block, constants, narrowed, Program())
-    names = Names(CLOCKING)
+    steps = _traced(block, constants, narrowed, IntegerProgram())
+    names = VerilogNames(CLOCKING)
     inputs = tuple(
         VerilogPort(names.add(text), text, _word(format), unit_of(block, port), port.doc)
         for port in type(block).inputs.values()
@@ -155,8 +155,8 @@ def _integer_ranges(
             low, high = starts.get(each.whole, (each.start, each.start))
             starts[each.whole] = min(low, each.start), max(high, each.start)
 
-    def step(ranges: Mapping[str, Interval]) -> tuple[Program, dict[str, list[Operation]]]:
-        program = Program()
+    def step(ranges: Mapping[str, Interval]) -> tuple[IntegerProgram, dict[str, list[Operation]]]:
+        program = IntegerProgram()
         steps = _traced(block, constants, {**narrowed, **_within(ranges)}, program, only="update")
         return program, {
             text: [_following(steps, e.text, Word(*ranges[text])) for e in leaves if e.whole == text] for text in ranges
@@ -170,11 +170,11 @@ def _within(ranges: Mapping[str, Interval]) -> dict[str, Format]:
 
 
 def _traced(
-    block: Block, constants: Any, narrowed: Mapping[str, Format], program: Program, only: str = ""
+    block: Block, constants: Any, narrowed: Mapping[str, Format], program: IntegerProgram, only: str = ""
 ) -> dict[str, Traced]:
     functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
     return {
-        name: trace(b.function, function_formats(block, name, b, Constant(constants), narrowed), program=program)
+        name: trace(b.function, function_formats(block, name, b, SteadyValue(constants), narrowed), program=program)
         for name, b in functions.items()
         if only in ("", name)
     }

@@ -1,15 +1,15 @@
 """Names in the top module of a machine, each handed out once."""
 
-from proofmass.runner.rtl.machine.machine import Machine, Net
+from proofmass.runner.rtl.machine.machine import Machine, OutputNet
 from proofmass.runner.rtl.machine.modules import CLOCKING
-from proofmass.runner.rtl.machine.words import Names
+from proofmass.runner.rtl.machine.words import VerilogNames
 
 
 class TopNames:
     """Names of the wires and registers of the top module itself."""
 
     def __init__(self, machine: Machine) -> None:
-        names = Names([*CLOCKING, *(net.name for net in machine.nets.values())])
+        names = VerilogNames([*CLOCKING, *(net.name for net in machine.nets.values())])
         for instance in machine.instances:
             names.add(instance.name)
         stored = [net for net in machine.nets.values() if net.kept]
@@ -25,7 +25,7 @@ class TopNames:
         self.outputs = {port.text for port in machine.outputs}
         self.given = {net: self._given(machine, net, names) for net in machine.nets.values()}
 
-    def _given(self, machine: Machine, net: Net, names: Names) -> str:
+    def _given(self, machine: Machine, net: OutputNet, names: VerilogNames) -> str:
         """Name of a net at its source: for a delayed output, the last register has the output's own name."""
         delayed = net.signal in self.outputs and machine.latency > net.stage
         return names.add(f"{net.name}_early") if delayed else net.name

@@ -10,16 +10,18 @@ from collections.abc import Callable, Mapping
 from typing import NoReturn
 
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Operation, Program, TraceError
+from proofmass.runner.fixed.integer_ir import IntegerProgram, Operation, TraceError
 
 _POWERS = (1, 2, 3, 4, 6, 8, 10, 12, 14, 16, 20, 24, 32, 40, 48, 56, 62)
 _EXACT = 2  # steps followed before intervals grow beyond the values reached
 _NARROWINGS = 4
 
-Step = Callable[[Mapping[str, Interval]], tuple[Program, Mapping[str, list[Operation]]]]  # its values after a step
+_Step = Callable[
+    [Mapping[str, Interval]], tuple[IntegerProgram, Mapping[str, list[Operation]]]
+]  # its values after a step
 
 
-def register_ranges(name: str, starts: Mapping[str, Interval], step: Step) -> dict[str, Interval]:
+def register_ranges(name: str, starts: Mapping[str, Interval], step: _Step) -> dict[str, Interval]:
     """The interval of each register from that of its start; raises `TraceError` for one that grows without bound."""
     ranges = dict(starts)
     grown, steps = True, 0
@@ -51,7 +53,7 @@ def _union(start: Interval, operations: list[Operation]) -> Interval:
     )
 
 
-def _thresholds(program: Program) -> tuple[list[int], list[int]]:
+def _thresholds(program: IntegerProgram) -> tuple[list[int], list[int]]:
     """Bounds to try: of the negative of the low end, and of the high end."""
     near = {
         operation.low + beside

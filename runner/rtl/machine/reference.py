@@ -18,16 +18,16 @@ from proofmass.runner.rtl.machine.modules import Module, entries
 from proofmass.runner.rtl.machine.names import TopNames
 from proofmass.runner.rtl.machine.words import Register, VerilogPort, Word
 
-Values = Mapping[str, Any]  # by the names of ports and registers
+RegisterValues = Mapping[str, Any]  # by the names of ports and registers
 Merge = Callable[[Callable[[], list[Any]]], list[Any]]  # runs a function and returns its results
 
 
 @dataclass(frozen=True)
-class Clock:
+class ClockStep:
     """Outputs, and next values of registers if the clock is enabled."""
 
-    outputs: Values
-    following: Values
+    outputs: RegisterValues
+    following: RegisterValues
 
 
 class Reference(ABC):
@@ -46,7 +46,7 @@ class Reference(ABC):
         return (*self.inputs, *self.registers)
 
     @abstractmethod
-    def clock(self, present: Values, merge: Merge) -> Clock:
+    def clock(self, present: RegisterValues, merge: Merge) -> ClockStep:
         """Outputs and following registers for what inputs and registers are."""
 
 
@@ -69,7 +69,7 @@ class ModuleReference(Reference):
         self.latency = module.pipeline.latency
         self._module = module
 
-    def clock(self, present: Values, merge: Merge) -> Clock:
+    def clock(self, present: RegisterValues, merge: Merge) -> ClockStep:
         """Outputs and following registers for what inputs and registers are."""
         texts = {each.text: present[each.name] for each in self.held}
         outputs = {}
@@ -77,7 +77,7 @@ class ModuleReference(Reference):
             results = _call(self._module, name, texts, merge)
             for port in entries(self.outputs, name):
                 outputs[port.name] = results[port.text]
-        return Clock(outputs, _stepped(self._module, texts, merge))
+        return ClockStep(outputs, _stepped(self._module, texts, merge))
 
 
 class MachineReference(Reference):
@@ -90,7 +90,7 @@ class MachineReference(Reference):
         self._instances = {each.path: each for each in machine.instances}
         self.registers = tuple(self._registers())
 
-    def clock(self, present: Values, merge: Merge) -> Clock:
+    def clock(self, present: RegisterValues, merge: Merge) -> ClockStep:
         """Outputs and following registers for what inputs and registers are."""
         due = self._due(present)
         nets = {self._machine.nets[port.text].signal: present[port.name] for port in self.inputs}
@@ -112,7 +112,7 @@ class MachineReference(Reference):
         for stride, over, last in self._machine.counters:
             name = self._names.counts[stride]
             following[name] = where(due[over], where(present[name] == last, 0, present[name] + 1), present[name])
-        return Clock({port.name: nets[port.text] for port in self.outputs}, following)
+        return ClockStep({port.name: nets[port.text] for port in self.outputs}, following)
 
     def _registers(self) -> Iterator[Register]:
         for instance in self._machine.instances:
@@ -123,14 +123,14 @@ class MachineReference(Reference):
         for stride, over, last in self._machine.counters:
             yield Register(self._names.counts[stride], f"ticks of {over} in {stride}", Word(0, last), 0)
 
-    def _due(self, present: Values) -> dict[int, Any]:
+    def _due(self, present: RegisterValues) -> dict[int, Any]:
         """Return whether a clock is a tick of a stride."""
         due: dict[int, Any] = {1: 1}
         for stride, over, _ in self._machine.counters:
             due[stride] = where(present[self._names.counts[stride]] == 0, due[over], 0)
         return due
 
-    def _texts(self, instance: Instance, present: Values, nets: Values) -> dict[str, Any]:
+    def _texts(self, instance: Instance, present: RegisterValues, nets: RegisterValues) -> dict[str, Any]:
         """Values that a block reads, by the names in its functions, wired as in the graph."""
         module, texts = instance.module, dict[str, Any]()
         for register in module.registers:
@@ -146,14 +146,14 @@ class MachineReference(Reference):
         return texts
 
 
-def _stepped(module: Module, texts: Values, merge: Merge) -> dict[str, Any]:
+def _stepped(module: Module, texts: RegisterValues, merge: Merge) -> dict[str, Any]:
     """The registers of a module after a step, by their names."""
     found = _call(module, "update", texts, merge) if "update" in type(module.block).functions else {}
     after = {text.replace("return", "x", 1): value for text, value in found.items()}
     return {each.name: after.get(each.text, texts[each.text]) for each in module.registers}
 
 
-def _call(module: Module, name: str, texts: Values, merge: Merge) -> dict[str, Any]:
+def _call(module: Module, name: str, texts: RegisterValues, merge: Merge) -> dict[str, Any]:
     """Results of a function of a block, returned or written, by text: "output", "return.total", "history[3]"."""
     function = (type(module.block).output_functions.get(name) or type(module.block).functions[name]).function
     formats = module.steps[name].formats

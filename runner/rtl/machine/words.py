@@ -72,7 +72,7 @@ _RESERVED = """
 _KEYWORDS = frozenset(_RESERVED.split())
 
 
-class Names:
+class VerilogNames:
     """Names of one module, each unique; underscores replace or follow what Verilog does not allow.
 
     >>> names = Names(["clock"])

@@ -7,7 +7,7 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.machine.reference import reference_of
-from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 from proofmass.runner.rtl.model.hardware_loop import HardwareTickWriter
 from proofmass.runner.rtl.text.machine_verilog import machine_text
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
@@ -27,7 +27,7 @@ class CoSimulation(CompiledLoop):
             )
             hint = "run it with --engine python, and the hardware in its bench"
             raise ModelError([Problem(message=message, got=got, hint=hint)])
-        self._model = Model(reference_of(plan, machine), machine_text(machine))
+        self._model = VerilogModel(reference_of(plan, machine), machine_text(machine))
         paths = {instance.path for instance in machine.instances}
         beside = replace(plan, digital={name: block for name, block in plan.digital.items() if name not in paths})
         written = HardwareTickWriter(beside, machine, self._model).written()

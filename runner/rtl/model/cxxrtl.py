@@ -16,17 +16,15 @@ from tempfile import NamedTemporaryFile, TemporaryDirectory
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.runner.host.arrays import Integers
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.program.form import INTEGER, External
 from proofmass.runner.rtl.machine.reference import Reference
 from proofmass.runner.rtl.machine.words import VerilogPort, Word
 from proofmass.runner.rtl.tools.yosys import run_yosys
-
-Column = NDArray[np.int64]
 
 _PURPOSE = "compiled models of Verilog"
 _FLAGS = ("-O2", "-std=c++17", "-shared", "-fPIC")
@@ -38,7 +36,7 @@ def compiler() -> str | None:
     return shutil.which(os.environ.get("CXX", "")) or shutil.which("g++") or shutil.which("clang++")
 
 
-class Model:
+class VerilogModel:
     """A module of a Verilog text, made ready to run; it starts as after a reset.
 
     `ports` are those of the module: a reference says which it has, and which registers.
@@ -59,7 +57,7 @@ class Model:
         if hasattr(self, "address"):
             self._library.model_delete(ctypes.c_void_p(self.address))
 
-    def run(self, inputs: Mapping[str, Any], clocks: int) -> dict[str, Column]:
+    def run(self, inputs: Mapping[str, Any], clocks: int) -> dict[str, Integers]:
         """Outputs in so many clocks with enable, one after the other, by the names of the ports."""
         ports = self._reference
         given = [np.ascontiguousarray(inputs[port.name][:clocks], dtype=np.int64) for port in ports.inputs]

@@ -14,12 +14,12 @@ from proofmass.runner.plan.keys import HardwareModel
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.build import operand
 from proofmass.runner.program.due import when_due
-from proofmass.runner.program.form import INTEGER, Array, Operand, Variable
+from proofmass.runner.program.form import INTEGER, Operand, Storage, Variable
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered
 from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.rtl.machine.machine import Machine
-from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 
 
 class MemoryPlace(NamedTuple):
@@ -33,7 +33,7 @@ class MemoryPlace(NamedTuple):
 class HardwareTickWriter(TickWriter):
     """Writes the ticks around a model of a machine."""
 
-    def __init__(self, plan: Plan, machine: Machine, model: Model) -> None:
+    def __init__(self, plan: Plan, machine: Machine, model: VerilogModel) -> None:
         super().__init__(plan)
         self._machine, self._model = machine, model
         self._paths = {instance.path for instance in machine.instances}
@@ -103,7 +103,7 @@ class HardwareTickWriter(TickWriter):
 
     def _register(self, place: MemoryPlace) -> Operand:
         held = self._held(place)
-        value = self.builder.load(held, place.entry or 0) if isinstance(held, Array) else self.frame.now(held)
+        value = self.builder.load(held, place.entry or 0) if isinstance(held, Storage) else self.frame.now(held)
         return as_kind(self.builder, value, INTEGER)
 
     def _write(self, place: MemoryPlace, value: Operand) -> None:

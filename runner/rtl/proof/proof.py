@@ -20,7 +20,7 @@ from proofmass.runner.rtl.proof.smt_cuts import Cuts
 from proofmass.runner.rtl.proof.smt_implementation import Implementation, read_implementation
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification, conjunction
 from proofmass.runner.rtl.proof.smt_pipeline import netlist_pipeline
-from proofmass.runner.rtl.proof.smt_solver import Answer, Solver, Term
+from proofmass.runner.rtl.proof.smt_solver import Answer, SmtSolver, Term
 
 _AT_ONCE = 0.3  # seconds for a goal as it stands, before cuts are tried
 SECONDS = 30.0  # seconds for a goal in all
@@ -103,7 +103,7 @@ class _Sides:
         assumed = [bits[name].within(word.low, word.high) for name, word in self.held.items()]
         present = {n: self.specification.word(bits[n].text, word.low, word.high) for n, word in self.held.items()}
         self.goals = tuple(self._goals(present))
-        self.solver = Solver([*self.implementation.lines, *self.specification.lines])
+        self.solver = SmtSolver([*self.implementation.lines, *self.specification.lines])
         self.pipeline = netlist_pipeline(self.solver, self.implementation, reference)
         self.assumptions = [self.solver.read(term) for term in assumed]
         terms = self.implementation.terms

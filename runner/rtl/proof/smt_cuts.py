@@ -15,9 +15,9 @@ from itertools import chain
 from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.rtl.machine.words import Word
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger
-from proofmass.runner.rtl.proof.smt_solver import Answer, Solver, Term, constants_of, is_word, width_of
+from proofmass.runner.rtl.proof.smt_solver import Answer, SmtSolver, Term, constants_of, is_word, width_of
 
-Row = tuple[int, ...]  # values of a word in the samples
+_Row = tuple[int, ...]  # values of a word in the samples
 
 _SAMPLES = 24
 _LEFT_OUT = 2
@@ -30,7 +30,7 @@ class Cuts:
 
     def __init__(
         self,
-        solver: Solver,
+        solver: SmtSolver,
         assumptions: Sequence[Term],
         inputs: Mapping[Term, Word],
         specified: Sequence[SmtInteger],
@@ -63,15 +63,15 @@ class Cuts:
 
     def _alike(
         self, inputs: Mapping[Term, Word], words: Sequence[tuple[SmtInteger, Term]], terms: Sequence[Term]
-    ) -> Iterator[tuple[SmtInteger, Term, Row, list[tuple[Term, bool]]]]:
+    ) -> Iterator[tuple[SmtInteger, Term, _Row, list[tuple[Term, bool]]]]:
         """Words of the specification, their values in samples, and words of the implementation that look equal.
 
         The latter are read with or without a sign.
         """
         wanted = [*(term for _, term in words), *terms]
         samples = [self.solver.values(sample, wanted) for sample in _samples(inputs)]
-        alike: dict[Row, list[tuple[Term, bool]]] = defaultdict(list)
-        rows: list[Row] = list(zip(*samples, strict=True))
+        alike: dict[_Row, list[tuple[Term, bool]]] = defaultdict(list)
+        rows: list[_Row] = list(zip(*samples, strict=True))
         for term, row in zip(terms, rows[len(words) :], strict=True):
             alike[_signed(row, width_of(term))].append((term, True))
             if row != _signed(row, width_of(term)):
@@ -99,7 +99,7 @@ class Cuts:
                 break
         return answer
 
-    def _cut(self, word: SmtInteger, term: Term, row: Row, other: Term) -> None:
+    def _cut(self, word: SmtInteger, term: Term, row: _Row, other: Term) -> None:
         if not self._cut_words or term not in self._cut_words[-1]:
             low = self._end(word, term, word.low, min(row))
             high = self._end(word, term, word.high, max(row))
@@ -145,6 +145,6 @@ def _samples(inputs: Mapping[Term, Word]) -> Iterator[dict[Term, int]]:
         }
 
 
-def _signed(row: Row, width: int) -> Row:
+def _signed(row: _Row, width: int) -> _Row:
     """Words read as two's complement."""
     return tuple(value - (1 << width) if value >> (width - 1) else value for value in row)

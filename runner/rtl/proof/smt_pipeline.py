@@ -35,13 +35,13 @@ from itertools import islice
 from proofmass.runner.rtl.machine.modules import CLOCKING
 from proofmass.runner.rtl.machine.reference import Reference
 from proofmass.runner.rtl.proof.smt_implementation import Implementation
-from proofmass.runner.rtl.proof.smt_solver import Solver, Term, constants_of
+from proofmass.runner.rtl.proof.smt_solver import SmtSolver, Term, constants_of
 
 _MOST_CLOCKS = 1000  # until timers have come to rest
 
 
 @dataclass(frozen=True)
-class Pipeline:
+class PipelineFindings:
     """Findings: `transparent` has the terms to put in the place of timers and registers of the pipeline, `late`
     the stages of the blocks' registers, by name.
 
@@ -54,19 +54,19 @@ class Pipeline:
     faults: tuple[str, ...]
 
 
-def netlist_pipeline(solver: Solver, implementation: Implementation, reference: Reference) -> Pipeline:
+def netlist_pipeline(solver: SmtSolver, implementation: Implementation, reference: Reference) -> PipelineFindings:
     """The pipeline of a netlist whose outputs are to be `reference.latency` late."""
     netlist = _Netlist(solver, implementation, reference)
     if not netlist.added and not reference.latency:
-        return Pipeline({}, {}, 0, ())
+        return PipelineFindings({}, {}, 0, ())
     checks = len(netlist.following) + len(reference.outputs)
     try:
         faults = tuple(netlist.faults())
     except _NoStagesError as fault:
         faults = (str(fault),)
     if faults:
-        return Pipeline({}, {}, checks, faults)
-    return Pipeline(netlist.transparent, netlist.late, checks, ())
+        return PipelineFindings({}, {}, checks, faults)
+    return PipelineFindings(netlist.transparent, netlist.late, checks, ())
 
 
 class _NoStagesError(Exception):
@@ -76,7 +76,7 @@ class _NoStagesError(Exception):
 class _Netlist:
     """Registers as constants of the solver, and what they take."""
 
-    def __init__(self, solver: Solver, implementation: Implementation, reference: Reference) -> None:
+    def __init__(self, solver: SmtSolver, implementation: Implementation, reference: Reference) -> None:
         self.solver, self.latency = solver, reference.latency
         named = [*implementation.following, *(port.name for port in reference.held), *CLOCKING]
         constants = {n: constants_of(solver.read(implementation.terms[n])) for n in named if n in implementation.terms}

@@ -6,7 +6,7 @@ from typing import Any, Literal
 
 from proofmass.blocks.declaration.libraries import need
 
-Verdict = Literal["proved", "refuted", "undecided"]
+ProofVerdict = Literal["proved", "refuted", "undecided"]
 Term = Any  # of bitwuzla
 
 SOLVER = "bitwuzla"
@@ -16,11 +16,11 @@ SOLVER = "bitwuzla"
 class Answer:
     """Answer whether a condition always holds; if not, values of terms for which it fails."""
 
-    verdict: Verdict
+    verdict: ProofVerdict
     values: Mapping[str, int]
 
 
-class Solver:
+class SmtSolver:
     """Makes terms, and proves them for all values of the constants among them."""
 
     def __init__(self, definitions: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.low_bits import operands_of
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.modules import Module
-from proofmass.runner.rtl.machine.words import Names, Word
+from proofmass.runner.rtl.machine.words import VerilogNames, Word
 from proofmass.runner.rtl.text.machine_verilog import top_name
 from proofmass.runner.rtl.text.verilog import about, first_line, line_comment
 
@@ -45,7 +45,7 @@ class _Writer:
 
     def __init__(self, module: Module) -> None:
         self.module = module
-        self._names = Names(_OWN)
+        self._names = VerilogNames(_OWN)
         self._ports = {p.name: f"self.{self._names.add(p.name)}" for p in (*module.inputs, *module.outputs)}
         self._registers = {register.name: self._names.add(register.name) for register in module.registers}
         self._texts: dict[Operation, list[str]] = {}  # names of an operation as it comes, and for each later tick

@@ -43,7 +43,7 @@ def fitted(value: int, word: Word) -> str:
     return _signed(value, word.width) if word.signed else f"{word.width}'d{value}"
 
 
-class Expressions:
+class VerilogExpressions:
     """Expressions over the wires named so far; each operand is taken at the stage of its operation."""
 
     def __init__(self, stages: Mapping[Operation, int]) -> None:

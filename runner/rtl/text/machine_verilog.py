@@ -7,7 +7,7 @@ later than it comes has registers `x_late_1`, `x_late_2` and so on; late blocks 
 
 from collections.abc import Iterator
 
-from proofmass.runner.rtl.machine.machine import Instance, Machine, Net
+from proofmass.runner.rtl.machine.machine import Instance, Machine, OutputNet
 from proofmass.runner.rtl.machine.names import TopNames
 from proofmass.runner.rtl.machine.words import Word
 from proofmass.runner.rtl.text.expressions import fitted
@@ -57,7 +57,7 @@ class _Top:
             yield from self._register(self.kept[net], net.word, self._due(net), self.now[net])
         yield "endmodule"
 
-    def _due(self, net: Net) -> str:
+    def _due(self, net: OutputNet) -> str:
         return self.ticks[net.stride]
 
     def _enables(self) -> Iterator[str]:
@@ -89,7 +89,7 @@ class _Top:
         tick = self.ticks.get(instance.stride, "enable")
         return f"{tick} && {self.ready[instance.stage - 1]}" if instance.stage and instance.module.registers else tick
 
-    def _taken(self, net: Net, stage: int) -> str:
+    def _taken(self, net: OutputNet, stage: int) -> str:
         return self.late[net][stage - net.stage - 1] if stage > net.stage else self.given[net]
 
     def _delays(self) -> Iterator[str]:

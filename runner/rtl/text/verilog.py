@@ -11,8 +11,8 @@ from collections.abc import Generator, Iterator
 from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OPERATIONS
 from proofmass.runner.rtl.machine.modules import CLOCKING, Module
-from proofmass.runner.rtl.machine.words import Names, VerilogPort, Word
-from proofmass.runner.rtl.text.expressions import Expressions, fitted
+from proofmass.runner.rtl.machine.words import VerilogNames, VerilogPort, Word
+from proofmass.runner.rtl.text.expressions import VerilogExpressions, fitted
 
 
 def module_text(module: Module, *, keep_adders: bool = True) -> str:
@@ -91,8 +91,8 @@ class _Writer:
     def __init__(self, module: Module) -> None:
         self.module = module
         ports = [port.name for port in (*module.inputs, *module.outputs)]
-        self.names = Names([*CLOCKING, *ports, *(register.name for register in module.registers)])
-        self.expressions = Expressions(module.pipeline.stages)
+        self.names = VerilogNames([*CLOCKING, *ports, *(register.name for register in module.registers)])
+        self.expressions = VerilogExpressions(module.pipeline.stages)
         self._told: set[SourceLine] = set()
         self._count = 0
         self._moves: list[tuple[str, str]] = []  # registers of the pipeline, and their next values

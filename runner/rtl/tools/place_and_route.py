@@ -43,7 +43,7 @@ class CriticalPath:
 
 
 @dataclass(frozen=True)
-class Clock:
+class HighestClock:
     """The highest clock in megahertz and its path, or None; and its origin, or why there is none."""
 
     megahertz: float | None
@@ -60,19 +60,19 @@ class Clock:
         return f"{self.megahertz:.1f} MHz{path}, {self.told}" if self.megahertz else self.told
 
 
-def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) -> Clock:
+def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) -> HighestClock:
     """Place and route a module of Yosys' JSON in a folder, the only one that a sandboxed nextpnr can read.
 
     `verilog` is its source; `netlist` names lines of it as of module.v.
     """
     cells = {cell["type"] for cell in netlist["cells"].values()}
     if not any(cell.startswith(_FLIP_FLOPS) for cell in cells):
-        return Clock(None, _NO_PATH)
+        return HighestClock(None, _NO_PATH)
     if "SB_MAC16" in cells:
-        return Clock(None, "nextpnr takes multipliers of this family for registers, and finds no clock")
+        return HighestClock(None, "nextpnr takes multipliers of this family for registers, and finds no clock")
     placer = found(f"nextpnr-{family}", f"yowasp-nextpnr-{family}")
     if placer is None:
-        return Clock(None, f"pip install yowasp-nextpnr-{family} to have it placed and routed")
+        return HighestClock(None, f"pip install yowasp-nextpnr-{family} to have it placed and routed")
     ports = {name: port for name, port in netlist["ports"].items() if name == "clock"}
     module = {**netlist, "ports": ports, "attributes": {"top": "1"}}
     (folder / "placed.json").write_text(json.dumps({"modules": {"module": module}}), encoding="utf-8")
@@ -81,22 +81,22 @@ def routed(folder: Path, netlist: Mapping[str, Any], family: str, verilog: str) 
     try:
         ended = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=False, timeout=_SECONDS)
     except subprocess.TimeoutExpired:
-        return Clock(None, f"not routed within {_SECONDS} s")
+        return HighestClock(None, f"not routed within {_SECONDS} s")
     if ended.returncode:
         errors = re.findall(r"ERROR: (.*)", ended.stderr)
-        return Clock(None, f"not placed and routed: {errors[0] if errors else f'exit {ended.returncode}'}")
+        return HighestClock(None, f"not placed and routed: {errors[0] if errors else f'exit {ended.returncode}'}")
     timing = json.loads((folder / "timing.json").read_text(encoding="utf-8"))
     conditions = f"{Path(placer).name}{_version(placer)}, seed {SEED}, ports not registered"
     return read_timing(timing, netlist, verilog, conditions)
 
 
-def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, conditions: str) -> Clock:
+def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: str, conditions: str) -> HighestClock:
     """The clock in a report of nextpnr; constant nets may be clocks there too."""
     name = next((name for name in timing["fmax"] if re.fullmatch(r"clock(\$.*)?", name)), "")
     ends = {"from": f"posedge {name}", "to": f"posedge {name}"}
     steps = next((each["path"] for each in timing["critical_paths"] if ends.items() <= each.items()), None)
     if not name or not steps:
-        return Clock(None, _NO_PATH)
+        return HighestClock(None, _NO_PATH)
     names = _Registers(netlist)
     path = CriticalPath(
         names.of(steps[0]["from"]["cell"]),
@@ -104,7 +104,7 @@ def read_timing(timing: Mapping[str, Any], netlist: Mapping[str, Any], verilog: 
         round(sum(step["delay"] for step in steps), 3),
         tuple(dict.fromkeys(_lines(steps, verilog.splitlines()))),
     )
-    return Clock(round(timing["fmax"][name]["achieved"], 2), conditions, path)
+    return HighestClock(round(timing["fmax"][name]["achieved"], 2), conditions, path)
 
 
 class _Registers:

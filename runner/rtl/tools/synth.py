@@ -16,12 +16,12 @@ from typing import Any, Literal
 
 from proofmass.runner.rtl.tools.narrow_products import NARROW, SWAPPED
 from proofmass.runner.rtl.tools.path_delay import longest_path
-from proofmass.runner.rtl.tools.place_and_route import PLACED, REGISTER, Clock, routed
+from proofmass.runner.rtl.tools.place_and_route import PLACED, REGISTER, HighestClock, routed
 from proofmass.runner.rtl.tools.yosys import run_yosys
 
-Family = Literal["xc2vp", "xc7", "ice40", "ecp5"]
+ChipFamily = Literal["xc2vp", "xc7", "ice40", "ecp5"]
 
-_COMMANDS: Mapping[Family, str] = {
+_COMMANDS: Mapping[ChipFamily, str] = {
     "xc2vp": "synth_xilinx -family xc2vp -flatten -noiopad -noclkbuf -top",
     "xc7": "synth_xilinx -family xc7 -flatten -noiopad -noclkbuf -top",
     "ice40": "synth_ice40 -dsp -top",
@@ -51,7 +51,7 @@ class Resources:
     flip_flops: int
     multipliers: int
     carries: int
-    clock: Clock
+    clock: HighestClock
 
     @property
     def slices_bound(self) -> int:
@@ -70,7 +70,7 @@ class Resources:
         return f"{cells}{slices}; clock: {self.clock}"
 
 
-def synthesized(verilog: str, top: str, family: Family) -> Resources:
+def synthesized(verilog: str, top: str, family: ChipFamily) -> Resources:
     """Return the resources of the module `top` of a Verilog text; raises `ModelError` for a text that Yosys refuses."""
     with TemporaryDirectory() as name:
         folder = Path(name)
@@ -100,9 +100,9 @@ def synthesized(verilog: str, top: str, family: Family) -> Resources:
         return Resources(family=family, clock=_clock(folder, netlist, family, verilog), **counts_by_kind)
 
 
-def _clock(folder: Path, netlist: Mapping[str, Any], family: Family, verilog: str) -> Clock:
+def _clock(folder: Path, netlist: Mapping[str, Any], family: ChipFamily, verilog: str) -> HighestClock:
     if family == "xc2vp":
-        return Clock(1e3 / longest_path(netlist), "an estimate from the longest path, delays not checked")
+        return HighestClock(1e3 / longest_path(netlist), "an estimate from the longest path, delays not checked")
     if family in PLACED:
         return routed(folder, netlist, family, verilog)
-    return Clock(None, "nothing is called that places and routes this family")
+    return HighestClock(None, "nothing is called that places and routes this family")

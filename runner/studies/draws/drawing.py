@@ -16,7 +16,7 @@ from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.graphs.studies.designs import half_of_bits, permuted, stream_of
 from proofmass.graphs.studies.distributions import NORMAL, Spread
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.targets.elementwise import Elementwise
 
 _PLAIN: Mapping[str, Any] = {
@@ -30,7 +30,7 @@ exponentials = Elementwise(exponential, {"x": float}, float)
 permutations = Elementwise(permuted, {"number": int, "size": int, "half": int, "seed": int, "stream": int}, int)
 
 
-def drawn_together(study: Study, runs: Array, *, apart: bool = False) -> dict[str, Array]:
+def drawn_together(study: Study, runs: AnyArray, *, apart: bool = False) -> dict[str, AnyArray]:
     """Return parameters and values of runs by their names in the flat graph: arrays with a row for each epoch.
 
     With `apart` each of them is what it would be if nothing that it follows from were spread or drifted.
@@ -66,15 +66,20 @@ def _elementwise(operation: str) -> Elementwise:
     )
 
 
-def _base(study: Study, name: str, drawn: Mapping[str, Array], runs: int) -> Array:
+def _base(study: Study, name: str, drawn: Mapping[str, AnyArray], runs: int) -> AnyArray:
     """Return what a parameter or value is before it is spread, a row for each epoch."""
     followed = study.dependence.followed(drawn, on_arrays).get(name, study.nominal(name))
     return np.broadcast_to(followed, (len(study.epochs), runs))
 
 
 def _aged(
-    study: Study, name: str, base: Array, runs: Array, deviates: Mapping[str, Array], normals: Mapping[str, Array]
-) -> Array:
+    study: Study,
+    name: str,
+    base: AnyArray,
+    runs: AnyArray,
+    deviates: Mapping[str, AnyArray],
+    normals: Mapping[str, AnyArray],
+) -> AnyArray:
     """Return a parameter spread and aged from its base, a row for each epoch."""
     value = base
     if name in normals:
@@ -89,17 +94,17 @@ def _aged(
     return np.array(law.aged(value, study.epochs, study.seed, peers, stream_of("drift", name), normal_deviates))
 
 
-def _rows(study: Study, values: Array) -> Array:
+def _rows(study: Study, values: AnyArray) -> AnyArray:
     return np.tile(values, (len(study.epochs), 1))
 
 
-def _points(study: Study, runs: Array) -> dict[str, Array]:
+def _points(study: Study, runs: AnyArray) -> dict[str, AnyArray]:
     """Return the parameters of the sweep."""
     every = [study.point(number) for number in range(study.points)] if study.sweep else []
     return {name: np.array([point[name] for point in every])[runs % study.points] for name in study.sweep}
 
 
-def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
+def _deviates(study: Study, sensors: AnyArray) -> dict[str, AnyArray]:
     """Return uniform deviates of the spread parameters."""
     design, names = study.designed, list(study.spread)
     if design.kind not in ("random", "latin_hypercube"):
@@ -112,7 +117,7 @@ def _deviates(study: Study, sensors: Array) -> dict[str, Array]:
     return dict(zip(names, rows, strict=True))
 
 
-def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
+def _normals(study: Study, deviates: Mapping[str, AnyArray]) -> dict[str, AnyArray]:
     """Return standard normal deviates, correlated and truncated, of the parameters that need them."""
     spreads: dict[str, Any] = {name: spread for name, spread in study.spread.items() if spread.shape in NORMAL}
     if not spreads:
@@ -125,7 +130,7 @@ def _normals(study: Study, deviates: Mapping[str, Array]) -> dict[str, Array]:
     return bounded
 
 
-def _spread(spread: Spread, nominal: Any, uniforms: Any) -> Array:
+def _spread(spread: Spread, nominal: Any, uniforms: Any) -> AnyArray:
     """Return `Spread.at` for many sensors, for shapes that do not follow from normal deviates."""
     if spread.shape == "uniform":
         return np.asarray(spread.at(nominal, uniforms))

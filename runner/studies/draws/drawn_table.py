@@ -12,7 +12,7 @@ import numpy as np
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.loops import MARGIN_MEASURES
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 RUN, EPOCH, AGE, RECALIBRATION, FAULT = "run", "epoch", "age", "recalibration", "fault"
 _ONE_BY_ONE = 20_000  # runs and epochs up to which compiling the functions that draw them is not worth it
@@ -53,7 +53,7 @@ class DrawnTable:
     from were spread or drifted.
     """
 
-    def __init__(self, study: Study, runs: Array, *, apart: bool = False) -> None:
+    def __init__(self, study: Study, runs: AnyArray, *, apart: bool = False) -> None:
         self.study, self.runs, self.apart = study, runs, apart
         self.columns = drawn_columns(study)
 
@@ -62,7 +62,7 @@ class DrawnTable:
         """The columns of parameters and values."""
         return tuple(column for column in self.columns if column.parameter)
 
-    def __getitem__(self, column: DrawnColumn) -> Array:
+    def __getitem__(self, column: DrawnColumn) -> AnyArray:
         if column.parameter:
             return self._drawn[column.parameter].T
         shape = len(self.runs), len(self.study.epochs)
@@ -71,14 +71,14 @@ class DrawnTable:
         intervals = np.array(self.study.recalibration.every)
         return np.broadcast_to(intervals[self.runs % len(intervals)][:, None], shape)
 
-    def along(self, column: DrawnColumn) -> Array:
+    def along(self, column: DrawnColumn) -> AnyArray:
         """Return a column along its own dimensions."""
         if column.dimensions == (EPOCH,):
             return np.array(self.study.epochs)
         return self[column] if EPOCH in column.dimensions else self[column][:, 0]
 
     @cached_property
-    def _drawn(self) -> dict[str, Array]:
+    def _drawn(self) -> dict[str, AnyArray]:
         """Parameters by name in the flat graph, a row for each epoch."""
         if len(self.runs) * len(self.study.epochs) > _ONE_BY_ONE:
             # start-up time: only many runs need arrays of draws

@@ -18,7 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.draws.drawn_table import DrawnTable
 
 CHANGE = "change of "
@@ -28,27 +28,27 @@ CHANGE = "change of "
 class Factors:
     """Values of factors at one epoch by name, a number for each run, and their units."""
 
-    columns: Mapping[str, Array]
+    columns: Mapping[str, AnyArray]
     units: Mapping[str, str]
 
 
 class Drawn:
     """Factors of runs of a study at all epochs, drawn once."""
 
-    def __init__(self, study: Study, runs: Array) -> None:
+    def __init__(self, study: Study, runs: AnyArray) -> None:
         self.study, self.runs = study, runs
         self.table = DrawnTable(study, runs, apart=True)
 
     def factors(self, epoch: int) -> Factors:
         """Return the factors at an epoch that differ between runs."""
         since = self.since(epoch)
-        columns, units = dict[str, Array](), dict[str, str]()
+        columns, units = dict[str, AnyArray](), dict[str, str]()
         for name, unit, values in self._columns(epoch, since):
             if values.size and np.ptp(values) > 0.0:
                 columns[name], units[name] = values, unit
         return Factors(columns, units)
 
-    def since(self, epoch: int) -> Array:
+    def since(self, epoch: int) -> AnyArray:
         """Return for each run the last epoch before this one that calibrated; the first epoch if none did."""
         intervals = len(self.study.recalibration.every)
         lasts = []
@@ -57,7 +57,7 @@ class Drawn:
             lasts.append(max((before for before in range(epoch) if calibrated[before]), default=0))
         return np.asarray(np.array(lasts)[self.runs % intervals])
 
-    def _columns(self, epoch: int, since: Array) -> Iterator[tuple[str, str, Array]]:
+    def _columns(self, epoch: int, since: AnyArray) -> Iterator[tuple[str, str, AnyArray]]:
         for column in self.table.parameters:
             values = self.table[column]
             before = values[np.arange(len(self.runs)), since]

@@ -17,7 +17,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.outcome.outcomes import Outcomes, together
 
 FILE = "ledger.sqlite"
@@ -138,7 +138,7 @@ class Ledger:
     def _shape(self, runs: int) -> tuple[int, int, int]:
         return runs, self.epochs, len(self.measures)
 
-    def _numbers(self, about: Array) -> Array:
+    def _numbers(self, about: AnyArray) -> AnyArray:
         """Return the numbers of runs in the ledger, between the least and the greatest of `about`."""
         if not len(about):
             return about
@@ -210,6 +210,6 @@ def _difference(before: str, now: str) -> str:
     return "; ".join(changed[:6]) + ("; ..." if len(changed) > 6 else "")
 
 
-def _spelt_out(stretches: Iterable[tuple[int, int]]) -> Array:
+def _spelt_out(stretches: Iterable[tuple[int, int]]) -> AnyArray:
     """Return every number in stretches of consecutive ones."""
     return np.concatenate([np.empty(0, dtype=np.int64), *(np.arange(first, first + n) for first, n in stretches)])

@@ -5,16 +5,16 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 LEVEL = 0.95
 FEWEST_OF_DEVIATION = 5  # values
 _Z = 1.959963984540054  # standard normal quantile of (1 + LEVEL) / 2
 
-Interval = tuple[float, float]
+Bounds = tuple[float, float]
 
 
-def part_interval(good: float, runs: int) -> Interval:
+def part_interval(good: float, runs: int) -> Bounds:
     """Interval of a probability, of which `good` of `runs` are known (Clopper and Pearson, Biometrika 26 (1934) 404).
 
     At its ends so many good ones, or so few, have a probability of 2.5 %: it holds 95 % at least, whatever the truth.
@@ -27,7 +27,7 @@ def part_interval(good: float, runs: int) -> Interval:
     return low, float(betaincinv(good + 1.0, bad, 1.0 - aside)) if bad > 0.0 else 1.0
 
 
-def halves_of_means(runs: Array, deviations: Array) -> Array:
+def halves_of_means(runs: AnyArray, deviations: AnyArray) -> AnyArray:
     """Half of Student's intervals of means, t s / sqrt(n), each of two values or more."""
     # start-up time: this part of SciPy takes 0.15 s
     from scipy.special import stdtrit
@@ -35,13 +35,13 @@ def halves_of_means(runs: Array, deviations: Array) -> Array:
     return np.asarray(stdtrit(runs - 1, 0.5 + 0.5 * LEVEL) * deviations / np.sqrt(runs))
 
 
-def mean_interval(values: Array) -> Interval:
+def mean_interval(values: AnyArray) -> Bounds:
     """Student's interval of the mean."""
     half = float(halves_of_means(np.array(len(values)), values.std(ddof=1))) if len(values) > 1 else math.inf
     return float(values.mean()) - half, float(values.mean()) + half
 
 
-def deviation_interval(values: Array) -> Interval:
+def deviation_interval(values: AnyArray) -> Bounds:
     """Interval of the standard deviation: exp(ln(c s^2) -+ t e) under the root (Bonett, CSDA 50 (2006) 775).
 
     e = c sqrt((g - (n - 3) / n) / (n - 1)), c = n / (n - z), g the kurtosis about a trimmed mean, and Student's t.
@@ -68,7 +68,7 @@ def deviation_interval(values: Array) -> Interval:
     return middle * math.exp(-0.5 * student * error(kurtosis)), middle * math.exp(0.5 * student * upper)
 
 
-def percentile_interval(values: Array, percent: float) -> Interval:
+def percentile_interval(values: AnyArray, percent: float) -> Bounds:
     """Interval of a percentile of any distribution: two of the values in order; infinite where they are too few.
 
     The number of values below the percentile is binomial (David and Nagaraja, "Order statistics", 3rd ed. (2003), 7.1).

@@ -12,8 +12,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, part_interval
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, part_interval
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.outcome.weibull import Weibull, weibull
 
@@ -29,15 +29,15 @@ class Lifetimes:
     sensors: int
     epochs: tuple[int, ...]
     ages: tuple[float, ...]  # seconds
-    good: Array  # part within its limits at that age
-    good_intervals: tuple[Interval, ...]
-    surviving: Array  # part that has never left them
-    surviving_intervals: tuple[Interval, ...]
-    good_at_last: Array  # whether each sensor is within its limits at the last age
+    good: AnyArray  # part within its limits at that age
+    good_intervals: tuple[Bounds, ...]
+    surviving: AnyArray  # part that has never left them
+    surviving_intervals: tuple[Bounds, ...]
+    good_at_last: AnyArray  # whether each sensor is within its limits at the last age
     band: float  # half of the band of the survival curve
     law: Weibull | None  # of the sensors that are good at the first age
     time_out: float  # mean part of the time, from the first age to the last, out of tolerance
-    time_out_interval: Interval
+    time_out_interval: Bounds
 
     @property
     def law_fits(self) -> bool:
@@ -46,7 +46,7 @@ class Lifetimes:
             return False
         return bool(np.abs(self.law.survival(np.array(self.ages)) - self.surviving).max() <= self.band)
 
-    def left_at(self, part: float) -> Interval | None:
+    def left_at(self, part: float) -> Bounds | None:
         """Return the ages, in seconds, between which a part of the sensors has left; None if it never does."""
         gone = np.flatnonzero(1.0 - self.surviving >= part - 1e-12)
         if not len(gone):
@@ -54,7 +54,7 @@ class Lifetimes:
         at = int(gone[0])
         return self.ages[at - 1] if at else 0.0, self.ages[at]
 
-    def left_interval(self, part: float) -> Interval:
+    def left_interval(self, part: float) -> Bounds:
         """Return the ages at which the ends of the survival's interval reach 1 - part; infinite where they do not."""
         ends = zip(*self.surviving_intervals, strict=True)
         low, high = (
@@ -76,7 +76,7 @@ def lifetimes(result: StudyResult) -> Iterator[Lifetimes]:
         yield _of(result, ALL_LIMITS, earliest, np.logical_and.reduce([good for _, good in every.values()]))
 
 
-def _of(result: StudyResult, name: str, first: int, good: Array) -> Lifetimes:
+def _of(result: StudyResult, name: str, first: int, good: AnyArray) -> Lifetimes:
     ages = result.study.epochs[first:]
     good = good[:, first:]
     never_left = np.logical_and.accumulate(good, axis=1)

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 
 class SensorRun(NamedTuple):
@@ -21,11 +21,11 @@ class SensorRun(NamedTuple):
 class Outcomes(NamedTuple):
     """Outcomes of runs at all epochs; a run that failed has NaN there, and its reason among the faults."""
 
-    numbers: Array  # of the runs, in any order
-    values: Array  # by run, epoch and measure
+    numbers: AnyArray  # of the runs, in any order
+    values: AnyArray  # by run, epoch and measure
     faults: dict[tuple[int, int], str]  # by run number and epoch
 
-    def chosen(self, which: Array) -> "Outcomes":
+    def chosen(self, which: AnyArray) -> "Outcomes":
         """Return some of the runs, by a mask or by places."""
         numbers = self.numbers[which]
         left = set(numbers.tolist()) if self.faults else set()

@@ -13,12 +13,12 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import display, long_time, pretty
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import Limit
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.drawn_table import RUN, DrawnTable
 from proofmass.runner.studies.outcome.intervals import (
-    Interval,
+    Bounds,
     deviation_interval,
     mean_interval,
     part_interval,
@@ -45,8 +45,8 @@ class StudyResult(Plotted):
 
     study: Study  # that ran
     measures: tuple[PlannedMeasure, ...]  # with their units
-    numbers: Array  # of the runs that are done
-    values: Mapping[str, Array]  # by measure, a row per run and a column per epoch
+    numbers: AnyArray  # of the runs that are done
+    values: Mapping[str, AnyArray]  # by measure, a row per run and a column per epoch
     faults: Mapping[tuple[int, int], str]  # by run and epoch
     planned_runs: int  # after which the study ends
     seconds: float  # wall time
@@ -54,7 +54,7 @@ class StudyResult(Plotted):
     provenance: Mapping[str, str] = field(default_factory=dict)  # versions, machine and date
     lost_workers: tuple[str, ...] = ()  # of Dask, by address: others did their runs
 
-    def __getitem__(self, measure: str) -> Array:
+    def __getitem__(self, measure: str) -> AnyArray:
         return self.values[measure]
 
     def __repr__(self) -> str:
@@ -81,17 +81,17 @@ class StudyResult(Plotted):
             digest.update(np.ascontiguousarray(self.values[name], dtype="<f8").tobytes())
         return digest.hexdigest()
 
-    def good(self) -> Array | None:
+    def good(self) -> AnyArray | None:
         """Return for each run whether it keeps all limits at all epochs; None without limits."""
         if not self.study.limits:
             return None
         return np.asarray(np.logical_and.reduce([self.kept(name) for name in self.study.limits]))
 
-    def kept(self, name: str) -> Array:
+    def kept(self, name: str) -> AnyArray:
         """Return for each run whether it keeps a limit at all epochs that count for it."""
         return np.asarray(self.within(name).all(axis=1))
 
-    def within(self, name: str) -> Array:
+    def within(self, name: str) -> AnyArray:
         """Return by run and epoch whether a limit is kept; true at epochs that do not count."""
         limit, values = self.study.limits[name], self.values[name]
         first = limit.counted(self.study.epochs)
@@ -127,7 +127,7 @@ class StudyResult(Plotted):
                 rows.append(row)
         return rows
 
-    def _intervals(self, measure: str, epoch: int, values: Array) -> dict[str, Interval]:
+    def _intervals(self, measure: str, epoch: int, values: AnyArray) -> dict[str, Bounds]:
         """Return the intervals of a measure at an epoch; `values` are the finite ones."""
         if len(self.numbers) > self.sensors:
             nothing = dict.fromkeys((f"p{p:g}" for p in PERCENTILES), (-math.inf, math.inf))
@@ -135,13 +135,13 @@ class StudyResult(Plotted):
         intervals = {"mean": mean_interval(values), "std": deviation_interval(values)}
         return intervals | {f"p{p:g}": percentile_interval(values, p) for p in PERCENTILES}
 
-    def mean_of_sensors(self, values: Array) -> Interval:
+    def mean_of_sensors(self, values: AnyArray) -> Bounds:
         """Return the interval of the mean of values of the runs: each sensor counts once, with its mean over points."""
         known = np.isfinite(values)
         _, places = np.unique(self.numbers[known] // self.study.points, return_inverse=True)
         return mean_interval(np.asarray(np.bincount(places, values[known]) / np.bincount(places)))
 
-    def yield_intervals(self) -> dict[str, Interval]:
+    def yield_intervals(self) -> dict[str, Bounds]:
         """Return confidence intervals of the yields, of as many independent runs as there are sensors."""
         return {name: part_interval(part * self.sensors, self.sensors) for name, part in self.yields().items()}
 
@@ -188,7 +188,7 @@ class StudyResult(Plotted):
         variables = {name: (("run", "epoch"), values, about_measures[name]) for name, values in self.values.items()}
         return xarray.Dataset(variables, coordinates, self.attributes())
 
-    def some(self, chosen: Array, parts: int = 1) -> "StudyResult":
+    def some(self, chosen: AnyArray, parts: int = 1) -> "StudyResult":
         """Return some of the runs, by a mask; they are one of so many parts of the study."""
         numbers = self.numbers[chosen]
         left = set(numbers.tolist())

@@ -9,8 +9,8 @@ import math
 import numpy as np
 
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.intervals import concise, halves_of_means
 from proofmass.runner.studies.outcome.outcomes import Outcomes, together
 
@@ -61,7 +61,7 @@ class RunningMeans:
             texts.append(f"{measure.name} {concise(mean, (mean - half, mean + half))}{unit}")
         return ", ".join(texts)
 
-    def _count(self, values: Array) -> None:
+    def _count(self, values: AnyArray) -> None:
         """Count sensors in their order, to the end of the study or until the means are known well enough."""
         sound = np.isfinite(values)
         at_first = np.take_along_axis(values, np.argmax(sound, axis=0)[None], axis=0)[0]
@@ -80,7 +80,7 @@ class RunningMeans:
         self._sums = sums[last - 1]
         self._sensors += last
 
-    def _halves(self, sums: Array) -> Array:
+    def _halves(self, sums: AnyArray) -> AnyArray:
         """Return half of the confidence interval of each mean; infinite for fewer than two values."""
         count, total, squares = sums
         many = np.maximum(count, 2.0)

@@ -12,11 +12,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds
 
 FEWEST = 5  # sensors that must have left their tolerance
-Loss = Callable[[Array], float]
+Loss = Callable[[AnyArray], float]
 _STEP = 1e-4  # of logarithms, for differences
 _LONGEST = 0.5  # step of a logarithm
 _NEAR = 1e-9
@@ -30,12 +30,12 @@ class Weibull:
 
     shape: float
     scale: float  # seconds: 63 % have left by then
-    shape_interval: Interval
-    scale_interval: Interval
+    shape_interval: Bounds
+    scale_interval: Bounds
     one_percent: float  # seconds
-    one_percent_interval: Interval
+    one_percent_interval: Bounds
 
-    def survival(self, ages: Array) -> Array:
+    def survival(self, ages: AnyArray) -> AnyArray:
         """Return the part that is left at ages in seconds."""
         return np.asarray(np.exp(-((np.asarray(ages) / self.scale) ** self.shape)))
 
@@ -52,7 +52,7 @@ def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibu
     size = float(edges[-1])
     edges = edges / size
 
-    def loss(point: Array) -> float:
+    def loss(point: AnyArray) -> float:
         with np.errstate(all="ignore"):
             hazard = np.where(edges > 0.0, (np.maximum(edges, 1e-300) / math.exp(point[1])) ** math.exp(point[0]), 0.0)
             # log(S(a) - S(b)) = -H(a) + log(1 - exp(-(H(b) - H(a))))
@@ -89,7 +89,7 @@ def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibu
     )
 
 
-def _minimum(loss: Loss, begin: Array) -> Array:
+def _minimum(loss: Loss, begin: AnyArray) -> AnyArray:
     """Return where the loss is least, by Newton's method; steps are halved until they descend."""
     at, value = begin, loss(begin)
     for _ in range(_ITERATIONS):
@@ -106,22 +106,22 @@ def _minimum(loss: Loss, begin: Array) -> Array:
     return at
 
 
-def _gradient(loss: Loss, at: Array) -> Array:
+def _gradient(loss: Loss, at: AnyArray) -> AnyArray:
     return np.array([(loss(at + s) - loss(at - s)) / (2.0 * _STEP) for s in _STEP * np.eye(2)])
 
 
-def _information(loss: Loss, at: Array) -> Array:
+def _information(loss: Loss, at: AnyArray) -> AnyArray:
     """Return second derivatives by central differences."""
     steps = _STEP * np.eye(2)
 
-    def second(first: Array, other: Array) -> float:
+    def second(first: AnyArray, other: AnyArray) -> float:
         signs = ((1, 1, 1), (1, -1, -1), (-1, 1, -1), (-1, -1, 1))
         return sum(sign * loss(at + a * first + b * other) for a, b, sign in signs) / (4.0 * _STEP * _STEP)
 
     return np.array([[second(first, other) for other in steps] for first in steps])
 
 
-def _inverse(matrix: Array) -> Array | None:
+def _inverse(matrix: AnyArray) -> AnyArray | None:
     """Return the inverse of a positive definite matrix, else None."""
     if not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or np.linalg.det(matrix) <= 0.0:
         return None

@@ -3,8 +3,8 @@
 import numpy as np
 
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 
 
 def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple[PlannedMeasure, ...]:
@@ -17,7 +17,7 @@ def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple
     return tuple(found)
 
 
-def change_values(study: Study, names: list[str], values: Array, calibrated: Array, after: Array) -> Array:
+def change_values(study: Study, names: list[str], values: AnyArray, calibrated: AnyArray, after: AnyArray) -> AnyArray:
     """Return the changes of runs at all epochs, in the order of the study.
 
     `values` are by run, epoch and measure of `names`; `after` those of the runs that follow the calibrations, where

@@ -17,6 +17,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.studies.study import AFTER_CALIBRATION, Study
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.measuring import derived_values, planned_derived, refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -27,7 +28,6 @@ from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.engine_table import ENGINES, EngineName, Starter, engine_problems
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.faults import failed, name_fault
-from proofmass.runner.run.result import Array
 from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
@@ -35,7 +35,7 @@ from proofmass.runner.studies.runs.changes_per_run import change_measures, chang
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.targets.content import content_of
 
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 Values = tuple[float, ...]
 if TYPE_CHECKING:
     from proofmass.runner.analysis.margins.many import ManyMargins
@@ -97,7 +97,7 @@ class SensorRuns:
 
         return content_of(write_tick(self.plan).program)
 
-    def parts(self, numbers: Array, threads: int) -> Iterator[Array]:
+    def parts(self, numbers: AnyArray, threads: int) -> Iterator[AnyArray]:
         """Yield runs in parts for `runs`: large enough to hide the cost of a part, equally many for each thread."""
         size = 1
         if self.together is not None:
@@ -110,7 +110,7 @@ class SensorRuns:
         for first in range(0, len(numbers), size):
             yield numbers[first : first + size]
 
-    def runs(self, numbers: Sequence[int] | Array, stop: threading.Event) -> Outcomes:
+    def runs(self, numbers: Sequence[int] | AnyArray, stop: threading.Event) -> Outcomes:
         """Return the outcomes of runs at all epochs, side by side if the engine has lanes.
 
         Side by side, raises `StoppedError` soon after the event is set.
@@ -136,7 +136,7 @@ class SensorRuns:
                     self._follow(after, some.start, calibrations[:, some.start], values, stop)
         return self._with_changes(outcomes, calibrations, after.values)
 
-    def _one_by_one(self, numbers: Array) -> Outcomes:
+    def _one_by_one(self, numbers: AnyArray) -> Outcomes:
         """Return the outcomes of runs one after the other."""
         every = [self._followed(number) for number in numbers.tolist()]
         epochs, measures = len(self.study.epochs), len(self.own_measures)
@@ -146,11 +146,11 @@ class SensorRuns:
         done = calibrated & np.isfinite(outcomes.values[:, :, self._carried]).all(axis=2)
         return self._with_changes(outcomes, done, after)
 
-    def _nothing(self, numbers: Array) -> Outcomes:
+    def _nothing(self, numbers: AnyArray) -> Outcomes:
         shape = len(numbers), len(self.study.epochs), len(self.own_measures)
         return Outcomes(numbers, np.full(shape, np.nan), {})
 
-    def _with_changes(self, outcomes: Outcomes, calibrated: Array, after: Array) -> Outcomes:
+    def _with_changes(self, outcomes: Outcomes, calibrated: AnyArray, after: AnyArray) -> Outcomes:
         """Return the outcomes with the changes of measures, `after` those of the runs that follow calibrations."""
         if not self.study.changes:
             return outcomes
@@ -159,7 +159,7 @@ class SensorRuns:
         return outcomes._replace(values=np.concatenate([outcomes.values, changed], axis=2))
 
     def _follow(
-        self, after: Outcomes, epoch: int, which: Array, values: Mapping[str, Array], stop: threading.Event
+        self, after: Outcomes, epoch: int, which: AnyArray, values: Mapping[str, AnyArray], stop: threading.Event
     ) -> None:
         """Run again, with what they have just left and noise of its own, the sensors that were calibrated."""
         chosen = {name: np.broadcast_to(rows, (1, len(which)))[:, which] for name, rows in values.items()}
@@ -167,7 +167,7 @@ class SensorRuns:
         self._abreast(some, [epoch], self.study.settings(chosen, on_arrays), stop, AFTER_CALIBRATION)
         after.values[which, epoch] = some.values[:, epoch]
 
-    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: Array, left: dict[str, Array]) -> Array:
+    def _carry(self, outcomes: Outcomes, epoch: int, calibrated: AnyArray, left: dict[str, AnyArray]) -> AnyArray:
         """Store the results of calibrations as parameters of later epochs, and return which were done."""
         measured = outcomes.values[:, epoch, self._carried]
         new = calibrated & np.isfinite(measured).all(axis=1)
@@ -216,7 +216,7 @@ class SensorRuns:
         self,
         outcomes: Outcomes,
         epochs: Sequence[int],
-        values: Mapping[str, Array],
+        values: Mapping[str, AnyArray],
         stop: threading.Event,
         noise_from: int = 0,
     ) -> None:
@@ -315,7 +315,7 @@ def noise_run(study: Study, run: Any, epoch: int) -> Any:
     return study.peer(run) * len(study.epochs) + epoch
 
 
-def _sound(answer: Answer | ModelError) -> Answer:
+def _sound(answer: _Answer | ModelError) -> _Answer:
     if isinstance(answer, ModelError):
         raise answer
     return answer

@@ -8,9 +8,9 @@ import numpy as np
 
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study_tables import Limit
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.pictures import axis_label
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult
 
 LIMIT = "limit"
@@ -25,7 +25,7 @@ class Aged(NamedTuple):
     first: int = 0
     change: bool = False
 
-    def values(self, result: StudyResult) -> Array:
+    def values(self, result: StudyResult) -> AnyArray:
         """Return the values by run and epoch from the first on; changes in percent of what each sensor had there."""
         values = whole(result, self.measure.name)[:, self.first :]
         if not self.change:
@@ -45,7 +45,7 @@ def aged(result: StudyResult, measure: PlannedMeasure) -> list[Aged]:
     return fans
 
 
-def whole(result: StudyResult, name: str) -> Array:
+def whole(result: StudyResult, name: str) -> AnyArray:
     """Return the values of a measure of the runs that have it at every epoch."""
     return result[name][np.isfinite(result[name]).all(axis=1)]
 
@@ -55,7 +55,7 @@ def label_of(measure: PlannedMeasure) -> str:
     return axis_label(measure.name, measure.unit)
 
 
-def near(limits: Sequence[float], values: Array) -> list[float]:
+def near(limits: Sequence[float], values: AnyArray) -> list[float]:
     """Return the limits that lie near the values; others would only squeeze the picture."""
     known = values[np.isfinite(values)]
     if not known.size:

@@ -5,16 +5,16 @@ from collections.abc import Mapping
 import numpy as np
 
 from proofmass.graphs.studies.ages import age_text
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.page import picture
 from proofmass.runner.output.pictures import axis_label
 from proofmass.runner.output.sweeps import axis_of
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.plot import plot_curves
 
 _IS, _AND = " = ", ", "  # as `variants_of` names variants of a sweep
-Curves = dict[str, list[tuple[float, Array]]]
+Curves = dict[str, list[tuple[float, AnyArray]]]
 
 
 def sweep_picture(result: StudyResult, measure: PlannedMeasure, name: str) -> str:

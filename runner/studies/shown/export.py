@@ -17,7 +17,7 @@ from proofmass.runner.studies.outcome.result import StudyResult
 _RUNS = 10_000  # drawn again and written together
 
 
-class Column(NamedTuple):
+class ExportColumn(NamedTuple):
     """Name, unit and doc of a column; the unit of a number without one is "1", of a text nothing."""
 
     name: str
@@ -25,14 +25,14 @@ class Column(NamedTuple):
     doc: str
 
 
-def columns(result: StudyResult) -> list[Column]:
+def columns(result: StudyResult) -> list[ExportColumn]:
     """Return the columns of a table."""
     return [
-        Column(RUN, "1", "Number of the run."),
-        Column(EPOCH, "1", "Number of the epoch, from 0."),
-        *(Column(drawn.name, drawn.unit, drawn.doc) for drawn in drawn_columns(result.study)),
-        *(Column(m.name, m.unit, f"{m.statistic} of {m.signal}") for m in result.measures),
-        Column(FAULT, "", "Why the run failed; empty when it did not."),
+        ExportColumn(RUN, "1", "Number of the run."),
+        ExportColumn(EPOCH, "1", "Number of the epoch, from 0."),
+        *(ExportColumn(drawn.name, drawn.unit, drawn.doc) for drawn in drawn_columns(result.study)),
+        *(ExportColumn(m.name, m.unit, f"{m.statistic} of {m.signal}") for m in result.measures),
+        ExportColumn(FAULT, "", "Why the run failed; empty when it did not."),
     ]
 
 

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.graphs.studies.ages import some_of
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.draws.drawn_table import drawn_columns
 from proofmass.runner.studies.draws.factors import CHANGE, Drawn, Factors
 from proofmass.runner.studies.outcome.result import StudyResult
@@ -27,9 +27,9 @@ class Influences:
 
     measure: PlannedMeasure
     epoch: int
-    since: Array  # of each run the epoch of its last calibration
+    since: AnyArray  # of each run the epoch of its last calibration
     factors: Factors
-    values: Array
+    values: AnyArray
     regression: Regression
 
 
@@ -146,6 +146,6 @@ def point_columns(part: StudyResult) -> dict[str, Any]:
     return named | (every if study.recalibration.carried else {})
 
 
-def _one_age(ages: tuple[float, ...], since: Array) -> float:
+def _one_age(ages: tuple[float, ...], since: AnyArray) -> float:
     """Return the age of the last calibration if it is the same for all runs."""
     return ages[int(since[0])] if (since == since[0]).all() else math.nan

@@ -9,6 +9,7 @@ import numpy as np
 
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.pictures import (
     BLUE,
@@ -22,7 +23,6 @@ from proofmass.runner.output.pictures import (
     sheet,
 )
 from proofmass.runner.plan.planned import PlannedMeasure
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.lifetimes import Lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult, as_shown
 from proofmass.runner.studies.shown.aged import LIMIT, Aged, aged, label_of, near, whole
@@ -42,7 +42,7 @@ _BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as p
 _LINES = 5  # factors whose shares are drawn over the age
 _FEW = 2  # curves up to which the scatter of each is drawn
 
-Points = Iterable[tuple[float, Array]]  # of a curve: a place and the values of all sensors there
+Points = Iterable[tuple[float, AnyArray]]  # of a curve: a place and the values of all sensors there
 
 
 def plot_study(result: StudyResult) -> "Figure":
@@ -178,7 +178,7 @@ def _legend(figure: "Figure") -> None:
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)
 
 
-def _band(panel: Any, at: Any, low: Array, high: Array, strength: float, label: str, colour: str = BLUE) -> None:
+def _band(panel: Any, at: Any, low: AnyArray, high: AnyArray, strength: float, label: str, colour: str = BLUE) -> None:
     panel.fill_between(at, low, high, color=colour, alpha=strength, linewidth=0.0, label=label)
 
 
@@ -232,7 +232,7 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
     _limits(panel.axvline, near((limit.at_least, limit.at_most), result[measure.name]))
 
 
-def _bars(panel: Any, values: Array, edges: Array, label: str, **style: Any) -> None:
+def _bars(panel: Any, values: AnyArray, edges: AnyArray, label: str, **style: Any) -> None:
     panel.stairs(np.histogram(values, edges)[0], edges, label=label, **style)
 
 

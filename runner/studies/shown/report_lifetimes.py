@@ -8,7 +8,7 @@ import numpy as np
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text, recalibration_text, some_of
 from proofmass.runner.output.page import broken, picture, table
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval, concise, deviation_interval, mean_interval
+from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, concise, deviation_interval, mean_interval
 from proofmass.runner.studies.outcome.lifetimes import OUT, Lifetimes, lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.plot import plot_lifetimes
@@ -126,12 +126,12 @@ def _interval(result: StudyResult, place: int) -> StudyResult:
     return result.some(result.numbers % len(result.study.recalibration.every) == place)
 
 
-def _part(part: float, ends: Interval) -> str:
+def _part(part: float, ends: Bounds) -> str:
     low, high = (min(max(end, 0.0), 1.0) for end in ends)
     return f"{percent_text(part)} ({percent_text(low)} to {percent_text(high)})"
 
 
-def _years(age: float, ends: Interval, oldest: float) -> str:
+def _years(age: float, ends: Bounds, oldest: float) -> str:
     """Return an age with its interval, in years or hours as the oldest age suits.
 
     >>> _years(2.0 * YEAR, (1.9 * YEAR, 2.1 * YEAR), YEAR), _years(3.6e6, (0.0, 7.2e6), 7.2e6)

@@ -22,8 +22,8 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.run.result import Array
-from proofmass.runner.studies.outcome.intervals import LEVEL, Interval
+from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds
 from proofmass.runner.studies.outcome.result import StudyResult
 
 MOST_RUNS = 20_000  # whose parameters are drawn again, the first ones
@@ -66,15 +66,15 @@ class Index:
 
     parameter: str
     first: float
-    first_interval: Interval
+    first_interval: Bounds
     total: float
-    total_interval: Interval
+    total_interval: Bounds
 
 
 class Columns:
     """Factors of some runs that differ among them, prepared for regressions on several measures."""
 
-    def __init__(self, parameters: Mapping[str, Array]) -> None:
+    def __init__(self, parameters: Mapping[str, AnyArray]) -> None:
         columns = {name: column for name, column in parameters.items() if _differ(column)}
         self.names = list(columns)
         self.x = np.column_stack(list(columns.values())) if columns else np.empty((0, 0))
@@ -95,7 +95,7 @@ class Columns:
         """The fit of ranks."""
         return _Fit(_ranks(self.x))
 
-    def regression(self, values: Array) -> Regression | None:
+    def regression(self, values: AnyArray) -> Regression | None:
         """Return the influences on values, none of which is missing; None if runs are too few or nothing varies."""
         if not self.names or self.runs < len(self.names) + 3 or not _differ(values):
             return None
@@ -118,7 +118,9 @@ class Columns:
         return Regression(tuple(influences), explained, explained_of_ranks, self.runs)
 
 
-def regression(parameters: Mapping[str, Array], values: Array, prepared: Columns | None = None) -> Regression | None:
+def regression(
+    parameters: Mapping[str, AnyArray], values: AnyArray, prepared: Columns | None = None
+) -> Regression | None:
     """Return the influences on the values of a measure; None if runs are too few or nothing varies.
 
     `prepared` are the same parameters, which serve where no value is missing.
@@ -158,11 +160,11 @@ def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int 
     ]
 
 
-def _differ(values: Array) -> bool:
+def _differ(values: AnyArray) -> bool:
     return values.size > 0 and bool(np.ptp(values) > 0.0)
 
 
-def _indices(groups: Array) -> Array:
+def _indices(groups: AnyArray) -> AnyArray:
     """First-order and total indices of groups: f_A, f_B, then f_i for each parameter."""
     centred = groups - groups[:, :2].mean()
     a, b, mixed = centred[:, :1], centred[:, 1:2], centred[:, 2:]
@@ -172,7 +174,7 @@ def _indices(groups: Array) -> Array:
     return np.array([(b * (mixed - a)).mean(axis=0), 0.5 * ((a - mixed) ** 2).mean(axis=0)]) / variance
 
 
-def _groups(x: Array) -> list[list[int]]:
+def _groups(x: AnyArray) -> list[list[int]]:
     """Places of the columns that are one factor, by chains of correlations."""
     largest = 1.0 - 2.0**-52  # atanh of less is finite
     fisher = np.arctanh(np.minimum(np.abs(np.atleast_2d(np.corrcoef(x, rowvar=False))), largest))
@@ -191,12 +193,12 @@ def _groups(x: Array) -> list[list[int]]:
 class _Fit:
     """Least squares on standardised columns, by their orthogonal factors: X = Q R."""
 
-    def __init__(self, x: Array) -> None:
+    def __init__(self, x: AnyArray) -> None:
         self.scaled = (x - x.mean(axis=0)) / x.std(axis=0, ddof=1)
         self.q, self.r = _orthogonal(self.scaled)
         self.spread = np.diag(np.linalg.pinv(self.r.T @ self.r))
 
-    def standardised(self, y: Array) -> tuple[Any, Any, Any, float]:
+    def standardised(self, y: AnyArray) -> tuple[Any, Any, Any, float]:
         """Standardised coefficients, halves of their intervals, correlations with y, and the explained variance."""
         # start-up time: this part of SciPy takes 0.15 s
         from scipy.special import stdtrit
@@ -210,7 +212,7 @@ class _Fit:
         return coefficients, halves, correlations, 1.0 - float(rest @ rest / (y @ y))
 
 
-def _orthogonal(x: Array) -> tuple[Array, Array]:
+def _orthogonal(x: AnyArray) -> tuple[AnyArray, AnyArray]:
     """Return orthogonal columns and the triangle R with X = Q R, by Gram and Schmidt, done twice (Giraud 2005).
 
     LAPACK's threads take longer to start than these few columns take; a column that depends on others becomes zero.
@@ -228,7 +230,7 @@ def _orthogonal(x: Array) -> tuple[Array, Array]:
     return q, r
 
 
-def _grouped(fit: _Fit, y: Array, groups: list[list[int]]) -> tuple[Any, Any, Any, float]:
+def _grouped(fit: _Fit, y: AnyArray, groups: list[list[int]]) -> tuple[Any, Any, Any, float]:
     """Return `standardised` with a column for each group: the joint effect of its columns."""
     if len(groups) == fit.scaled.shape[1]:
         return fit.standardised(y)
@@ -240,7 +242,7 @@ def _grouped(fit: _Fit, y: Array, groups: list[list[int]]) -> tuple[Any, Any, An
     return _Fit(np.column_stack(columns)).standardised(y)
 
 
-def _ranks(columns: Array) -> Array:
+def _ranks(columns: AnyArray) -> AnyArray:
     """Return ranks within each column; equal values share their mean rank."""
     ranked = np.empty(columns.shape)
     for place, column in enumerate(columns.T):

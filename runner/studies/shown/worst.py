@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from proofmass.graphs.studies.study_tables import Limit
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.outcome.result import StudyResult
 
 BEYOND = "beyond its limit"
@@ -47,11 +47,11 @@ def _named(result: StudyResult, measure: str, row: int, epoch: int, distance: fl
     return WorstRun(int(result.numbers[row]), epoch, float(result[measure][row, epoch]), f"{abs(distance):.4g} {where}")
 
 
-def _from_median(values: Array) -> Array:
+def _from_median(values: AnyArray) -> AnyArray:
     return np.asarray(np.abs(values - np.nanmedian(values, axis=0)))
 
 
-def _beyond(values: Array, limit: Limit, ages: Sequence[float]) -> Array:
+def _beyond(values: AnyArray, limit: Limit, ages: Sequence[float]) -> AnyArray:
     """Return the distance of each value beyond the nearest limit; negative inside, NaN at epochs that do not count."""
     counted = limit.counted(ages)
     beyond = np.maximum(limit.at_least - values, values - limit.at_most)

@@ -19,12 +19,13 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 from proofmass.runner.run.provenance import provenance
-from proofmass.runner.run.result import Array, Result
+from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunOptions, simulate_plan
 from proofmass.runner.studies.kept.folder import keep_study
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
@@ -37,7 +38,7 @@ from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns, noise_run
 
 BATCH_SECONDS = 0.2  # of runs that are written together
-Source = Callable[[Array, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
+_Source = Callable[[AnyArray, RunningMeans, threading.Event], Generator[Outcomes, None, None]]
 StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, the current means
 AnyStudy = TypeVar("AnyStudy", bound=Study)
 
@@ -188,8 +189,8 @@ def with_numbers(study: AnyStudy, runs: int | None, seed: int | None) -> AnyStud
 
 def _fill(
     ledger: Ledger,
-    source: Source,
-    left: Array,
+    source: _Source,
+    left: AnyArray,
     means: RunningMeans,
     progress: StudyProgress | None,
 ) -> None:
@@ -212,7 +213,7 @@ def _fill(
 
 
 def _in_threads(
-    sensors: SensorRuns, threads: int, left: Array, means: RunningMeans, interrupted: threading.Event
+    sensors: SensorRuns, threads: int, left: AnyArray, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
     """Yield results in the order of the runs, computed ahead in threads, until the means are known well enough."""
     threads = threads if ENGINES[sensors.engine].threads else 1

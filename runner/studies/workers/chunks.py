@@ -10,8 +10,8 @@ from collections.abc import Generator, Iterator
 from typing import Any, cast
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.run.faults import RunError
-from proofmass.runner.run.result import Array
 from proofmass.runner.studies.outcome.outcomes import Outcomes
 from proofmass.runner.studies.outcome.running_means import RunningMeans
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
@@ -29,7 +29,7 @@ SUSPECTS = 3  # chunks whose workers died before each of them is tried alone
 
 
 def runs_on_workers(
-    dask: str, sensors: SensorRuns, lost: list[str], left: Array, means: RunningMeans, interrupted: threading.Event
+    dask: str, sensors: SensorRuns, lost: list[str], left: AnyArray, means: RunningMeans, interrupted: threading.Event
 ) -> Generator[Outcomes, None, None]:
     """Yield results as they arrive, until all are there, the means are known or the event is set.
 
@@ -55,7 +55,7 @@ def chunk_size(before: int, seconds: float, lanes: int) -> int:
 class _Chunks:
     """The chunks of one study on one cluster."""
 
-    def __init__(self, client: Any, parcel: Parcel, lanes: int, dask: str, left: Array, lost: list[str]) -> None:
+    def __init__(self, client: Any, parcel: Parcel, lanes: int, dask: str, left: AnyArray, lost: list[str]) -> None:
         self._client, self._parcel, self._lanes, self._dask = client, parcel, lanes, dask
         self._size, self._left = max(1, lanes), left
         self._under_way = dict[Any, tuple[int, ...]]()  # by future

@@ -10,7 +10,7 @@ import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
-from proofmass.graphs.files.locate_keys import LimitError, Path, locate_keys
+from proofmass.graphs.files.locate_keys import KeyPath, LimitError, locate_keys
 from proofmass.graphs.model.limits import KEY_LENGTH, KEY_PARTS, NESTING, NUMBER_LENGTH, WORDS
 from tests.by_hand.graph_texts import LIBRARY
 
@@ -56,7 +56,7 @@ def numbered(text: str) -> str:
     return "\n".join(line.replace("@", str(number)) for number, line in enumerate(text.split("\n"), start=1))
 
 
-def nodes(value: Any, path: Path = ()) -> Iterator[tuple[Path, Any]]:
+def nodes(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
     """Every key, table and entry of a parsed document."""
     if path:
         yield path, value
@@ -80,7 +80,7 @@ def assert_lines_are_right(text: str) -> None:
     for path, value in parsed.items():
         line = own_line(value)
         assert line is None or found[path] == line, path
-    lines, known, start = text.split("\n"), set[Path](), 1
+    lines, known, start = text.split("\n"), set[KeyPath](), 1
     for end in range(1, len(lines) + 1):
         try:
             after = dict(nodes(tomllib.loads("\n".join(lines[:end]))))

@@ -4,7 +4,7 @@ import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.differences import Difference, differences
+from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.flatten import flatten
 
 TEXT = """\
@@ -137,7 +137,7 @@ MUTATIONS: list[tuple[str, str, list[str]]] = [
 ]  # fmt: skip
 
 
-def said(difference: Difference) -> str:
+def said(difference: GraphDifference) -> str:
     return f"{difference.what} {difference.key}" + (f" < {difference.follows}" if difference.follows else "")
 
 
@@ -154,15 +154,15 @@ def test_a_mutation_is_named(old: str, new: str, expected: list[str]) -> None:
 def test_what_was_there_and_what_is_there_now() -> None:
     changed = read_graph_text(TEXT.replace("2 V/um", "3 V/um").replace('mass = "= mass"', 'mass = "2 mg"'))
     assert differences(GRAPH, changed) == [
-        Difference("blocks.readout.gain", "2000000.0 V/m", "3000000.0 V/m"),
-        Difference("blocks.sensor.mass", "= mass (1e-06 kg)", "2e-06 kg"),
+        GraphDifference("blocks.readout.gain", "2000000.0 V/m", "3000000.0 V/m"),
+        GraphDifference("blocks.sensor.mass", "= mass (1e-06 kg)", "2e-06 kg"),
     ]
     removed = read_graph_text(
         TEXT.replace('actuator = { kind = "Gain"', 'act = { kind = "Gain"').replace("gain = -1", "gain = 9")
     )
     assert differences(GRAPH, removed)[:2] == [
-        Difference("blocks.act", "", "Gain: gain = 9.0, input_unit = N, output_unit = N"),
-        Difference("blocks.actuator", "Gain: gain = -1.0, input_unit = N, output_unit = N", ""),
+        GraphDifference("blocks.act", "", "Gain: gain = 9.0, input_unit = N, output_unit = N"),
+        GraphDifference("blocks.actuator", "Gain: gain = -1.0, input_unit = N, output_unit = N", ""),
     ]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.runner.comparison.runs import Tolerance, compare_runs
+from proofmass.runner.comparison.runs import Allowance, compare_runs
 from proofmass.runner.comparison.tables import run_tables, text_of
 from proofmass.runner.output.export import save_netcdf, save_summary
 from proofmass.runner.run.simulate import simulate
@@ -46,7 +46,7 @@ def before(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 def test_equal_runs(before: Path, tmp_path: Path) -> None:
-    same = compare_runs(before, saved(tmp_path / "after", TEXT.replace("2,", "2.0,")), Tolerance())
+    same = compare_runs(before, saved(tmp_path / "after", TEXT.replace("2,", "2.0,")), Allowance())
     assert same.same
     assert not same.graph
     assert not same.facts
@@ -59,7 +59,7 @@ def test_equal_runs(before: Path, tmp_path: Path) -> None:
 def test_a_gain_that_differs(before: Path, tmp_path: Path) -> None:
     """2 and 2.02 times a ramp of 1 V/s: 20 mV/s apart, the most after 199 ms; allowed is a part of 398 mV."""
     after = saved(tmp_path / "after", TEXT.replace("gain = 2", "gain = 2.02"))
-    found = compare_runs(before, after, Tolerance())
+    found = compare_runs(before, after, Allowance())
     assert [difference.key for difference in found.graph] == ["blocks.gain.gain"]
     by_name = {trace.signal: trace for trace in found.traces}
     trace, times = by_name["gain.output"], np.arange(200) / 1000
@@ -67,9 +67,9 @@ def test_a_gain_that_differs(before: Path, tmp_path: Path) -> None:
     assert trace.rms == pytest.approx(np.sqrt(np.mean((0.02 * times) ** 2)), rel=1e-12)
     assert trace.first == 0.001
     assert not found.same
-    partly = {t.signal: t for t in compare_runs(before, after, Tolerance(absolute=1.01e-3)).traces}
+    partly = {t.signal: t for t in compare_runs(before, after, Allowance(absolute=1.01e-3)).traces}
     assert partly["gain.output"].first == 0.051
-    assert {t.signal: t.same for t in compare_runs(before, after, Tolerance(relative=0.0101)).traces}["gain.output"]
+    assert {t.signal: t.same for t in compare_runs(before, after, Allowance(relative=0.0101)).traces}["gain.output"]
     last = next(measure for measure in found.measures if measure.name == "last")
     assert (last.before, last.after, last.same) == (pytest.approx(0.398), pytest.approx(0.40198), False)
     assert json.dumps(found.as_data())
@@ -85,7 +85,7 @@ def test_what_cannot_be_compared(before: Path, tmp_path: Path) -> None:
         "times": TEXT.replace("1 kHz", "2 kHz"),
     }
     problems = {
-        name: {t.signal: t.problem for t in compare_runs(before, saved(tmp_path / name, text), Tolerance()).traces}
+        name: {t.signal: t.problem for t in compare_runs(before, saved(tmp_path / name, text), Allowance()).traces}
         for name, text in texts.items()
     }
     assert problems["rows"] == {"gain.output": "200 rows before, 201 after", "adc.number": "50 rows before, 51 after"}
@@ -99,10 +99,10 @@ def test_folders_that_hold_something_else(before: Path, tmp_path: Path) -> None:
     after = saved(tmp_path / "after")
     (after / "traces.nc").unlink()
     with pytest.raises(ModelError, match=r"has no traces\.nc"):
-        compare_runs(before, after, Tolerance())
+        compare_runs(before, after, Allowance())
     (after / "summary.json").write_text("no summary")
     with pytest.raises(ModelError, match=r"summary\.json cannot be read"):
-        compare_runs(before, after, Tolerance())
+        compare_runs(before, after, Allowance())
 
 
 def test_margins_of_loops_that_differ(tmp_path: Path) -> None:
@@ -110,16 +110,16 @@ def test_margins_of_loops_that_differ(tmp_path: Path) -> None:
     short = INTEGRATING.replace('"0.5 s"', '"20 ms"')
     texts = [short, short.replace("gain = 100.0", "gain = 110.0"), short.replace("gain = 100.0", "gain = 5000.0")]
     first, second, wild = (saved(tmp_path / str(number), text) for number, text in enumerate(texts))
-    margins = {margin.name: margin for margin in compare_runs(first, second, Tolerance(relative=0.2)).margins}
+    margins = {margin.name: margin for margin in compare_runs(first, second, Allowance(relative=0.2)).margins}
     phases = [90.0 - 3.0 * np.degrees(np.arcsin(gain * 1e-3 / 2.0)) for gain in (100.0, 110.0)]
     phase = margins["main.phase_margin"]
     assert (phase.before, phase.after) == pytest.approx(tuple(phases), rel=1e-9)
     assert phase.same
-    assert not compare_runs(first, second, Tolerance(relative=1e-3)).same
-    lost = {margin.name: margin for margin in compare_runs(first, wild, Tolerance(relative=9.0)).margins}
+    assert not compare_runs(first, second, Allowance(relative=1e-3)).same
+    lost = {margin.name: margin for margin in compare_runs(first, wild, Allowance(relative=9.0)).margins}
     assert lost["main.phase_margin"].after is None
     assert not lost["main.phase_margin"].same
     assert lost["main.stable"].after == 0.0
-    assert not compare_runs(first, first, Tolerance()).margins, "equal graphs have equal margins"
-    text = "\n".join(text_of(run_tables(compare_runs(first, second, Tolerance()))))
+    assert not compare_runs(first, first, Allowance()).margins, "equal graphs have equal margins"
+    text = "\n".join(text_of(run_tables(compare_runs(first, second, Allowance()))))
     assert "main.phase_margin" in text

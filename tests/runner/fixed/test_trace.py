@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import pytest
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, fixed, stored, where, wrap
-from proofmass.runner.fixed.integer_ir import Program, TraceError
+from proofmass.runner.fixed.integer_ir import IntegerProgram, TraceError
 from proofmass.runner.fixed.operations import interval_of
 from proofmass.runner.fixed.trace import Traced, trace
 from tests.by_hand.integer_code import compile_step
@@ -206,7 +206,7 @@ def test_the_same_value_is_one_node() -> None:
 
 
 def test_known_values_are_folded() -> None:
-    program = Program()
+    program = IntegerProgram()
     a = program.input("a", -8, 7)
     zero, one, eight = map(program.constant, (0, 1, 8))
     assert program.make("add", a, zero) is a

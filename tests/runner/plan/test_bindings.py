@@ -57,9 +57,9 @@ def test_each_kind_of_binding() -> None:
     name = "part_taking"
     assert planned.bindings(name, "entries") == (
         bindings.Out((name, "entries")),
-        bindings.State(name),
-        bindings.Buffer((name, "line")),
-        bindings.Wire(("level", "output")),
+        bindings.StateBinding(name),
+        bindings.BufferBinding((name, "line")),
+        bindings.WireBinding(("level", "output")),
         bindings.Default((name, "loose_bit"), False),
     )
     assert planned.bindings(name, "value") == (
@@ -68,7 +68,10 @@ def test_each_kind_of_binding() -> None:
         bindings.Tick(1),
         bindings.Deviate(name, 1),
     )
-    assert planned.bindings(name, "update")[1:] == (bindings.Buffer((name, "line")), bindings.Wire(("level", "output")))
+    assert planned.bindings(name, "update")[1:] == (
+        bindings.BufferBinding((name, "line")),
+        bindings.WireBinding(("level", "output")),
+    )
     assert planned.bindings("slow", "value")[2:] == (bindings.Tick(4), bindings.Deviate("slow", 4))
 
 

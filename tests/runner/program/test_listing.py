@@ -6,13 +6,13 @@ from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
-    Array,
     Compute,
-    Constant,
     External,
     Function,
+    Immediate,
     Line,
     Return,
+    Storage,
     Value,
 )
 from proofmass.runner.program.listing import listing
@@ -26,9 +26,9 @@ def test_lines_of_python_stand_beside_theirs(tmp_path: Path) -> None:
     first, second = Line(str(file), 2), Line(str(file), 3)
     parts = [Value(FLOAT) for _ in range(5)]
     body = [
-        Compute(pull, "multiply", (Constant(FLOAT, 3.0), x), first),
+        Compute(pull, "multiply", (Immediate(FLOAT, 3.0), x), first),
         Compute(parts[0], "negate", (pull,), second),
-        Compute(parts[1], "multiply", (Constant(FLOAT, 2.0), v), second),
+        Compute(parts[1], "multiply", (Immediate(FLOAT, 2.0), v), second),
         Compute(parts[2], "subtract", (parts[0], parts[1]), second),
         Compute(parts[3], "multiply", (pull, x), second),
         Compute(parts[4], "add", (parts[2], parts[3]), second),
@@ -43,11 +43,11 @@ def test_lines_of_python_stand_beside_theirs(tmp_path: Path) -> None:
 
 
 def test_every_statement_has_a_text() -> None:
-    x, n, a = Value(FLOAT, "x"), Value(INTEGER, "n"), Array(FLOAT, None, True, "a")
-    inner = Writer("inner", x, Array(INTEGER, 2, False, "b"), results=(FLOAT, INTEGER), inline=True)
+    x, n, a = Value(FLOAT, "x"), Value(INTEGER, "n"), Storage(FLOAT, None, True, "a")
+    inner = Writer("inner", x, Storage(INTEGER, 2, False, "b"), results=(FLOAT, INTEGER), inline=True)
     inner.leave(x, 1)
     w = Writer("f", x, n, a)
-    b = Array(INTEGER, 2, False, "b")
+    b = Storage(INTEGER, 2, False, "b")
     w.function.parameters += (b,)
     v = w.variable(INTEGER, "v")
     with w.when(w.do("less", x, 0.0)) as otherwise:
@@ -63,7 +63,7 @@ def test_every_statement_has_a_text() -> None:
         more = w.do("not", w.do("equal_integers", w.get(v), 3))
     with w.loop(test, more):
         w.stop()
-    w.do("select", Constant(TRUTH, True), w.do("absolute", x), float("nan"), name="x")
+    w.do("select", Immediate(TRUTH, True), w.do("absolute", x), float("nan"), name="x")
     assert listing(program(inner.function, w.function)) == (
         "inline def inner(x: f64, b: fixed i64[2]) -> f64, i64:\n"
         "    return x, 1\n"

@@ -18,7 +18,7 @@ from proofmass.blocks.declaration.instance import shape_of
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.language import arithmetic
 from proofmass.runner.fixed.digital import digital_block
-from proofmass.runner.fixed.step_formats import Constant, bounds, filled, held_as
+from proofmass.runner.fixed.step_formats import SteadyValue, bounds, filled, held_as
 from proofmass.runner.plan.constants import constants_of, typed
 from proofmass.runner.program.form import FLOAT, INTEGER, Value
 from proofmass.runner.program.lower import lower
@@ -124,7 +124,7 @@ def test_integer_code_of_every_digital_block(kind: Any) -> None:
         for _ in range(8):
             formats = [(step.traced.formats[name], name) for name in step.traced.arguments[1:]]
             given = [filled(*pair, lambda _, of: within(of, dice)) for pair in formats]
-            given = [None if isinstance(value, Constant) else value for value in given]
+            given = [None if isinstance(value, SteadyValue) else value for value in given]
             mine = [list(value) if isinstance(value, list) else value for value in given]
             with counting_overflows(refusals=True) as overflows:
                 expected = step.reference(made.constants, *given)

@@ -10,7 +10,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program import parts
 from proofmass.runner.program.build import Builder
-from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Array, Function, Operand, Variable
+from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Function, Operand, Storage, Variable
 from proofmass.runner.program.lower import program
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.verify import verify
@@ -21,7 +21,7 @@ from tests.by_hand.evaluate_program import evaluate
 GRAPHS = ["closed_loop_accelerometer", "vibratory_gyroscope", "self_calibration_fixed", "recorded_motion"]
 
 
-def all_kinds() -> tuple[Function, dict[Variable, tuple[Array, int]], Array]:
+def all_kinds() -> tuple[Function, dict[Variable, tuple[Storage, int]], Storage]:
     """Values, variables and views of every kind, made in one place and read in another, in and behind a loop."""
     builder = Builder("long")
     last = builder.parameter(INTEGER, "last")
@@ -56,7 +56,9 @@ def all_kinds() -> tuple[Function, dict[Variable, tuple[Array, int]], Array]:
     return builder.function(), {count: (moving, 0), high: (moving, 1)}, memory
 
 
-def results(function: Function, places: dict[Variable, tuple[Array, int]], turns: int) -> tuple[list[float], list[int]]:
+def results(
+    function: Function, places: dict[Variable, tuple[Storage, int]], turns: int
+) -> tuple[list[float], list[int]]:
     """What the function leaves in its arrays; one that is whole keeps the variables of `places` itself."""
     out, moving = [0.0] * 8, [5, 1]
     evaluate(function, turns, [0.5, 1.75, 0.0, 0.0], moving, [float("nan")] * 40, out)

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proofmass.runner.program.form import FLOAT, Array, Function, Program, Value
+from proofmass.runner.program.form import FLOAT, Function, Program, Storage, Value
 from proofmass.runner.program.shared import shared
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.llvm_text import llvm_text
@@ -23,7 +23,7 @@ def chain(name: str, length: int) -> Function:
 
 def caller(called: Function, times: int, in_branches: bool) -> Program:
     """A program that calls a function so many times, always or where its argument is positive."""
-    x, out = Value(FLOAT, "x"), Array(FLOAT, times, True, "out")
+    x, out = Value(FLOAT, "x"), Storage(FLOAT, times, True, "out")
     w = Writer("entry", x, out)
     for place in range(times):
         if in_branches:

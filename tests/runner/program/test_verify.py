@@ -9,20 +9,20 @@ from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
     TRUTH,
-    Array,
     Break,
     Call,
     Compute,
-    Constant,
     External,
     For,
     Function,
     Get,
+    Immediate,
     Line,
     Load,
     Program,
     Return,
     Set,
+    Storage,
     Store,
     Value,
     Variable,
@@ -32,7 +32,7 @@ from proofmass.runner.program.form import (
 from proofmass.runner.program.verify import MalformedProgramError, verify
 from tests.by_hand.programs import Writer, program
 
-YES = Constant(TRUTH, True)
+YES = Immediate(TRUTH, True)
 SINE = External("sin", (FLOAT,), FLOAT)
 
 
@@ -43,50 +43,50 @@ def problems(*functions: Function) -> tuple[str, ...]:
     return caught.value.problems
 
 
-def written(*write: Callable[[Writer, Value, Value, Array], Any], results: tuple[Any, ...] = ()) -> Function:
+def written(*write: Callable[[Writer, Value, Value, Storage], Any], results: tuple[Any, ...] = ()) -> Function:
     """A function of a number x, an integer n and an array of four numbers that may be written."""
-    x, n, a = Value(FLOAT, "x"), Value(INTEGER, "n"), Array(FLOAT, 4, True, "a")
+    x, n, a = Value(FLOAT, "x"), Value(INTEGER, "n"), Storage(FLOAT, 4, True, "a")
     writer = Writer("f", x, n, a, results=results)
     for one in write:
         one(writer, x, n, a)
     return writer.function
 
 
-def reads_out_of_its_region(w: Writer, x: Value, n: Value, a: Array) -> None:
+def reads_out_of_its_region(w: Writer, x: Value, n: Value, a: Storage) -> None:
     with w.when(True):
         y = w.do("add", x, 1.0, name="y")
     w.store(a, 0, y)
 
 
-def reads_a_test_behind_its_loop(w: Writer, x: Value, n: Value, a: Array) -> None:
+def reads_a_test_behind_its_loop(w: Writer, x: Value, n: Value, a: Storage) -> None:
     y = Value(TRUTH, "y")
     w.say(While([Compute(y, "less", (x, x))], y, []))
     w.do("not", y)
 
 
-def jumps_in_a_test(w: Writer, x: Value, n: Value, a: Array) -> None:
+def jumps_in_a_test(w: Writer, x: Value, n: Value, a: Storage) -> None:
     with w.count(0, n):
         w.say(While([Break()], YES, []))
 
 
-def reads_a_counter_behind_its_loop(w: Writer, x: Value, n: Value, a: Array) -> None:
+def reads_a_counter_behind_its_loop(w: Writer, x: Value, n: Value, a: Storage) -> None:
     with w.count(0, n) as i:
         pass
     w.do("add_integers", i, 1)
 
 
-def defines_twice(w: Writer, x: Value, n: Value, a: Array) -> None:
+def defines_twice(w: Writer, x: Value, n: Value, a: Storage) -> None:
     y = w.do("add", x, 1.0, name="y")
     w.say(Compute(y, "add", (x, x)))
 
 
-def views_what_cannot_be_written(w: Writer, x: Value, n: Value, a: Array) -> None:
-    fixed = Array(FLOAT, 2, False, "fixed")
-    w.say(View(fixed, a, Constant(INTEGER, 0)))
-    w.say(View(Array(FLOAT, 1, True, "part"), fixed, Constant(INTEGER, 0)))
+def views_what_cannot_be_written(w: Writer, x: Value, n: Value, a: Storage) -> None:
+    fixed = Storage(FLOAT, 2, False, "fixed")
+    w.say(View(fixed, a, Immediate(INTEGER, 0)))
+    w.say(View(Storage(FLOAT, 1, True, "part"), fixed, Immediate(INTEGER, 0)))
 
 
-def reads_beside(what: str) -> Callable[[Writer, Value, Value, Array], Any]:
+def reads_beside(what: str) -> Callable[[Writer, Value, Value, Storage], Any]:
     variable = Variable(FLOAT, "v")
     number = Value(INTEGER, "y")
     if what == "unlisted":
@@ -107,26 +107,26 @@ WRONG = {
     "the operands of select are of different kinds": written(lambda w, x, n, a: w.do("select", True, x, n)),
     "the result of less is bool, not f64": written(lambda w, x, n, a: w.say(Compute(Value(FLOAT), "less", (x, x)))),
     "the result of select is f64, not i64": written(
-        lambda w, x, n, a: w.say(Compute(Value(INTEGER), "select", (Constant(TRUTH, True), x, x)))
+        lambda w, x, n, a: w.say(Compute(Value(INTEGER), "select", (Immediate(TRUTH, True), x, x)))
     ),
-    "a constant of kind f64 holds 1": written(lambda w, x, n, a: w.do("add", x, Constant(FLOAT, 1))),
-    "a constant of kind i64 holds True": written(lambda w, x, n, a: w.load(a, Constant(INTEGER, True))),
+    "a constant of kind f64 holds 1": written(lambda w, x, n, a: w.do("add", x, Immediate(FLOAT, 1))),
+    "a constant of kind i64 holds True": written(lambda w, x, n, a: w.load(a, Immediate(INTEGER, True))),
     "64 bits do not hold the constant 9223372036854775808": written(lambda w, x, n, a: w.do("and", n, 2**63)),
     "value y is used outside of the region that defines it": written(reads_out_of_its_region),
     "value y is used outside of the region that defines it ": written(reads_a_test_behind_its_loop),
     "value i is used outside of the region that defines it": written(reads_a_counter_behind_its_loop),
     "value z is used before it is defined": written(lambda w, x, n, a: w.do("negate", Value(FLOAT, "z"))),
     "value y is defined twice": written(defines_twice),
-    "array b is used before it is defined": written(lambda w, x, n, a: w.load(Array(FLOAT, 1, False, "b"), 0)),
+    "array b is used before it is defined": written(lambda w, x, n, a: w.load(Storage(FLOAT, 1, False, "b"), 0)),
     "variable v is not among the variables of the function": written(reads_beside("unlisted")),
     "variable v is f64, not i64": written(reads_beside("kind")),
     "variable v is f64, not bool": written(lambda w, x, n, a: w.set(w.variable(FLOAT, "v"), True)),
     "entries of array a are f64, not i64": written(lambda w, x, n, a: w.store(a, 0, n)),
     "entries of array a are f64, not bool": written(
-        lambda w, x, n, a: w.say(Load(Value(TRUTH), a, Constant(INTEGER, 0)))
+        lambda w, x, n, a: w.say(Load(Value(TRUTH), a, Immediate(INTEGER, 0)))
     ),
     "entries of array b are i64, those of array a f64": written(
-        lambda w, x, n, a: w.say(View(Array(INTEGER, 1, False, "b"), a, Constant(INTEGER, 0)))
+        lambda w, x, n, a: w.say(View(Storage(INTEGER, 1, False, "b"), a, Immediate(INTEGER, 0)))
     ),
     "array part is writable, array fixed is not": written(views_what_cannot_be_written),
     "Break stands outside of a loop": written(lambda w, x, n, a: w.stop()),
@@ -155,7 +155,10 @@ def test_a_rule_that_is_broken_is_named(text: str) -> None:
 def test_all_problems_come_at_once_each_with_its_line() -> None:
     x = Value(FLOAT, "x")
     line = Line("blocks/my.py", 12)
-    body = [Compute(Value(FLOAT), "add", (x,), line), Store(Array(FLOAT, 1, True, "b"), Constant(INTEGER, 0), x, line)]
+    body = [
+        Compute(Value(FLOAT), "add", (x,), line),
+        Store(Storage(FLOAT, 1, True, "b"), Immediate(INTEGER, 0), x, line),
+    ]
     assert problems(Function("f", (x,), (), body)) == (
         "f: add takes 2 operands, not 1 (blocks/my.py:12)",
         "f: array b is used before it is defined (blocks/my.py:12)",
@@ -188,20 +191,22 @@ def test_the_entry_has_one_result_at_most() -> None:
     assert problems(w.function) == ("f: the entry returns 2 results; C knows one at most",)
 
 
-def called(parameter: Value | Array, argument: Any) -> tuple[str, ...]:
+def called(parameter: Value | Storage, argument: Any) -> tuple[str, ...]:
     """What is wrong with a call of a function of one parameter."""
     callee = Function("callee", (parameter,), ())
-    fixed = Array(FLOAT, 4, False, "fixed")
+    fixed = Storage(FLOAT, 4, False, "fixed")
     w = Writer("f", fixed)
     w.call(callee, fixed if argument is None else argument)
     return problems(callee, w.function)
 
 
 def test_arguments_suit_their_parameters() -> None:
-    assert called(Array(FLOAT, 4, True, "out"), None) == ("f: callee writes to array fixed, which is not writable",)
-    assert called(Array(FLOAT, 3, False, "in"), None) == ("f: callee takes 3 entries, not the 4 of array fixed",)
-    assert called(Array(INTEGER, 4, False, "in"), None) == ("f: callee takes an array of i64, not of f64",)
-    assert called(Array(FLOAT, 4, False, "in"), 1.0) == ("f: callee takes an array for array in, not the constant 1.0",)
+    assert called(Storage(FLOAT, 4, True, "out"), None) == ("f: callee writes to array fixed, which is not writable",)
+    assert called(Storage(FLOAT, 3, False, "in"), None) == ("f: callee takes 3 entries, not the 4 of array fixed",)
+    assert called(Storage(INTEGER, 4, False, "in"), None) == ("f: callee takes an array of i64, not of f64",)
+    assert called(Storage(FLOAT, 4, False, "in"), 1.0) == (
+        "f: callee takes an array for array in, not the constant 1.0",
+    )
     assert called(Value(FLOAT, "x"), 1) == ("f: the constant 1 is i64 where f64 is wanted",)
 
 
@@ -212,7 +217,7 @@ def test_a_function_calls_only_those_before_it() -> None:
 
 
 def test_a_good_program_passes() -> None:
-    x, a = Value(FLOAT, "x"), Array(FLOAT, None, True, "a")
+    x, a = Value(FLOAT, "x"), Storage(FLOAT, None, True, "a")
     inner = Writer("inner", x, results=(FLOAT,))
     with inner.when(inner.do("less", x, 0.0)) as otherwise:
         inner.leave(inner.do("negate", x))
@@ -232,5 +237,5 @@ def test_a_good_program_passes() -> None:
         more = w.do("less_integers", w.get(v), 3)
     with w.loop(test, more):
         w.set(v, w.do("integer_of_truth", more))
-    w.say(While([], Constant(TRUTH, True), [Set(v, n), Return((n,))]))
+    w.say(While([], Immediate(TRUTH, True), [Set(v, n), Return((n,))]))
     verify(program(inner.function, w.function))

@@ -9,12 +9,12 @@ import pytest
 from proofmass.runner.program.form import (
     FLOAT,
     INTEGER,
-    Array,
     Compute,
-    Constant,
     Function,
+    Immediate,
     Line,
     Return,
+    Storage,
     Value,
 )
 from proofmass.runner.targets import machine_code
@@ -83,9 +83,9 @@ def test_it_can_be_read(tmp_path: Path) -> None:
     first, second = Line(str(file), 2), Line(str(file), 3)
     parts = [Value(FLOAT) for _ in range(3)]
     body = [
-        Compute(pull, "multiply", (Constant(FLOAT, 3.0), x), first),
+        Compute(pull, "multiply", (Immediate(FLOAT, 3.0), x), first),
         Compute(parts[0], "negate", (pull,), second),
-        Compute(parts[1], "multiply", (Constant(FLOAT, 2.0), v), second),
+        Compute(parts[1], "multiply", (Immediate(FLOAT, 2.0), v), second),
         Compute(parts[2], "subtract", (parts[0], parts[1]), second),
         Return((parts[2],), second),
     ]
@@ -102,7 +102,7 @@ def test_it_can_be_read(tmp_path: Path) -> None:
 
 
 def test_only_helpers_that_are_called_are_written() -> None:
-    a = Array(INTEGER, 2, True, "a")
+    a = Storage(INTEGER, 2, True, "a")
     w = Writer("entry", a)
     w.store(a, 0, w.do("floor_divide", w.load(a, 1), 3))
     text = c99_text(program(w.function), "step")

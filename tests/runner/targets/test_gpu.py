@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.runner.program.form import FLOAT, Array, Call, External, Function, Line, Value
+from proofmass.runner.program.form import FLOAT, Call, External, Function, Line, Storage, Value
 from proofmass.runner.targets.gpu import KERNEL, ptx_text
 from proofmass.runner.targets.lane_text import LanesOf
 from tests.by_hand.hostile_operations import operations_program
@@ -20,7 +20,7 @@ NOTHING = LanesOf(frozenset(), frozenset(), {})
 
 
 def test_nothing_is_fused() -> None:
-    x, gain, state = Value(FLOAT, "x"), Value(FLOAT, "gain"), Array(FLOAT, 1, True, "state")
+    x, gain, state = Value(FLOAT, "x"), Value(FLOAT, "gain"), Storage(FLOAT, 1, True, "state")
     w = Writer("entry", x, gain, state)
     w.store(state, 0, w.do("add", w.do("multiply", w.load(state, 0), gain), w.do("divide", x, gain)))
     text = ptx_text(program(w.function), LanesOf(frozenset({gain}), frozenset(), {}))

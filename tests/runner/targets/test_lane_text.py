@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass.runner.program.form import FLOAT, INTEGER, Array, Program, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, Program, Storage, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.program.verify import verify
@@ -40,10 +40,10 @@ def same(one: Any, other: Any) -> bool:
     return bool(((one.view(np.int64) == other.view(np.int64)) | (np.isnan(one) & np.isnan(other))).all())
 
 
-def compare(made: Program, lanes: int, runs: list[list[Any]], differing: frozenset[Array] | None = None) -> None:
+def compare(made: Program, lanes: int, runs: list[list[Any]], differing: frozenset[Storage] | None = None) -> None:
     """Run a program in lanes and alone; arrays that are not `differing` are the same in all runs."""
     verify(made)
-    arrays = [p for p in made.entry.parameters if isinstance(p, Array)]
+    arrays = [p for p in made.entry.parameters if isinstance(p, Storage)]
     numbers = frozenset(p for p in made.entry.parameters if isinstance(p, Value))
     shared = frozenset(array for array in arrays if not array.writable and array.name == "table")
     entries = {array: ALL for array in arrays if differing is None or array in differing}
@@ -93,7 +93,7 @@ def test_random_programs_of_runs_that_begin_alike(seed: int) -> None:
 
 def test_what_is_the_same_in_all_lanes_is_computed_once() -> None:
     time, gain = Value(FLOAT, "time"), Value(FLOAT, "gain")
-    out = Array(FLOAT, 2, True, "out")
+    out = Storage(FLOAT, 2, True, "out")
     w = Writer("entry", time, gain, out)
     shared = w.do("divide", time, 3.0)
     w.store(out, 0, shared)
@@ -105,7 +105,7 @@ def test_what_is_the_same_in_all_lanes_is_computed_once() -> None:
 
 
 def test_integers_of_loops_stay_single() -> None:
-    n, out = Value(INTEGER, "n"), Array(FLOAT, 10, True, "out")
+    n, out = Value(INTEGER, "n"), Storage(FLOAT, 10, True, "out")
     w = Writer("entry", n, out)
     with w.count(0, n) as i:
         w.store(out, i, w.do("add", w.load(out, i), 1.0))

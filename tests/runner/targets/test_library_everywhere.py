@@ -12,7 +12,7 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
-from proofmass.runner.program.form import Array, Program, Value
+from proofmass.runner.program.form import Program, Storage, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.gpu import ptx_text
@@ -111,7 +111,7 @@ def runs_of(made: CompiledPlan) -> tuple[Program, LanesOf]:
     program, planned = made.written.program, made.plan
     run = next(p for p in program.entry.parameters if isinstance(p, Value) and p.name == "run")
     recorded = {f"{block}__{port}" for block, port in planned.recorded}
-    shared = frozenset(p for p in program.entry.parameters if isinstance(p, Array) and p.name in recorded)
+    shared = frozenset(p for p in program.entry.parameters if isinstance(p, Storage) and p.name in recorded)
     return program, LanesOf(frozenset({run}), shared, {})
 
 

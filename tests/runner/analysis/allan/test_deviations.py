@@ -8,13 +8,13 @@ import pytest
 from proofmass import allan
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.allan.deviations import deviation_at
-from proofmass.runner.analysis.allan.freedom import Statistic, freedom
+from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from tests.by_hand.amounts import amounts
 
 PUBLISHED = {  # NIST SP 1065, table 31; averages of 1, 10 and 100 values
-    Statistic.ALLAN: (2.922319e-01, 9.159953e-02, 3.241343e-02),
-    Statistic.MODIFIED: (2.922319e-01, 6.172376e-02, 2.170921e-02),
-    Statistic.HADAMARD: (2.943883e-01, 9.581083e-02, 3.237638e-02),
+    AllanStatistic.ALLAN: (2.922319e-01, 9.159953e-02, 3.241343e-02),
+    AllanStatistic.MODIFIED: (2.922319e-01, 6.172376e-02, 2.170921e-02),
+    AllanStatistic.HADAMARD: (2.943883e-01, 9.581083e-02, 3.237638e-02),
 }
 
 
@@ -26,8 +26,8 @@ def published_set() -> np.ndarray:  # type: ignore[type-arg]
     return np.array(values)
 
 
-@pytest.mark.parametrize("statistic", list(Statistic))
-def test_published_deviations(statistic: Statistic) -> None:
+@pytest.mark.parametrize("statistic", list(AllanStatistic))
+def test_published_deviations(statistic: AllanStatistic) -> None:
     for factor, expected in zip((1, 10, 100), PUBLISHED[statistic], strict=True):
         assert deviation_at(statistic, published_set(), factor) == pytest.approx(expected, rel=1e-6)
 
@@ -47,10 +47,10 @@ def noise_of(random: np.random.Generator, alpha: int, count: int) -> np.ndarray:
     return {2: np.diff(white), 0: white[1:], -2: np.cumsum(white[1:])}[alpha]
 
 
-@pytest.mark.parametrize("statistic", list(Statistic))
+@pytest.mark.parametrize("statistic", list(AllanStatistic))
 @pytest.mark.parametrize("alpha", [2, 0, -2])
 @pytest.mark.parametrize("factor", [4, 16, 64])
-def test_degrees_of_freedom_are_those_of_the_scatter(statistic: Statistic, alpha: int, factor: int) -> None:
+def test_degrees_of_freedom_are_those_of_the_scatter(statistic: AllanStatistic, alpha: int, factor: int) -> None:
     random = np.random.default_rng(factor)
     squares = [deviation_at(statistic, noise_of(random, alpha, 1024), factor) ** 2 for _ in range(1500)]
     scatter = 2.0 * float(np.mean(squares)) ** 2 / float(np.var(squares))
@@ -61,14 +61,14 @@ def test_degrees_of_freedom_of_white_noise_in_closed_form() -> None:
     """Riley, NIST SP 1065, table 5, for overlapping Allan deviations of white noise."""
     for m in (1, 4, 16, 64):
         known = (3 * 1024 / (2 * m) - 2 * 1023 / 1025) * 4 * m * m / (4 * m * m + 5)
-        assert freedom(Statistic.ALLAN, 1025, m, 0) == pytest.approx(known, rel=0.02)
+        assert freedom(AllanStatistic.ALLAN, 1025, m, 0) == pytest.approx(known, rel=0.02)
 
 
 @pytest.mark.parametrize("signals", amounts(15, 60))
 def test_intervals_hold_the_truth_as_often_as_they_say(signals: int) -> None:
     random, inside, all_of_them = np.random.default_rng(11), 0, 0
     for _ in range(signals):
-        curve = allan(random.normal(size=4096), rate=1.0).curves[Statistic.ALLAN]
+        curve = allan(random.normal(size=4096), rate=1.0).curves[AllanStatistic.ALLAN]
         truth = 1.0 / np.sqrt(curve.taus)
         inside += int(np.sum((curve.low <= truth) & (truth <= curve.high)))
         all_of_them += len(truth)
@@ -77,11 +77,13 @@ def test_intervals_hold_the_truth_as_often_as_they_say(signals: int) -> None:
 
 def test_a_constant_drops_out() -> None:
     values = published_set()
-    assert deviation_at(Statistic.ALLAN, values + 1e6, 10) == pytest.approx(
-        deviation_at(Statistic.ALLAN, values, 10), rel=1e-8
+    assert deviation_at(AllanStatistic.ALLAN, values + 1e6, 10) == pytest.approx(
+        deviation_at(AllanStatistic.ALLAN, values, 10), rel=1e-8
     )
     drifting = values + 1e-3 * np.arange(1000)
-    assert deviation_at(Statistic.HADAMARD, drifting, 10) == pytest.approx(deviation_at(Statistic.HADAMARD, values, 10))
+    assert deviation_at(AllanStatistic.HADAMARD, drifting, 10) == pytest.approx(
+        deviation_at(AllanStatistic.HADAMARD, values, 10)
+    )
 
 
 def test_a_signal_that_stands_still_is_refused() -> None:

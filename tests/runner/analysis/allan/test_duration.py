@@ -6,7 +6,7 @@ import pytest
 from proofmass import ModelError, allan
 from proofmass.runner.analysis.allan.deviations import deviation_at
 from proofmass.runner.analysis.allan.duration import duration
-from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.freedom import AllanStatistic
 
 RATE = 10.0
 
@@ -21,7 +21,7 @@ def test_series_of_that_length_scatter_so_much(kind: str, factor: int, error: fl
 
     needed = duration(allan(series(4000), rate=RATE), factor / RATE, error)
     assert needed.tau == pytest.approx(factor / RATE)
-    deviations = [deviation_at(Statistic.ALLAN, series(needed.values), factor) for _ in range(800)]
+    deviations = [deviation_at(AllanStatistic.ALLAN, series(needed.values), factor) for _ in range(800)]
     assert np.std(deviations) / np.mean(deviations) == pytest.approx(error, rel=0.1)
 
 

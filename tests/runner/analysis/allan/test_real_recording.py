@@ -8,7 +8,7 @@ import pytest
 import scipy.signal
 
 from proofmass import allan, read_series, spectrum
-from proofmass.runner.analysis.allan.freedom import Statistic
+from proofmass.runner.analysis.allan.freedom import AllanStatistic
 
 RECORDING = Path(__file__).parents[1] / "recordings" / "ngimu_at_rest.csv"
 RATE, VALUES = 50.0, 298
@@ -34,7 +34,7 @@ def test_spectrum(name: str) -> None:
 def test_allan_deviation(name: str) -> None:
     """Half the mean square of what neighbouring means differ by, at every averaging time."""
     values = column(name)
-    curve = allan(read_series(RECORDING, name)).curves[Statistic.ALLAN]
+    curve = allan(read_series(RECORDING, name)).curves[AllanStatistic.ALLAN]
     factors = np.round(curve.taus * RATE).astype(int).tolist()
     assert factors[0] == 1
     assert len(factors) > 20

@@ -10,7 +10,8 @@ from proofmass import margins
 from proofmass.blocks import Constant, Difference, DiscreteIntegrator, Product, RepeatingSequence
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.tick_maps import Array, TickMaps, maps_of_lifted
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
+from proofmass.runner.host.arrays import Array
 
 STATES = (("x", "first", -1), ("x", "second", -1), ("y", "state", -1))
 

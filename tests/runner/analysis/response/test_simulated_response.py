@@ -19,7 +19,7 @@ from proofmass.blocks import (
     WhiteNoise,
 )
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.runner.analysis.response.stimuli import KINDS, Kind
+from proofmass.runner.analysis.response.stimuli import KINDS, StimulusKind
 
 
 @pytest.fixture(scope="module")
@@ -42,7 +42,7 @@ def two_rates() -> Graph:
 
 
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_linear_graph_of_two_rates(two_rates: Graph, kind: Kind) -> None:
+def test_a_linear_graph_of_two_rates(two_rates: Graph, kind: StimulusKind) -> None:
     """The deviation is what the transient leaves, whatever signals and noise the graph has besides."""
     found = response(two_rates, "force.output", "mean.mean", simulate=kind, amplitude=1.0, band=(5.0, 45.0))
     assert found.simulated is not None

@@ -10,11 +10,12 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import Array, PeriodMap
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.several.over import margins_over, margins_over_age
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together, of_system
+from proofmass.runner.host.arrays import Array
 from tests.by_hand.design_texts import COUPLED, INTEGRATING
 
 slycot = pytest.importorskip("slycot")

@@ -12,9 +12,9 @@ from proofmass.runner.command_line import REQUESTS, cli
 from proofmass.runner.commands.declarations.analysis import NoiseModelRequest
 from proofmass.runner.commands.declarations.options import Request
 from proofmass.runner.rtl.bench.simulators import Simulator
-from proofmass.runner.rtl.tools.synth import Family
+from proofmass.runner.rtl.tools.synth import ChipFamily
 
-TYPES = {"Simulator": Simulator, "Family": Family}  # named for type checkers alone
+TYPES = {"Simulator": Simulator, "ChipFamily": ChipFamily}  # named for type checkers alone
 OPTIONS = [
     pytest.param(option, id=f"{name}-{option.name}")
     for name, command in cli.commands.items()

@@ -14,7 +14,7 @@ from proofmass.runner.design.fit.projection import (
     DOUBLE_ROOT,
     LARGEST_EXPONENT,
     SINGLE,
-    Family,
+    ExponentialFamily,
     best,
     project,
     prony,
@@ -28,7 +28,7 @@ exponents = st.floats(-4.0, 4.0)
 
 
 @pytest.mark.parametrize("family", FAMILIES, ids=lambda family: family.name)
-def test_residual_is_that_of_least_squares(family: Family) -> None:
+def test_residual_is_that_of_least_squares(family: ExponentialFamily) -> None:
     at = (-2.0, 1.5)[: family.exponents]
     waves = [np.exp(b * X) for b in at]
     columns = [X**power * (1.0 if of is None else waves[of]) for of, power in family.terms]
@@ -50,7 +50,7 @@ def test_gradient_against_differences(first: float, second: float) -> None:
 
 
 @pytest.mark.parametrize("family", FAMILIES[1:], ids=lambda family: family.name)
-def test_no_start_nearby_is_lower_than_the_best(family: Family) -> None:
+def test_no_start_nearby_is_lower_than_the_best(family: ExponentialFamily) -> None:
     v = 1.0 + X**2 - 0.3 * X**3 + 0.02 * NOISE
     lowest = best(family, X, v).at.squares
     dice = np.random.default_rng(4)

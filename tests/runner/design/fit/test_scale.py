@@ -8,7 +8,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.design.fit.fit import fit
 from proofmass.runner.design.fit.projection import DOUBLE, best
-from proofmass.runner.design.fit.scale import Scaled, half_widths
+from proofmass.runner.design.fit.scale import ScaledReadings, half_widths
 from tests.by_hand.temperature_sets import DEVICES, M1, TEMPERATURE, Device
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
@@ -16,7 +16,7 @@ both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
 
 @both
 def test_unscaled_coefficients_leave_the_same_residual(device: Device) -> None:
-    scaled = Scaled(device.readings())
+    scaled = ScaledReadings(device.readings())
     assert (scaled.x.min(), scaled.x.max(), np.abs(scaled.v).max()) == pytest.approx((-1.0, 1.0, 1.0), abs=1e-15)
     optimum = best(DOUBLE, scaled.x, scaled.v)
     a, b = scaled.unscaled(optimum)
@@ -26,7 +26,7 @@ def test_unscaled_coefficients_leave_the_same_residual(device: Device) -> None:
 
 @both
 def test_intervals_of_the_exponents_do_not_depend_on_the_scale(device: Device) -> None:
-    scaled = Scaled(device.readings())
+    scaled = ScaledReadings(device.readings())
     ours = scaled.intervals(best(DOUBLE, scaled.x, scaled.v))
     coefficients = fit(device.readings(), [], tolerance=1.0).fits[0].coefficients
     expected = [(c.value, c.half_width) for c in coefficients if c.name in ("b1", "b2")]
@@ -35,7 +35,7 @@ def test_intervals_of_the_exponents_do_not_depend_on_the_scale(device: Device) -
 
 
 def test_what_can_be_computed() -> None:
-    scaled = Scaled(M1.readings())
+    scaled = ScaledReadings(M1.readings())
     assert scaled.reaches((-100.0, 166.0))
     assert not scaled.reaches((-100.0, 167.0))
     with pytest.raises(ModelError, match=r"exponent -200 at 1\.8"):

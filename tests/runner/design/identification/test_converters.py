@@ -12,7 +12,7 @@ import pytest
 from proofmass import Graph, read_graph, simulate, write_graph
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.design.identification.fitted import fit
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 
 ROWS, RATE = 2000, 50e3
 TIMES = np.arange(ROWS) / RATE
@@ -34,12 +34,12 @@ def shaken(tmp_path_factory: pytest.TempPathFactory) -> Graph:
     return read_graph_text(text[:start] + played + text[end:], "shaken.toml", folder=str(folder))
 
 
-def codes(graph: Graph, values: dict[str, float], fine: bool) -> Array:
+def codes(graph: Graph, values: dict[str, float], fine: bool) -> AnyArray:
     changed = graph.with_parameters(values | (FINE if fine else {}))
     return np.asarray(simulate(changed)["dac.code"].values, dtype=float) * (2.0**-12 if fine else 1.0)
 
 
-def bound(graph: Graph) -> Array:
+def bound(graph: Graph) -> AnyArray:
     """Standard errors for noise of one code."""
     columns = []
     for name, value in TRUTH.items():
@@ -49,7 +49,7 @@ def bound(graph: Graph) -> Array:
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(table.T @ table))))
 
 
-def errors(clean: Array, noise: float, seeds: range) -> Array:
+def errors(clean: AnyArray, noise: float, seeds: range) -> AnyArray:
     """Errors of the estimates from a start 3 % off, over the noise."""
     start = GRAPH.with_parameters({name: 1.03 * value for name, value in TRUTH.items()})
     rows = []

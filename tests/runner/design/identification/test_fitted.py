@@ -13,7 +13,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
-from proofmass.runner.run.result import Array
+from proofmass.runner.host.arrays import AnyArray
 from tests.by_hand.design_texts import RESONATOR
 
 GRAPH = read_graph_text(RESONATOR)
@@ -26,7 +26,7 @@ INPUTS, OUTPUTS = {"force.output": "force"}, {"seen.output": "volts"}
 FREE = ["sensor.stiffness", "sensor.damping"]
 
 
-def response(stiffness: float, damping: float) -> Array:
+def response(stiffness: float, damping: float) -> AnyArray:
     """Volts of a mass on a spring under a held force, by SciPy."""
     system = scipy.signal.cont2discrete(([GAIN], [MASS, damping, stiffness]), 1.0 / RATE, "zoh")
     return np.asarray(scipy.signal.lfilter(np.squeeze(system[0]), system[1], FORCE))
@@ -35,11 +35,11 @@ def response(stiffness: float, damping: float) -> Array:
 CLEAN = response(**TRUTH)
 
 
-def recorded(seed: int) -> dict[str, Array]:
+def recorded(seed: int) -> dict[str, AnyArray]:
     return {"time": TIMES, "force": FORCE, "volts": CLEAN + NOISE * np.random.default_rng(seed).standard_normal(ROWS)}
 
 
-def cramer_rao() -> Array:
+def cramer_rao() -> AnyArray:
     """Standard errors that no unbiased estimate can beat, by differences of SciPy's response."""
     columns = []
     for name, value in TRUTH.items():

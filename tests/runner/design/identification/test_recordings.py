@@ -7,7 +7,7 @@ import pytest
 import xarray
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.runner.design.identification.recordings import Gaps, Recording, Wanted, recordings_of
+from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
 
 INPUTS, OUTPUTS = [Wanted("force.output", "force", "N")], [Wanted("seen.output", "volts", "V")]
 ROWS = [(0.1 * k, 0.5 * k, 1.5 - 0.1 * k) for k in range(10)]
@@ -18,7 +18,7 @@ def text(head: str, separator: str = ",", decimal: str = ".", rows: list[tuple[f
     return "\n".join([head, *lines]) + "\n"
 
 
-def read(folder: Path, content: str, gaps: Gaps = "refuse") -> tuple[list[Recording], list[str]]:
+def read(folder: Path, content: str, gaps: Gaps = "refuse") -> tuple[list[RecordedStretch], list[str]]:
     path = folder / "record.csv"
     path.write_text(content, encoding="utf-8")
     return recordings_of(path, INPUTS, OUTPUTS, gaps)

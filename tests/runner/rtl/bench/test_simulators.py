@@ -15,7 +15,7 @@ from proofmass.runner.command_line import main
 from proofmass.runner.commands import rtl_command
 from proofmass.runner.rtl.bench.bench import bench_files
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_files
-from proofmass.runner.rtl.bench.simulators import Difference, Played, Simulator, need_simulator, play
+from proofmass.runner.rtl.bench.simulators import Mismatch, Played, Simulator, need_simulator, play
 from proofmass.runner.rtl.bench.vectors import Vectors
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
@@ -83,7 +83,7 @@ def test_a_simulator_fails_another_verilog(simulator: Simulator) -> None:
     setpoint = int(vectors.inputs["quantiser_output"][moved])
     fed_back = int(vectors.outputs["integrator_output"][moved])
     line = str(next(each for each in machine.modules if each.name == "fixed_difference").results["output_"].place)
-    assert played.first == Difference(moved, "error_output", str(setpoint + fed_back), str(setpoint - fed_back), line)
+    assert played.first == Mismatch(moved, "error_output", str(setpoint + fed_back), str(setpoint - fed_back), line)
     assert line.startswith("fixed_difference.py:")
     assert not played.passed
     assert 10 < played.differences <= 2 * played.clocks

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proofmass.runner.rtl.machine.words import Names, Word
+from proofmass.runner.rtl.machine.words import VerilogNames, Word
 
 
 @pytest.mark.parametrize(
@@ -31,7 +31,7 @@ def test_a_word_is_written_as_a_format() -> None:
 
 
 def test_names_are_given_once_and_are_no_keywords() -> None:
-    names = Names(["clock"])
+    names = VerilogNames(["clock"])
     said = ["x.total", "history[3]", "output", "clock", "always", "x_axis.adc.code", "x_axis_adc.code", "3rd", "größe"]
     given = [names.add(text) for text in said]
     assert given[:6] == ["total", "history_3", "output_", "clock_", "always_", "x_axis_adc_code"]

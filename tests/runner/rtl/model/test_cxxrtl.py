@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.rtl.machine.reference import ModuleReference, as_it_runs
 from proofmass.runner.rtl.model import cxxrtl
-from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 from proofmass.runner.rtl.text.verilog import module_text
 from tests.by_hand.modules import Reference, module_of
 
@@ -31,7 +31,7 @@ def test_a_model_does_what_the_functions_do(block: Block) -> None:
         for port in module.inputs
         for low, high in [(port.word.low, port.word.high)]
     }
-    found = Model(ModuleReference(module), module_text(module)).run(inputs, CLOCKS)
+    found = VerilogModel(ModuleReference(module), module_text(module)).run(inputs, CLOCKS)
     reference = Reference(module)
     for t in range(CLOCKS):
         expected = reference.tick({name: int(column[t]) for name, column in inputs.items()})
@@ -44,13 +44,13 @@ def test_the_pipelined_exponential_gives_every_input_its_value_later() -> None:
     module = module_of(pipeline)
     angles = np.arange(1 << 8)
     ticks = len(angles) + 32
-    found = Model(ModuleReference(module), module_text(module)).run({"angle": np.resize(angles, ticks)}, ticks)
+    found = VerilogModel(ModuleReference(module), module_text(module)).run({"angle": np.resize(angles, ticks)}, ticks)
     reference = Reference(module)
     expected = [reference.tick({"angle": int(angle)})["exponential"] for angle in np.resize(angles, ticks)]
     assert found["exponential"].tolist() == expected
 
 
-def called(model: Model, name: str, *given: int) -> int:
+def called(model: VerilogModel, name: str, *given: int) -> int:
     """What a compiled loop gets from a function of a model."""
     function = model.function(name)
     kinds = [ctypes.c_int64] * len(function.parameters)
@@ -63,7 +63,7 @@ def called(model: Model, name: str, *given: int) -> int:
 def test_a_clock_from_any_registers(settling: bool) -> None:
     module = module_of(FixedPID())
     reference = ModuleReference(module)
-    model, draws = Model(reference, module_text(module)), random.Random(2)
+    model, draws = VerilogModel(reference, module_text(module)), random.Random(2)
     for _ in range(50):
         held = {each.name: draws.randint(each.word.low, each.word.high) for each in reference.registers}
         given = {each.name: draws.randint(each.word.low, each.word.high) for each in reference.inputs}
@@ -82,4 +82,4 @@ def test_without_a_compiler_it_is_told(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cxxrtl.shutil, "which", lambda name: None)
     module = module_of(FixedPID())
     with pytest.raises(ModelError, match=r"there is no C\+\+ compiler: it makes compiled models of Verilog"):
-        Model(ModuleReference(module), module_text(module))
+        VerilogModel(ModuleReference(module), module_text(module))

@@ -15,7 +15,7 @@ from proofmass.runner.rtl.bench.vectors import simulated
 from proofmass.runner.rtl.machine.compose import compose, fits_hardware
 from proofmass.runner.rtl.machine.reference import reference_of
 from proofmass.runner.rtl.model import cxxrtl
-from proofmass.runner.rtl.model.cxxrtl import Model
+from proofmass.runner.rtl.model.cxxrtl import VerilogModel
 from proofmass.runner.rtl.text.machine_verilog import machine_text
 
 pytest.importorskip("pyosys")
@@ -43,7 +43,7 @@ def test_every_block_does_in_a_model_what_it_does_in_python(
     planned = plan(graph_around(blocks, tmp_path))
     machine = compose(planned)
     vectors = simulated(planned, machine, CLOCKS)
-    found = Model(reference_of(planned, machine), machine_text(machine)).run(vectors.inputs, CLOCKS)
+    found = VerilogModel(reference_of(planned, machine), machine_text(machine)).run(vectors.inputs, CLOCKS)
     signals = {port.name: port.text for port in machine.outputs}
     assert {text.partition("[")[0] for text in signals.values()} >= {
         f"{name}.{output}" for name, block in blocks.items() for output in type(block).outputs

@@ -7,7 +7,7 @@ from proofmass.runner.fixed.integer_interval import Interval
 from proofmass.runner.rtl.machine.words import Word
 from proofmass.runner.rtl.proof.smt_cuts import Cuts
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification
-from proofmass.runner.rtl.proof.smt_solver import Solver
+from proofmass.runner.rtl.proof.smt_solver import SmtSolver
 
 pytest.importorskip("bitwuzla")
 
@@ -24,7 +24,7 @@ def known_range(guesses: set[Interval]) -> Interval:
     value = where(x < 0, x + 50, x - 50)
     assert (value.low, value.high) == BY_INTERVALS
     lines = ["(declare-const x (_ BitVec 8))", f"(define-fun impl () (_ BitVec 9) {IMPLEMENTED})"]
-    solver = Solver([*lines, *specification.lines])
+    solver = SmtSolver([*lines, *specification.lines])
     assumed = [solver.read("(bvsle (bvneg #x64) x)"), solver.read("(bvsle x #x64)")]
     cuts = Cuts(solver, assumed, {solver.read("x"): INPUT}, specification.cuts, [solver.read("impl")], guesses)
     unknown = cuts.replaced[solver.read(value.text)]

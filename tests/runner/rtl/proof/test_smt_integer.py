@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, clip, stored, where, wrap
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger, Specification
-from proofmass.runner.rtl.proof.smt_solver import Solver
+from proofmass.runner.rtl.proof.smt_solver import SmtSolver
 
 pytest.importorskip("bitwuzla")
 
@@ -51,7 +51,7 @@ def test_words_are_what_integers_are(name: str, a: int, b: int) -> None:
     specification = Specification()
     inputs = [SmtInteger(specification, text, low, high) for text, low, high in (("a", -40, 90), ("b", -17, 30))]
     (value,) = specification.merged(lambda: [STEPS[name](*inputs)])
-    solver = Solver(["(declare-const a (_ BitVec 8))", "(declare-const b (_ BitVec 6))", *specification.lines])
+    solver = SmtSolver(["(declare-const a (_ BitVec 8))", "(declare-const b (_ BitVec 6))", *specification.lines])
     (found,) = solver.values({solver.read("a"): a, solver.read("b"): b}, [solver.read(value.text)])
     expected = int(STEPS[name](a, b))
     assert value.low <= expected <= value.high
@@ -72,7 +72,7 @@ def test_what_must_fit_is_noted_with_the_path_on_which_it_must() -> None:
     a = SmtInteger(specification, "a", 0, 15)
     specification.merged(lambda: [stored(a, Fixed(4)) if a < 8 else 0])
     (obligation,) = specification.obligations
-    solver = Solver(["(declare-const a (_ BitVec 5))", *specification.lines])
+    solver = SmtSolver(["(declare-const a (_ BitVec 5))", *specification.lines])
     assert solver.prove(solver.read(obligation), [], 10.0, {}).verdict == "proved"
     specification.merged(lambda: [stored(a, Fixed(4))])
     assert solver.prove(solver.read(specification.obligations[1]), [], 10.0, {}).verdict == "refuted"

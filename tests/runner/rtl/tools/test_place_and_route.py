@@ -9,9 +9,9 @@ import pytest
 from proofmass.blocks import FixedDelay, FixedGain, FixedProduct, ShiftRegister
 from proofmass.runner.rtl.text.verilog import module_text
 from proofmass.runner.rtl.tools import place_and_route
-from proofmass.runner.rtl.tools.place_and_route import Clock, read_timing, routed
+from proofmass.runner.rtl.tools.place_and_route import HighestClock, read_timing, routed
 from proofmass.runner.rtl.tools.programs import found
-from proofmass.runner.rtl.tools.synth import Family, synthesized
+from proofmass.runner.rtl.tools.synth import ChipFamily, synthesized
 from tests.by_hand.modules import module_of
 
 VERILOG = """\
@@ -86,7 +86,9 @@ def test_clocks_of_constants_are_none() -> None:
     constant = report("$PACKER_GND_NET", step("clk-to-q", 0.1, "a", "b"), mhz=256.0)
     nothing = {"critical_paths": [], "fmax": {"clock": {"achieved": 500.0}}}
     for timing in (constant, nothing):
-        assert read_timing(timing, netlist({}), VERILOG, "nextpnr") == Clock(None, "no path from register to register")
+        assert read_timing(timing, netlist({}), VERILOG, "nextpnr") == HighestClock(
+            None, "no path from register to register"
+        )
 
 
 def test_multipliers_that_nextpnr_takes_for_registers_give_no_clock(tmp_path: Path) -> None:
@@ -112,7 +114,7 @@ def test_without_a_placer_it_is_told_what_to_install(monkeypatch: pytest.MonkeyP
 
 
 @pytest.mark.parametrize(("family", "least"), [("ecp5", 300.0), ("ice40", 100.0)])
-def test_a_shift_register_is_placed_and_routed(family: Family, least: float) -> None:
+def test_a_shift_register_is_placed_and_routed(family: ChipFamily, least: float) -> None:
     pytest.importorskip("pyosys")
     if found(f"nextpnr-{family}", f"yowasp-nextpnr-{family}") is None:
         pytest.skip("nextpnr is not installed")

@@ -13,7 +13,7 @@ from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.machine.compose import compose
 from proofmass.runner.rtl.proof.smt_implementation import read_implementation
-from proofmass.runner.rtl.proof.smt_solver import Solver
+from proofmass.runner.rtl.proof.smt_solver import SmtSolver
 from proofmass.runner.rtl.text.machine_verilog import machine_text, top_name
 from proofmass.runner.rtl.text.verilog import module_text
 from proofmass.runner.rtl.tools.narrow_products import NARROW, SWAPPED
@@ -81,7 +81,7 @@ def test_products_by_sums_are_the_products(product: str, tmp_path: Path) -> None
     assert " * " not in mapped
     one, other = read_implementation(text, "m"), read_implementation(mapped, "n")
     joined = [f"(= {one.terms[name]} {other.terms[name]})" for name in "abc"]
-    solver = Solver([*one.lines, *other.lines])
+    solver = SmtSolver([*one.lines, *other.lines])
     known = [solver.read(each) for each in joined]
     equal = solver.read(f"(= {one.terms['y']} {other.terms['y']})")
     assert solver.prove(equal, known, 20.0, {}).verdict == "proved"

@@ -1,0 +1,10 @@
+"""Types of arrays of numbers."""
+
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Integers = npt.NDArray[np.int64]
+AnyArray = np.ndarray[Any, np.dtype[Any]]
