@@ -9,16 +9,31 @@ from typing import Any
 
 
 def __getattr__(name: str) -> Any:
+    if name == "__all__":
+        return _kinds()
     if name[:1].isupper():
         from proofmass.blocks.declaration.catalog import find  # the catalogue costs start-up time
 
         kind = find(name)
         if kind is not None:
             return kind
-    raise AttributeError(f"module 'proofmass.blocks' has no attribute {name!r}")
+    from proofmass.blocks.declaration.absent_names import absent  # start-up time: few names are wrong
+
+    raise absent("proofmass.blocks", name, "" if name.startswith("_") else _instead(name))
+
+
+def _instead(name: str) -> str:
+    """Return what was meant by a name that is no kind of block."""
+    from proofmass.blocks.declaration.other_names import kind_hint  # start-up time: few names are wrong
+
+    return f"; {kind_hint(name, _kinds(), own=True)}"
+
+
+def _kinds() -> list[str]:
+    from proofmass.blocks.declaration.catalog import all_blocks  # imports every block
+
+    return list(all_blocks())
 
 
 def __dir__() -> list[str]:
-    from proofmass.blocks.declaration.catalog import all_blocks  # imports every block
-
-    return sorted([*globals(), *all_blocks()])
+    return _kinds()

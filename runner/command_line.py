@@ -8,6 +8,7 @@ from typing import Any
 
 import click
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.commands.declarations.analysis import ANALYSES
 from proofmass.runner.commands.declarations.blocks import BLOCKS
 from proofmass.runner.commands.declarations.comparison import COMPARISONS
@@ -33,11 +34,12 @@ class Commands(click.Group):
         try:
             return super().resolve_command(ctx, args)
         except click.UsageError:
-            # start-up time: a command imports what it needs itself
-            from proofmass.blocks.declaration.problem import did_you_mean
+            # start-up time: few words are wrong
+            from proofmass.runner.commands.misused import meant
 
+            known = [*self.commands, "--help", "--version"]
             raise click.UsageError(
-                f"no such command: {args[0]}; {did_you_mean(args[0], self.commands, 'the commands')}", ctx
+                f"no such command: {args[0]}; {meant(args[0], known, 'the commands')}", ctx
             ) from None
 
 
@@ -62,10 +64,17 @@ def _command(kind: type[Request]) -> click.Command:
     def call(**options: Any) -> int:
         module, _, function = kind.does.partition(".")
         answer = getattr(import_module(f"proofmass.runner.commands.{module}"), function)
-        return int(answer(kind(**options)))
+        try:
+            return int(answer(kind(**options)))
+        except ModelError as error:
+            # start-up time: few values are wrong
+            from proofmass.runner.commands.misused import under_options
+
+            raise ModelError(under_options(error.problems, options, command)) from error
 
     parameters = [row.of_click(name) for name, row in kind.rows()]
-    return click.Command(kind.command_name(), callback=call, params=parameters, help=kind.__doc__)
+    command = click.Command(kind.command_name(), callback=call, params=parameters, help=kind.__doc__)
+    return command
 
 
 for kind in REQUESTS:
@@ -99,7 +108,10 @@ def _answered(words: list[str]) -> int:
         click.echo("interrupted", err=True)
         return INTERRUPTED
     except click.UsageError as error:
-        error.show()
+        # start-up time: few words are wrong
+        from proofmass.runner.commands.misused import answered
+
+        answered(error, plain).show()
         return USAGE
     except Exception as error:
         if plain != words:

@@ -16,8 +16,8 @@ ROOMS = ("blocks", "graphs", "runner")
 
 
 def modules() -> dict[str, Path]:
-    """Every module of the package with its file."""
-    files = [file for room in ROOMS for file in (ROOT / room).rglob("*.py")]
+    """Every module of the package with its file; what `new` writes for users is none."""
+    files = [file for room in ROOMS for file in (ROOT / room).rglob("*.py") if "library" not in file.parts]
     named = {f"proofmass.{'.'.join(file.relative_to(ROOT).with_suffix('').parts)}": file for file in files}
     named |= {f"proofmass.{file.stem}": file for file in (ROOT / "src" / "proofmass").glob("*.py")}
     return {name.removesuffix(".__init__"): file for name, file in named.items()}

@@ -24,7 +24,7 @@ from typing import Any, ClassVar
 from proofmass.blocks.declaration.kind import BlockType
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import UnitError, unit
 
 __all__ = ["Block", "BlockType", "Buffer", "BufferPort", "Input", "Port", "Recording", "block", "param"]
@@ -48,8 +48,10 @@ class Block(metaclass=BlockType):
     __slots__ = ("__dict__", "__weakref__", "_texts")  # values are in __dict__, quantities as they were written beside
     _texts: ClassVar[dict[str, str]]  # of each block, in its slot; this name keeps it from being a parameter
 
-    def __init__(self, /, **values: Any) -> None:
+    def __init__(self, /, *unnamed: object, **values: Any) -> None:
         kind = type(self)
+        if unnamed:
+            raise TypeError(_parameters_are_named(kind, unnamed))
         unknown = [
             Problem(
                 message=f"{kind.__name__} has no such parameter",
@@ -71,7 +73,8 @@ class Block(metaclass=BlockType):
             raise ModelError(problems)
 
     def __setattr__(self, name: str, value: object) -> None:
-        raise dataclasses.FrozenInstanceError(f"cannot assign to {name}: a block is a frozen value")
+        cure = f'graph.with_parameters({{"block.{name}": ...}}), or dataclasses.replace(block, {name}=...)'
+        raise dataclasses.FrozenInstanceError(f"cannot assign to {name}: a block is a frozen value; {cure}")
 
     def __delattr__(self, name: str) -> None:
         raise dataclasses.FrozenInstanceError(f"cannot delete {name}: a block is a frozen value")
@@ -117,6 +120,9 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
     0.2
     """
 
+    if not isinstance(unit, str):
+        raise TypeError('write @block("V", voltage="V"), with the unit of the output and of each input')
+
     def make(function: Callable[..., Any]) -> type[Block]:
         name = "".join(part.title() for part in function.__name__.split("_"))
         parameters = {n: value for n, value in named.items() if isinstance(value, dataclasses.Field)}
@@ -129,6 +135,14 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
         return made
 
     return make
+
+
+def _parameters_are_named(kind: type[Block], values: tuple[object, ...]) -> str:
+    """Return what to write instead of parameters by their places."""
+    if not kind.parameters:
+        return f"{kind.__name__} has no parameters: write {kind.__name__}()"
+    written = ", ".join(f"{name}={shown(value)}" for name, value in zip(kind.parameters, values, strict=False))
+    return f"{kind.__name__}: parameters are named: write {kind.__name__}({written})"
 
 
 # -- the values of a block ---------------------------------------------------------------------------------------------

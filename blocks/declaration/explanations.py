@@ -23,7 +23,7 @@ EXPLANATIONS = (
     Explanation(
         "P0101",
         "The file is not TOML",
-        r"^not TOML|not UTF-8|NUL character|half a character|over \d+ (levels|parts|digits)|too many brackets",
+        r"not TOML|not UTF-8|NUL character|half a character|over \d+ (levels|parts|digits)|too many brackets",
         "The text breaks a rule of TOML: texts and quantities have straight quotes, a comment begins with #, "
         "lists have commas.",
         'Write the line as in kind = "Gain" or mass = "50 ug". The hint shows the line as it was probably meant.',
@@ -59,7 +59,7 @@ EXPLANATIONS = (
         "P0203",
         "A table has no such key",
         r"unknown key|^has no \{?\w*\}?$|has no \w+$|given twice|named twice|needs? (one|a|the|an) "
-        r"|is a study, not a graph"
+        r"|is a study, not a graph|this is no graph$"
         r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one|a measure)"
         r"|names no|must say|which signal is meant|no table|has no study",
         "A key of the file or of a table in it is unknown, missing, or given twice.",
@@ -152,7 +152,7 @@ EXPLANATIONS = (
     Explanation(
         "P0403",
         "An input has no wire, or two",
-        r"is not connected|is driven twice|is driven by|cannot be driven|exported input|probed twice",
+        r"is not connected|is backwards|is driven twice|is driven by|cannot be driven|exported input|probed twice",
         "Every input without a default needs exactly one wire. Parameters that fix a size or a start take none.",
         "Add the wire that the hint proposes, remove one of two, or add signals by a Sum.",
     ),
@@ -175,7 +175,7 @@ EXPLANATIONS = (
     Explanation(
         "P0501",
         "Rates do not go together",
-        r"no common base rate|clock offset|no rate|continuous block has no rate|reads the same value"
+        r"no common base rate|base rate of a run|clock offset|no rate|continuous block has no rate|reads the same value"
         r"|of its values is read|switches after|at several rates|tick together too rarely",
         "Discrete blocks tick at rates whose ratios are those of small integers; continuous blocks have none.",
         "Say rate at the top of the file, and at blocks that are slower. docs/explanation/ticks-and-rates.md says"

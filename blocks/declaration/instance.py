@@ -27,6 +27,20 @@ def keep_written(changed: Block, before: Block, names: Collection[str]) -> Block
     return changed
 
 
+def takes_unit(block: Block, name: str, unit: str) -> bool:
+    """Return whether a unit that is a parameter of a block may be another one, with all that the block says in units.
+
+    >>> from proofmass.blocks import Gain
+    >>> takes_unit(Gain(), "input_unit", "V"), takes_unit(Gain(gain="2 V", output_unit="V"), "input_unit", "A")
+    (True, False)
+    """
+    try:
+        type(block)(**{**vars(block), **block._texts, name: unit})
+    except ModelError:
+        return False
+    return True
+
+
 def unit_of(block: Block, what: Port | Parameter) -> str:
     """The unit of a port or parameter, with the block's own unit parameters put in."""
     if "{" not in what.unit:

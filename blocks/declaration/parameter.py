@@ -8,7 +8,8 @@ from typing import Any, TypeGuard
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
-from proofmass.blocks.declaration.units import convert_exactly
+from proofmass.blocks.declaration.unit_parameters import unit_to_set
+from proofmass.blocks.declaration.units import convert_exactly, short_unit
 
 LARGEST_INTEGER = 2**62  # integer arithmetic of the compiled loop has 64 bits
 _KINDS = (float, int, bool, str, Fixed, tuple)
@@ -45,7 +46,7 @@ class Parameter:
             return 'a format such as "(16, 12)": bits in all, bits of the fraction'
         noun = {float: "a number", int: "an integer", tuple: "a list of numbers"}[self.kind]
         bounds = f" {self.bounds()}" if self.bounds() else ""
-        return f"{noun}{bounds}" + (f", in {unit}" if unit not in ("1", "") else "")
+        return f"{noun}{bounds}" + (f", in {short_unit(unit)}" if unit not in ("1", "") else "")
 
     def read(self, value: object, unit: str) -> Any:
         """The value as the type of the parameter, strings converted to its unit.
@@ -211,9 +212,9 @@ def read_parameters(
                     message=str(error),
                     key=f"{key}.{name}",
                     got=shown(written[name])
-                    + (f" {unit}" if _is_number(written[name]) and unit not in ("1", "") else ""),
+                    + (f" {short_unit(unit)}" if _is_number(written[name]) and unit not in ("1", "") else ""),
                     expected=parameter.expected(unit),
-                    hint=error.hint,
+                    hint=unit_to_set(parameter.unit, written[name], texts) or error.hint,
                     path=(name,),
                 )
             )

@@ -10,6 +10,7 @@ from typing import Any, TypeVar
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour, bound
+from proofmass.blocks.declaration.decorators import bare, called
 from proofmass.blocks.declaration.facts import Facts, Requirements
 from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
@@ -22,26 +23,31 @@ _Function = TypeVar("_Function", bound=Callable[..., Any])
 class Registration(Facts):
     """A kind of block on which functions are registered."""
 
+    @bare
     def formats(cls, function: _Function) -> _Function:
         """Register `formats(p) -> dict[str, Fixed]`: of fixed-point ports, buffers, state ("x") and constants ("c")."""
         cls.functions["formats"] = _bound(cls, function, set())
         return function
 
+    @bare
     def constants(cls, function: _Function) -> _Function:
         """Register `constants(p, period) -> Constants`: what the loop needs, from the parameters."""
         cls.functions["constants"] = _bound(cls, function, {"period"})
         return function
 
+    @bare
     def start(cls, function: _Function) -> _Function:
         """Register `start(p, buffers..., period) -> State`: the state at tick 0; without it each field is zero."""
         cls.functions["start"] = _bound(cls, function, {*cls.buffers, "period"})
         return function
 
+    @bare
     def update(cls, function: _Function) -> _Function:
         """Register `update(c, x, buffers..., inputs...) -> State`: from this tick to the block's next."""
         cls.functions["update"] = _bound(cls, function, _in_the_loop(cls) - {"out"})
         return function
 
+    @called("linear=False")
     def derivative(cls, *, linear: bool) -> Callable[[_Function], _Function]:
         """Register `derivative(c, x, inputs...) -> State`: the block is continuous and the runner integrates it.
 
@@ -55,6 +61,7 @@ class Registration(Facts):
 
         return register
 
+    @called("then=NEXT_STATE")
     def event(cls, *, then: Callable[..., Any]) -> Callable[[_Function], _Function]:
         """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.
 
@@ -69,6 +76,7 @@ class Registration(Facts):
 
         return register
 
+    @bare
     def corner(cls, function: _Function) -> _Function:
         """Register `beyond(c, inputs..., time) -> float`, whose sign tells on which side of a corner the outputs are,
         or `passed(c, time) -> int`, how many corners there were so far: none is missed, however many a step has.
@@ -79,11 +87,13 @@ class Registration(Facts):
         cls.corners[function.__name__] = _bound(cls, function, {*cls.inputs, "time"})
         return function
 
+    @bare
     def requires(cls, function: Requirements) -> Requirements:
         """Register `requires(p)`, which yields (parameter, what is expected) where parameters do not go together."""
         cls.__declaration__.requirements = function
         return function
 
+    @called('"V"')
     def output(
         cls,
         unit: str,

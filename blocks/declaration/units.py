@@ -6,11 +6,12 @@ Syntax: names with an optional SI prefix, `*` or a space for product, `/`, `^` w
 
 import math
 import re
+from difflib import SequenceMatcher
 from fractions import Fraction
 from functools import lru_cache
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.problem import Refusal, did_you_mean, nearest
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean
 from proofmass.blocks.declaration.unit_words import ANSWERS, CELSIUS, COMMON, SAME, WRITTEN_OUT
 
 BASE = ("m", "kg", "s", "A", "K", "mol", "cd")
@@ -19,6 +20,10 @@ PREFIXES = {
     "Y": 24, "Z": 21, "E": 18, "P": 15, "T": 12, "G": 9, "M": 6, "k": 3, "h": 2, "da": 1, "d": -1, "c": -2, "m": -3,
     "u": -6, "µ": -6, "μ": -6, "n": -9, "p": -12, "f": -15, "a": -18, "z": -21, "y": -24,
 }  # fmt: skip
+
+_OF_COMMON = ("G", "M", "k", "m", "u", "n", "p", "f")  # prefixes in hints
+
+_LIKE = 0.55  # least likeness of a name to the one that was meant
 
 LARGEST_SIZE = 1000  # bits, about 10^300: the factors of all units fit a float
 
@@ -139,6 +144,16 @@ def short_unit(unit: str) -> str:
     return _FACTOR_OF_ONE.sub("", _SIMPLE_BRACKET.sub(r"\1", unit))
 
 
+def named_unit(expression: str) -> str:
+    """Return the name of a coherent unit of the same dimension, empty where there is none.
+
+    >>> named_unit("V/(V/m)"), named_unit("kg*m/s^2"), named_unit("V/m")
+    ('m', 'N', '')
+    """
+    wanted = unit(expression).exponents
+    return next((name for name, (factor, own, _) in _UNITS.items() if factor == 1 and _padded(own) == wanted), "")
+
+
 def convert(text: str, target: str) -> float:
     """The number, in the unit `target`, of a quantity such as `"50 kHz"`.
 
@@ -184,11 +199,34 @@ def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
     for tried in (own, _STANDARD_GRAVITY.sub(r"\g<1>g0", own)):
         if tried != symbol and _dimension(tried) == wanted.exponents:
             return f'write "{_decimal(number)} {tried}"'
-    if re.fullmatch(r"\w+", symbol):
-        near = nearest(symbol, [name for name in (*_UNITS, *COMMON) if _dimension(name) == wanted.exponents])
-        if near or symbol not in ANSWERS:
-            return f"did you mean {near}?" if near else f"give it in {target}"
-    return ""
+    unknown = next((word for word in re.findall(r"[A-Za-zµμΩ]\w*", symbol) if not is_unit(word) and word != "sqrt"), "")
+    if not unknown or unknown[-1].isdigit():
+        return ""
+    near = _likeliest(unknown, _fitting(symbol, unknown, wanted.exponents))
+    if near:
+        return f"did you mean {_with(symbol, unknown, near)}?"
+    return "" if unknown in ANSWERS else f"give it in {short_unit(target)}"
+
+
+def _fitting(symbol: str, unknown: str, wanted: tuple[Fraction, ...]) -> list[str]:
+    """Return the units which make an expression of the dimension that is wanted, in place of an unknown name."""
+    bases = [name for name in _UNITS if _dimension(_with(symbol, unknown, name)) == wanted]
+    return [*bases, *(f"{prefix}{name}" for name in bases if _UNITS[name][2] for prefix in _OF_COMMON)]
+
+
+def _likeliest(word: str, names: list[str]) -> str:
+    """Return the name most like a word, capitals counting last; empty where none is like it."""
+
+    def likeness(name: str) -> tuple[float, float]:
+        return SequenceMatcher(None, word.lower(), name.lower()).ratio(), SequenceMatcher(None, word, name).ratio()
+
+    best = max(names, key=likeness, default="")
+    return best if best and likeness(best)[0] > _LIKE else ""
+
+
+def _with(symbol: str, unknown: str, name: str) -> str:
+    """Return an expression with another name in place of an unknown one."""
+    return re.sub(rf"(?<![A-Za-z]){unknown}(?![A-Za-z0-9])", name, symbol)
 
 
 def _dimension(text: str) -> tuple[Fraction, ...] | None:
@@ -214,7 +252,7 @@ def _other_dimension(text: str, own: str, target: str) -> str:
     kelvin = CELSIUS.get(own)
     if kelvin is not None and wanted == unit("K").exponents:
         return f'temperatures are in K: write "{float(split_quantity(text)[0] * kelvin[0] + kelvin[1]):.10g} K"'
-    return f"give it in {target}"
+    return f"give it in {short_unit(target)}"
 
 
 def split_quantity(text: str, example: str = "V") -> tuple[Fraction, str]:
@@ -361,7 +399,7 @@ def _like(name: str) -> str:
     if name in ANSWERS:
         return ANSWERS[name]
     letters = name.rstrip("0123456789")
-    if letters != name and _known(letters):
+    if letters != name and is_unit(letters):
         return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
     if word in WRITTEN_OUT:
@@ -369,9 +407,10 @@ def _like(name: str) -> str:
     return did_you_mean(name[:20], (*_UNITS, *COMMON), "units")
 
 
-def _known(name: str) -> bool:
+def is_unit(expression: str) -> bool:
+    """Return whether a text is a unit that is known."""
     try:
-        _named(name)
+        unit(expression)
     except UnitError:
         return False
     return True

@@ -161,6 +161,8 @@ def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
         instead = operations.INSTEAD.get(target)
     except TypeError:
         instead = None
+    if module == "numpy":
+        instead = operations.instead_of_numpy(target)
     if target is round:
         instead = "round(x) is the nearest integer: scale before and after it"
     return f"{shown}() is not compiled", instead or f"write {name} as a function of your own, of numbers"

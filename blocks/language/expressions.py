@@ -137,6 +137,8 @@ class Expressions:
             value, types.FunctionType | types.BuiltinFunctionType | types.MethodType | types.ModuleType | type
         ):
             return ast.Constant(None), Meta(value)
+        if type(value).__module__.partition(".")[0] == "numpy":
+            raise refuse(node, f"{ast.unparse(node)} is not compiled", operations.instead_of_numpy(value))
         word = "a text" if isinstance(value, str) else f"a {type(value).__name__}"
         hint = "a table is a tuple of numbers" if hasattr(value, "__len__") and not isinstance(value, str) else ""
         raise refuse(node, f"{word} is no value of a block's function", hint or "write numbers")
@@ -307,9 +309,8 @@ def _known(node: ast.expr) -> Any:
 
 def _not_compiled(node: ast.AST) -> tuple[str, str]:
     """Return why an expression is refused, and what to write instead."""
-    return RefusedError.CONSTRUCTS.get(
-        type(node).__name__, (f"{type(node).__name__} is not compiled", "write it with numbers")
-    )
+    what, hint = RefusedError.CONSTRUCTS.get(type(node).__name__, (type(node).__name__, "write it with numbers"))
+    return f"{what} is not compiled", hint
 
 
 _METHODS = {"append": "declare a Buffer, and write buffer[place] = value", "sum": "add the entries up in a loop"}

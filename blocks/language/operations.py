@@ -201,6 +201,34 @@ INSTEAD: dict[Any, str] = {
     math.comb: "compute it in `constants`",
     math.perm: "compute it in `constants`",
 }
+_OF_NUMPY = {  # functions of NumPy whose names differ
+    "arcsin": "math.asin",
+    "arccos": "math.acos",
+    "arctan": "math.atan",
+    "arctan2": "math.atan2",
+    "arcsinh": "math.asinh",
+    "arccosh": "math.acosh",
+    "arctanh": "math.atanh",
+    "absolute": "abs",
+    "maximum": "max",
+    "minimum": "min",
+    "power": "**",
+    "rint": "round",
+    "clip": "min(max(x, low), high)",
+    "deg2rad": "math.radians",
+    "rad2deg": "math.degrees",
+}
+
+
+def instead_of_numpy(value: Any) -> str:
+    """Return what to write instead of a function or value of NumPy."""
+    name = getattr(value, "__name__", "")
+    if name in ("array", "zeros", "ones", "empty"):
+        return INSTEAD[list]
+    instead = _OF_NUMPY.get(name) or (f"math.{name}" if hasattr(math, name) else "")
+    return f"write {instead}" if instead else "write numbers: float, int, bool, and functions of math"
+
+
 UNREPEATABLE = {
     "random": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
     "secrets": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",

@@ -9,21 +9,21 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, Port
-from proofmass.blocks.declaration.instance import format_of, shape_of, unit_of
+from proofmass.blocks.declaration.instance import format_of, shape_of, takes_unit, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import Unit, UnitError, unit
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
-from proofmass.graphs.checks.rates import rate_problems
+from proofmass.graphs.checks.rates import base_rate_notes, rate_problems
 from proofmass.graphs.checks.requirements import bad_requirements
 from proofmass.graphs.checks.sampling import sampling_notes
 from proofmass.graphs.checks.schedule import Schedule, schedule
 from proofmass.graphs.model.derived import bad_derived
 from proofmass.graphs.model.exports import exposed, open_inputs
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
-from proofmass.graphs.model.graph import Graph, _Given, split
+from proofmass.graphs.model.graph import AnyGraph, Graph, Wire, split
 from proofmass.graphs.model.hints import counted
 from proofmass.graphs.model.limits import BLOCKS, PROBLEMS, WIRES
 from proofmass.graphs.model.measures import MEASURES, bad_display_unit
@@ -44,7 +44,7 @@ def check(graph: Graph) -> list[Problem]:
     return _looked_at(flatten(graph))[0]
 
 
-def checked(graph: _Given) -> _Given:
+def checked(graph: AnyGraph) -> AnyGraph:
     """Return the graph if it can run; raises `ModelError` with every problem otherwise."""
     scheduled(flatten(graph))
     return graph
@@ -92,7 +92,7 @@ def check_apart_from(graph: Graph, doubtful: Collection[str]) -> list[Problem]:
         where, *rest = (*problem.path, "")
         names = [rest[0]]
         if where == "wires":
-            names = rest[0].split(" -> ")
+            names = [end] if (end := rest[1]) else rest[0].split(" -> ")
         elif where == "probes":
             names = [graph.probes[int(rest[0])].signal]
         elif where == "loops":
@@ -136,9 +136,14 @@ class _Wiring:
             source, target = wire
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source), find_target(self.graph, target)
-            for end in (out, into):
+            if isinstance(out, Missing) and isinstance(into, Missing) and self._backwards(source, target):
+                hint = f'write "{target} -> {source}"'
+                yield Problem(message="the wire is backwards", key=key, hint=hint, path=path)
+                self.meant.add(source)
+                continue
+            for end, signal in ((out, source), (into, target)):
                 if isinstance(end, Missing) and end.message not in absent:
-                    yield Problem(message=end.message, key=key, hint=end.hint, path=path)
+                    yield Problem(message=end.message, key=key, hint=end.hint, path=(*path, signal))
                     absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
@@ -155,8 +160,13 @@ class _Wiring:
                 )
             driven_by.setdefault(target, source)
             if not isinstance(out, Missing) and not isinstance(into, Missing):
-                for mismatch in _mismatches(out, into):
+                for mismatch in _mismatches(wire, out, into):
                     yield mismatch.problem(key, path)
+
+    def _backwards(self, source: str, target: str) -> bool:
+        """Return whether a wire leads from an input to an output."""
+        ends = find_output(self.graph, target), find_target(self.graph, source)
+        return not any(isinstance(end, Missing) for end in ends)
 
     def _unconnected(self) -> Iterator[Problem]:
         connected = {wire.target for wire in self.graph.wires} | {inside(self.root, signal) for signal in self.meant}
@@ -222,7 +232,7 @@ class _Mismatch(NamedTuple):
         return Problem(message=self.message, key=key, got=self.got, expected=self.expected, hint=self.hint, path=path)
 
 
-def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
+def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
     (giver, out), (taker, into) = source, target
     got, expected = unit_of(giver, out), unit_of(taker, into)
     try:
@@ -232,6 +242,8 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
     else:
         gain = "FixedGain" if out.dtype is FixedValue else "Gain"
         convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
+        ends = (wire.target, taker, into, got), (wire.source, giver, out, expected)
+        convert = f"{next(filter(None, (_unit_to_set(*end) for end in ends)), '')}{convert}"
         if source_unit.exponents != target_unit.exponents:
             same = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}"
             yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
@@ -252,6 +264,14 @@ def _mismatches(source: tuple[Block, Port], target: tuple[Block, Port | Paramete
         if given_format != wanted_format:
             hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
             yield _Mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
+
+
+def _unit_to_set(signal: str, block: Block, port: Port | Parameter, wanted: str) -> str:
+    """Return which parameter to set where a block at an end of a wire works in any unit, and what it says fits."""
+    name, (path, _) = port.unit[1:-1], split(signal)
+    if name not in type(block).parameters or "." in path or not takes_unit(block, name, wanted):
+        return ""
+    return f'set {name} = "{wanted}" under [blocks.{path}], or '
 
 
 def _type(kind: type) -> str:
@@ -335,6 +355,7 @@ def _one_of(outputs: Collection[str]) -> str:
 
 
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
+    yield from base_rate_notes(graph)
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
     used = {split(wire.source) for wire in graph.wires} | {split(probe.signal) for probe in graph.probes}
     used |= {split(measure.signal) for measure in graph.measures.values()}

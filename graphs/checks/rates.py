@@ -1,5 +1,6 @@
 """Rates and clock offsets of a flat graph."""
 
+import math
 from collections.abc import Iterator, Sequence
 from fractions import Fraction
 from itertools import groupby
@@ -8,6 +9,9 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.targets import CLOCK_OFFSET
+
+_MANY_TIMES = 3  # base ticks in one of the fastest block, from which on a note says so
+_SHORT = 8  # characters of a rate
 
 
 def rate_problems(graph: FlatGraph) -> Iterator[Problem]:
@@ -53,6 +57,35 @@ def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
         hint=f"make the rates ratios of small numbers: {write_rate(near)} for {owners[odd]}, for example",
         path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
     )
+
+
+def base_rate_notes(graph: FlatGraph) -> Iterator[Problem]:
+    """Yield a note where rates meet only in a base rate far above all of them, which is the rate of a run."""
+    owners: dict[Fraction, str] = {}
+    for name, block in graph.blocks.items():
+        rate = None if type(block).continuous() else graph.rates.get(name, graph.rate)
+        if rate is not None:
+            owners.setdefault(rate, name)
+    base, fastest = common_base_rate(owners), max(owners, default=Fraction(1))
+    if base is None or base < _MANY_TIMES * fastest:
+        return
+    odd = max((rate for rate in owners if rate != fastest), key=lambda rate: (fastest / rate).denominator)
+    yield Problem(
+        message=f"the rates meet only at {write_rate(base)}, the base rate of a run",
+        key=f"blocks.{owners[odd]}.rate" if owners[odd] in graph.rates else "rate",
+        got=f"{write_rate(odd)}, and {owners[fastest]} at {write_rate(fastest)}",
+        hint=f"that is {base / fastest} times the ticks; {_keeps(fastest, odd)} would keep {write_rate(fastest)}",
+        note=True,
+        path=("blocks", owners[odd], "rate") if owners[odd] in graph.rates else ("rate",),
+    )
+
+
+def _keeps(fastest: Fraction, odd: Fraction) -> str:
+    """Return a rate near `odd` that divides the fastest, one that is short to write where there is one."""
+    ratio = fastest / odd
+    divisors = range(max(1, int(ratio / 2)), int(2 * ratio) + 2)
+    near = [(write_rate(fastest / divisor), abs(math.log(ratio / divisor))) for divisor in divisors]
+    return min(near, key=lambda rate: (len(rate[0]) > _SHORT, rate[1]))[0]
 
 
 def _offsets(graph: FlatGraph) -> Iterator[Problem]:

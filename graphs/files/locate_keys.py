@@ -44,6 +44,17 @@ def locate_keys(text: str) -> dict[KeyPath, int]:
     return _Locator(list(_tokens(text))).lines
 
 
+def repeated_key(text: str, line: int) -> tuple[KeyPath, int] | None:
+    """Return the key or table that is declared in a line and was before, and where it was; None if none is.
+
+    >>> repeated_key("[adc]\nbits = 16\nbits = 12", 3)
+    (('adc', 'bits'), 2)
+    """
+    locator = _Locator(list(_tokens(text)))
+    path = locator.again.get(line)
+    return None if path is None else (path, locator.lines[path])
+
+
 def _tokens(text: str) -> Iterator[Token]:
     at, line, depth, words = 0, 1, 0, 0
     match = _TOKEN.match
@@ -75,6 +86,7 @@ class _Locator:
         self.tokens = [*tokens, ("end", "", tokens[-1][2] if tokens else 1)]
         self.at = 0
         self.lines: dict[KeyPath, int] = {}
+        self.again: dict[int, KeyPath] = {}  # by line, keys and tables that were there before
         self.last: dict[KeyPath, int] = {}  # index of the last table of each array of tables
         table: KeyPath = ()
         while not self._is("end"):
@@ -93,6 +105,8 @@ class _Locator:
 
     def _note(self, path: KeyPath, line: int) -> None:
         """The line of a path, and of every table above it that is named here first."""
+        if path in self.lines:
+            self.again[line] = path
         while path and path not in self.lines:
             self.lines[path] = line
             path = path[:-1]

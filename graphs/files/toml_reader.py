@@ -12,12 +12,12 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
-from proofmass.graphs.files.locate_keys import LimitError, locate_keys
+from proofmass.graphs.files.locate_keys import LimitError, locate_keys, repeated_key
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
+from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
-from proofmass.graphs.model.graph import Place, _Given
 from proofmass.graphs.model.hints import syntax_hint
 from proofmass.graphs.model.keys import TOP_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
@@ -25,17 +25,22 @@ from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name
 _OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
+_TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints of the TOML parser
+_ONCE = "the same name is given twice: rename or remove one of them"
 _ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires can be checked
 
 
 GraphSource = Value | str | Path  # a graph, its file, or "library:NAME"
 
 
-def graph_from(source: _Given | str | Path) -> _Given | Graph:
+def graph_from(source: AnyGraph | str | Path) -> AnyGraph | Graph:
     """Return a graph itself, or the graph of its file or of "library:NAME"; raises `ModelError`."""
-    if not isinstance(source, str | Path):
-        return source
-    return read_graph(source)
+    if isinstance(source, str | Path):
+        return read_graph(source)
+    if not isinstance(source, Value):
+        hint = 'name its file, or write Graph(name="...", rate="1 kHz", blocks={...}, wires=[...], probes=[...])'
+        raise ModelError([Problem(message="this is no graph", got=shown(source), hint=hint)])
+    return source
 
 
 def read_graph(path: str | Path, own: Own | None = None) -> Graph:
@@ -188,8 +193,23 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         texts = text.rstrip("\n").split("\n")
         word, _, rest = place.partition(" ")
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
+        if Path(file).suffix not in ("", ".toml") and not file.startswith("<"):
+            raise _refused(file, line, "this is no graph file: it is not TOML", _graphs_beside(Path(file))) from None
+        twice = repeated_key(text, line) if message.startswith(_TWICE) else None
+        if twice:
+            raise _refused(
+                file, line, f"not TOML: {'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}", _ONCE
+            ) from None
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
         raise _refused(file, line, f"not TOML: {message}", hint) from None
+
+
+def _graphs_beside(path: Path) -> str:
+    """Return a hint at the graph that stands beside a file of another kind."""
+    files = sorted(file.name for file in islice(path.parent.glob("*.toml"), _COMPARED))
+    near = nearest(path.stem, (name.removesuffix(".toml") for name in files))
+    name = f"{near}.toml" if near else files[0] if files else ""
+    return f"did you mean {path.with_name(name)}?" if name else "proofmass new sensor.toml writes a graph to start from"
 
 
 def _others(path: Path) -> str:

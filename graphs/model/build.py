@@ -2,12 +2,13 @@
 
 import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
-from dataclasses import replace
+from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
@@ -25,6 +26,7 @@ from proofmass.graphs.model.graph import (
     thawed,
 )
 from proofmass.graphs.model.graph import Graph as Value
+from proofmass.graphs.model.in_python import asked, assigned, refuse_unnamed
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
@@ -88,6 +90,7 @@ class Graph(Value):
 
     drawn: ClassVar[Callable[[Value], str] | None] = None  # draws a graph in a notebook; the root package sets it
 
+    @named_arguments
     def __init__(
         self,
         *,
@@ -113,7 +116,8 @@ class Graph(Value):
         integration: Integration | Mapping[str, Any] = DEFAULT_INTEGRATION,
         place: Place = NOWHERE,
     ) -> None:
-        reader, wires = _Reader(), wires if isinstance(wires, str) else tuple(wires)
+        reader, wires = _Reader(), wires if isinstance(wires, str) else _entries(wires)
+        refuse_unnamed(blocks)
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
@@ -183,6 +187,14 @@ class Graph(Value):
         """
         return with_parameters(self, changes)
 
+    if not TYPE_CHECKING:  # type checkers know the fields without it
+
+        def __setattr__(self, name: str, value: object) -> None:
+            raise FrozenInstanceError(assigned(name))
+
+        def __getattr__(self, name: str) -> Any:
+            raise AttributeError(asked(name))
+
     def to_networkx(self) -> "networkx.MultiDiGraph[str]":
         """The flat graph for networkx: a node per block with its declaration, an edge per wire with both ports."""
         import networkx  # start-up time: importing it takes longer than building a graph
@@ -232,10 +244,23 @@ def read_wire(text: object) -> Wire:
     """A wire from `"block.port -> block.port"`."""
     if isinstance(text, Wire):
         return text
-    ends = [end.strip() for end in text.split("->", 2)] if isinstance(text, str) else []
-    if len(ends) != 2 or not all(_is_signal(end) for end in ends):
-        raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
-    return Wire(*ends)
+    ends = [end.strip() for end in text.split("->", 2)] if isinstance(text, str) else _pair(text)
+    if isinstance(text, str) and len(ends) == 2 and all(map(_is_signal, ends)):
+        return Wire(*ends)
+    if not isinstance(text, str) and all(map(_is_signal, ends)) and ends:
+        raise Refusal("not a wire", f'write "{" -> ".join(ends)}"')
+    raise Refusal("not a wire", _lower_case(ends) or 'write "block.output -> block.input"')
+
+
+def _pair(value: object) -> list[str]:
+    """Return the two texts of a list with two entries, or nothing."""
+    entries = list(value) if isinstance(value, list | tuple) else []
+    return [entry.strip() for entry in entries] if [type(entry) for entry in entries] == [str, str] else []
+
+
+def _entries(wires: Iterable[Any]) -> tuple[Any, ...]:
+    """Return wires one by one; those of a table as pairs, which `read_wire` refuses with its cure."""
+    return tuple(wires.items() if isinstance(wires, Mapping) else wires)
 
 
 def read_probe(value: object) -> Probe:

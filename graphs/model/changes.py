@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.model.flatten import inside
-from proofmass.graphs.model.graph import Graph, _Given, split
+from proofmass.graphs.model.graph import AnyGraph, Graph, split
 from proofmass.graphs.model.rates import read_duration, read_rate
 from proofmass.graphs.model.targets import (
     CLOCK_OFFSET,
@@ -28,7 +28,7 @@ from proofmass.graphs.model.targets import (
 from proofmass.graphs.model.values import NamedValue, quantity_of, read_values
 
 
-def with_parameters(graph: _Given, changes: Mapping[str, object]) -> _Given:
+def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
     """Return the graph with values and parameters changed, each named by its path or its exported name.
 
     Whatever follows from a value moves with it. A number removes the formula of its parameter, and a text with an
@@ -76,7 +76,7 @@ def is_rate(graph: Graph, target: str) -> bool:
     return target in (RATE, DURATION) or (entry in (RATE, CLOCK_OFFSET) and known)
 
 
-def settled(graph: _Given, numbers: Mapping[str, object]) -> _Given:
+def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
     """Return the graph with these parameters, and with those of its formulas; raises `ModelError`."""
     problems: list[Problem] = []
     rates: dict[str, Any] = {}
@@ -101,7 +101,7 @@ def settled(graph: _Given, numbers: Mapping[str, object]) -> _Given:
     return _with_numbers(_with_offsets(_with_rates(graph, rates), offsets), parameters)
 
 
-def _with_rates(graph: _Given, rates: Mapping[str, Any]) -> _Given:
+def _with_rates(graph: AnyGraph, rates: Mapping[str, Any]) -> AnyGraph:
     if not rates:
         return graph
     own = {name: rate for name, rate in rates.items() if name in graph.blocks}
@@ -110,13 +110,13 @@ def _with_rates(graph: _Given, rates: Mapping[str, Any]) -> _Given:
     return graph.changed(rates={**graph.rates, **own}, subgraphs={**graph.subgraphs, **parts}, **alone)
 
 
-def _with_offsets(graph: _Given, offsets: Mapping[str, Fraction]) -> _Given:
+def _with_offsets(graph: AnyGraph, offsets: Mapping[str, Fraction]) -> AnyGraph:
     if not offsets:
         return graph
     return graph.changed(offsets={name: made for name, made in {**graph.offsets, **offsets}.items() if made})
 
 
-def _with_numbers(graph: _Given, changes: Mapping[str, object]) -> _Given:
+def _with_numbers(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
     """Return the graph with parameters and values of subgraphs changed; its own formulas are not evaluated."""
     blocks, parts = dict(graph.blocks), dict(graph.subgraphs)
     problems: list[Problem] = []
@@ -155,7 +155,7 @@ def changed_blocks(blocks: Mapping[str, Block], values: Mapping[str, object]) ->
     return {name: _changed(blocks[name], changed) for name, changed in changes.items()}
 
 
-def change_part(part: _Given, values: Mapping[str, object]) -> _Given:
+def change_part(part: AnyGraph, values: Mapping[str, object]) -> AnyGraph:
     """Change values of a subgraph. A name without a dot is a value of it, or one that it exports."""
     unknown = [name for name in values if "." not in name and name not in part.exports and name not in part.values]
     if unknown:
@@ -222,14 +222,14 @@ def _key(problem: Problem) -> str:
     return problem.path[0] if problem.path else problem.key
 
 
-def moved(graph: _Given, folder: str) -> _Given:
+def moved(graph: AnyGraph, folder: str) -> AnyGraph:
     """The graph with the recordings that it plays named from another folder."""
     return with_recordings(
         graph, folder, lambda here, file: file if here == folder else _from(Path(folder), Path(here) / file)
     )
 
 
-def with_recordings(graph: _Given, folder: str, named: Callable[[str, str], str]) -> _Given:
+def with_recordings(graph: AnyGraph, folder: str, named: Callable[[str, str], str]) -> AnyGraph:
     """The graph with other names, from a folder, of the recordings that it plays: `named` gets folder and name."""
     parts = {name: with_recordings(part, folder, named) for name, part in graph.subgraphs.items()}
     played: dict[str, Block] = {}

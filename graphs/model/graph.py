@@ -25,7 +25,7 @@ DEFAULT_INTEGRATION = Integration()
 _ASKING = ("measures", "derived", "loops", "requirements")  # fields that name signals, loops and each other
 
 Endpoint = tuple[str, str]  # of a wire: block and port
-_Given = TypeVar("_Given", bound="Graph")
+AnyGraph = TypeVar("AnyGraph", bound="Graph")
 
 
 class Wire(NamedTuple):
@@ -167,7 +167,7 @@ def size_of(blocks: int, parts: Mapping[str, Graph], wires: int) -> GraphSize:
     )
 
 
-def _restored(kind: type[_Given], values: dict[str, Any]) -> _Given:
+def _restored(kind: type[AnyGraph], values: dict[str, Any]) -> AnyGraph:
     """Return a graph of checked values, whatever the constructor of its class."""
     graph = kind.__new__(kind)
     Graph.__init__(graph, **values)

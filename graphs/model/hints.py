@@ -39,6 +39,8 @@ def syntax_hint(message: str, line: str) -> str:
         return "a quote is missing"
     if equals and value.startswith("["):
         return 'a list is written as ["first", "second"]: look for a missing quote, comma or bracket, here or above'
+    if equals and value in ("True", "False"):
+        return f"TOML writes true and false in lower case: {key} = {value.lower()}"
     if equals and _NUMBER_AND_UNIT.fullmatch(value):
         return f'a number with a unit is written in quotes: {key} = "{value}"'
     if equals and _WORD.fullmatch(value):

@@ -11,7 +11,7 @@ from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import Clock, read_duration
-from proofmass.graphs.model.statistics import LAST, OPTIONS, STATISTICS, TIMES
+from proofmass.graphs.model.statistics import ELSEWHERE, LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # path of the blocks that measure
 MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.items()}
@@ -147,7 +147,8 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
     if not isinstance(signal, str) or not all(NAME.fullmatch(part) for part in signal.split(".")) or "." not in signal:
         yield _problem("not an output", name, "signal", got=shown(signal), hint='write signal = "block.output"')
     if not isinstance(statistic, str) or statistic not in STATISTICS:
-        near = did_you_mean(str(statistic), STATISTICS, "the statistics")
+        same = next((own for own, others in ELSEWHERE.items() if str(statistic).lower() in others), "")
+        near = f"here that is {same}" if same else did_you_mean(str(statistic), STATISTICS, "the statistics")
         yield _problem("there is no such statistic", name, "statistic", got=shown(statistic), hint=near)
         return
     wanted = STATISTICS[statistic].options

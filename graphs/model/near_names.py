@@ -1,22 +1,28 @@
 """Hints for names that are not written as names may be: the name that was probably meant."""
 
 import re
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 
 from proofmass.blocks.declaration.problem import Problem, nearest
 from proofmass.graphs.model.limits import NAME
+from proofmass.graphs.model.whole_wires import whole_wire
 
 _OF_SIGNALS = ("not a wire", "not a probe", "not an output")
 _WORD = re.compile(r"[^\s.'\"{}=,>-]+")
 _LONGEST = 200  # characters of a text that is searched for a name
 
 
-def with_nearest(problems: Iterable[Problem], blocks: Collection[str], wires: Iterable[object]) -> Iterator[Problem]:
+def with_nearest(
+    problems: Iterable[Problem], blocks: Mapping[str, object], wires: Sequence[object]
+) -> Iterator[Problem]:
     """Yield problems, those of names with the nearest block, or the nearest name that only wires have."""
     missing: set[str] | None = None
     for problem in problems:
-        if (
+        whole = whole_wire(wires[int(problem.path[1])], blocks) if problem.message == "not a wire" else ""
+        if whole:
+            yield replace(problem, hint=whole)
+        elif (
             problem.message in _OF_SIGNALS
             and len(problem.got) <= _LONGEST
             and "names are lower case" not in problem.hint

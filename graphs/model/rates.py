@@ -108,7 +108,7 @@ def write_rate(rate: Fraction) -> str:
         text = f"{float(rate / factor):g}"
         if rate >= factor and Fraction(text) * factor == rate:
             return f"{text} {unit}"
-    return f"{rate} Hz"
+    return f"{_decimal(rate)} Hz"
 
 
 def write_seconds(duration: Fraction) -> str:
@@ -122,6 +122,12 @@ def write_seconds(duration: Fraction) -> str:
         if duration * factor >= 1 and Fraction(text) == duration * factor:
             return f"{text} {unit}"
     return f"{duration} s"
+
+
+def _decimal(value: Fraction) -> str:
+    """A number as a decimal of at most twelve digits where that is the same number, otherwise as a fraction."""
+    text = f"{float(value):.12g}"
+    return text if "e" not in text and Fraction(text) == value else str(value)
 
 
 def simplest(value: float) -> Fraction:

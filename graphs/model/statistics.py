@@ -105,5 +105,22 @@ STATISTICS: Mapping[str, Statistic] = MappingProxyType(
         ),
     }
 )
+ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a statistic, and what other tools call it
+    "mean": ("average", "avg", "expectation"),
+    "std": ("sigma", "stddev", "standard_deviation", "deviation", "noise"),
+    "rms": ("root_mean_square", "quadratic_mean"),
+    "mean_absolute": ("mav", "mean_abs", "mae"),
+    "min": ("minimum", "lowest"),
+    "max": ("maximum", "highest", "peak"),
+    "peak_to_peak": ("p2p", "ptp", "pk_pk", "pp", "range"),
+    LAST: ("final", "end"),
+    "slope": ("drift", "trend", "ramp"),
+    "percentile": ("median", "quantile"),
+    "allan_deviation": ("adev", "allan"),
+    "settling_time": ("settling", "settle"),
+    "tone_amplitude": ("amplitude", "tone"),
+    "tone_phase": ("phase",),
+    "density": ("psd", "asd"),
+}
 OPTIONS = {key: option for statistic in STATISTICS.values() for key, option in statistic.options.items()}
 TIMES = frozenset(key for key, option in OPTIONS.items() if option.samples)

@@ -67,6 +67,21 @@ def _fixed(key: str, parameter: Parameter) -> Refusal:
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
 
 
+def _ascending(ages: Sequence[Any]) -> str:
+    """Return the ages that can be read, as they were written, each once and in order."""
+    ordered = sorted({read_duration(age): age for age in reversed(ages) if _is_age(age)}.items())
+    written = [f'"{age}"' if isinstance(age, str) else str(age) for _, age in ordered]
+    return f"write ages = [{', '.join(written)}]"
+
+
+def _is_age(age: object) -> bool:
+    try:
+        read_duration(age)
+    except Refusal:
+        return False
+    return True
+
+
 def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
     """The age from which on a limit counts."""
     try:
@@ -145,7 +160,7 @@ class StudyTables:
             except Refusal as error:
                 self.refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
         if sorted(set(read)) != read:
-            self.refuse(Refusal("must ascend", got=shown(ages), hint=AGES_EXAMPLE), "epochs", "ages")
+            self.refuse(Refusal("must ascend", got=shown(ages), hint=_ascending(ages)), "epochs", "ages")
         return tuple(read) or (0.0,)
 
     def recalibration(self, entry: object) -> Recalibration:

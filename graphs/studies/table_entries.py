@@ -8,6 +8,35 @@ from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean,
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
 from proofmass.graphs.model.graph import Place
 
+_ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a key, and what other tools call it
+    "normal": ("gaussian", "gauss", "sigma", "std", "stddev", "standard_deviation"),
+    "uniform": ("flat", "rectangular", "range", "half_width", "tolerance"),
+    "lognormal": ("log_normal", "logn"),
+    "triangular": ("triangle",),
+    "truncated": ("truncate", "cutoff", "clip", "cut"),
+    "values": ("choices", "discrete", "list", "options"),
+    "ramp": ("linear", "slope", "rate"),
+    "random_walk": ("walk", "brownian", "wiener"),
+    "logarithmic": ("log", "logarithm"),
+    "arrhenius": ("thermal", "activation"),
+    "spread": ("distributions", "variation", "tolerances"),
+    "drift": ("ageing", "aging"),
+    "epochs": ("ages", "times"),
+    "runs": ("n", "samples", "count", "trials", "sensors"),
+    "at_least": ("min", "minimum", "lower", "low"),
+    "at_most": ("max", "maximum", "upper", "high"),
+}
+
+
+def key_hint(key: str, keys: Collection[str]) -> str:
+    """Return a hint at the key that was meant: the one that other tools call so, or the nearest.
+
+    >>> key_hint("gaussian", ["normal", "uniform"]), key_hint("unifrom", ["normal", "uniform"])
+    ('here that is normal', 'did you mean uniform?')
+    """
+    same = next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")
+    return f"here that is {same}" if same else did_you_mean(key, keys, "the keys")
+
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:
     """A table of which all keys are known."""
@@ -15,7 +44,7 @@ def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mappi
         raise Refusal("must be a table", got=shown(table), hint=example)
     for key in table:
         if key not in keys:
-            raise Refusal("unknown key", key=str(key), got=shown(key), hint=did_you_mean(str(key), keys, "the keys"))
+            raise Refusal("unknown key", key=str(key), got=shown(key), hint=key_hint(str(key), keys))
     return table
 
 
@@ -23,7 +52,7 @@ def unknown_keys(table: Mapping[str, Any], keys: Collection[str]) -> Iterator[Pr
     """Yield a problem for each key of a table of a file that is not known."""
     for key in table:
         if key not in keys:
-            yield Refusal("unknown key", did_you_mean(key, keys, "the keys")).problem(key, key, path=(key,))
+            yield Refusal("unknown key", key_hint(key, keys)).problem(key, key, path=(key,))
 
 
 def placed(problems: Iterable[Problem], place: Place) -> list[Problem]:

@@ -6,6 +6,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten, parts
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
 from proofmass.graphs.tuning.check_file import check_file
 from proofmass.runner.commands.answers import print_json, print_problem, print_text
 from proofmass.runner.commands.declarations.graphs import CheckRequest
@@ -45,9 +46,18 @@ def check_graph(request: CheckRequest) -> int:
         click.echo(f"{count(len(wrong), 'problem')} in {request.graph}", err=True)
         return WRONG_MODEL
     ready = "ready to run" if alone else "ready to be a part of other graphs"
-    click.echo(f"{request.graph}: {count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}, {ready}")
+    size = f"{count(graph.size.blocks, 'block')}, {count(graph.size.wires, 'wire')}{_study_size(study)}"
+    click.echo(f"{request.graph}: {size}, {ready}")
     print_text(_values(graph))
     return DONE
+
+
+def _study_size(study: Study | None) -> str:
+    """Return how many runs a study has, at how many points of its sweep and ages of the sensors."""
+    if study is None:
+        return ""
+    points = f" at each of {count(study.points, 'point')}" if study.points > 1 else ""
+    return f", {count(study.runs, 'run')}{points} at {count(len(study.epochs), 'age')}"
 
 
 def _wrong(problems: list[Problem]) -> list[Problem]:

@@ -44,7 +44,9 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
     key, equals, value = text.partition("=")
     key = key.strip()
     if not equals or ("." not in key and not graph.values and key not in (RATE, DURATION)):
-        raise click.UsageError(f"--set {text}: write BLOCK.PARAMETER=VALUE, for example adc.reference=5V")
+        owner = next((name for name, block in graph.blocks.items() if key in type(block).parameters), "")
+        example = f"{owner}.{key}={value.strip() or 'VALUE'}" if owner else "adc.reference=5V"
+        raise click.UsageError(f"--set {text}: write BLOCK.PARAMETER=VALUE, for example {example}")
     driver = next((wire.source for wire in graph.wires if wire.target == key), "")
     if driver:
         message = f"is driven by {driver}: a value would change nothing"

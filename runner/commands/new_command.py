@@ -1,14 +1,17 @@
-"""The command `new`: a graph to start from, the template or one of the gallery."""
+"""The command `new`: a graph to start from, a template or one of the gallery."""
 
+from collections.abc import Mapping
 from pathlib import Path
 
 import click
 
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit
-from proofmass.graphs.files.library import library_file
+from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.runner.commands.declarations.blocks import NewRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.schema_command import SCHEMA_FILE, write_schema_file
+
+PYTHON_TEMPLATE = FOLDER / "template.py"
 
 
 def write_new_graph(request: NewRequest) -> int:
@@ -17,14 +20,11 @@ def write_new_graph(request: NewRequest) -> int:
     The first line of a graph names its schema, which is written too where there is none.
     """
     path, copied = request.file, exhibit(request.name) if request.name is not None else None
+    if path.suffix == ".py":
+        return _write_python(path)
     beside = {path.parent / file: library_file(file) for file in copied.beside} if copied else {}
     sources = {path: copied.path if copied else library_file(TEMPLATE)} | beside
-    existing = [str(target) for target in sources if target.exists() or target.is_symlink()]
-    if existing:
-        raise click.UsageError(f"{', '.join(existing)} exists already; nothing was written")
-    for target, source in sources.items():
-        with target.open("x", encoding="utf-8") as file:
-            file.write(source.read_text(encoding="utf-8"))
+    _copy(sources)
     also = [str(target) for target in beside]
     if (schema := path.parent / SCHEMA_FILE).exists():  # perhaps with own blocks
         written = [str(path), *also]
@@ -33,6 +33,22 @@ def write_new_graph(request: NewRequest) -> int:
         written = [str(path), *also, str(schema)]
     click.echo(f"wrote {', '.join(written)}; {_next(path, copied)}")
     return DONE
+
+
+def _write_python(path: Path) -> int:
+    _copy({path: PYTHON_TEMPLATE})
+    click.echo(f"wrote {path}; run it with: python {path}")
+    return DONE
+
+
+def _copy(sources: Mapping[Path, Path]) -> None:
+    """Copy the file of each target, none of which may exist."""
+    existing = [str(target) for target in sources if target.exists() or target.is_symlink()]
+    if existing:
+        raise click.UsageError(f"{', '.join(existing)} exists already; nothing was written")
+    for target, source in sources.items():
+        with target.open("x", encoding="utf-8") as file:
+            file.write(source.read_text(encoding="utf-8"))
 
 
 def _next(path: Path, copied: Exhibit | None) -> str:

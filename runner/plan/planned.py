@@ -97,7 +97,8 @@ class WiredPlan:
         elif duration is not None:
             ticks = math.floor(duration * self.schedule.base_rate) + 1
         else:
-            hint = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
+            in_file = 'add duration = "1 s" at the top of the file, or say --duration "1 s"'
+            hint = in_file if self.graph.root.place.file else 'say how long: simulate(graph, duration="1 s")'
             raise self._refused(Problem(message="how long to run is not said", key="duration", hint=hint))
         if ticks > LARGEST_RUN:
             expected = f"at most {LARGEST_RUN:g} ticks of {write_rate(self.schedule.base_rate)}"

@@ -8,6 +8,7 @@ from fractions import Fraction
 from pathlib import Path
 from typing import NamedTuple
 
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
@@ -39,6 +40,7 @@ CHUNK_SECONDS = 0.05
 CHUNK_BYTES = 32 << 20  # of rows
 
 
+@named_arguments
 def simulate(
     graph: GraphSource,
     *,

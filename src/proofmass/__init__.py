@@ -102,7 +102,7 @@ def __getattr__(name: str) -> Any:
         if "proofmass.graphs.model.build" in modules:
             modules["proofmass.graphs.model.build"].Graph.drawn = _drawn
         return public
-    raise AttributeError(f"module 'proofmass' has no attribute {name!r}{_instead(name)}")
+    raise import_module("proofmass.blocks.declaration.absent_names").absent("proofmass", name, _instead(name))
 
 
 def _instead(name: str) -> str:
@@ -122,4 +122,4 @@ def _drawn(graph: Any) -> str:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), "__version__", *_HOMES])
+    return sorted(["__version__", "blocks", *__all__])

@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
@@ -19,6 +20,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 
+@named_arguments
 def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
     """The margins of one loop: by its name, by an output at which it is opened, or the only one that there is.
 

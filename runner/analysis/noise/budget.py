@@ -9,6 +9,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.declaration.units import short_unit
@@ -177,6 +178,7 @@ class NoiseBudget(Plotted):
         }
 
 
+@named_arguments
 def noise(
     graph: GraphSource,
     output: str,

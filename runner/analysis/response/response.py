@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
@@ -145,6 +146,7 @@ class Response(Plotted):
         }  # fmt: skip
 
 
+@named_arguments
 def response(
     graph: GraphSource,
     input: str,

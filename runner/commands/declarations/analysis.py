@@ -43,8 +43,8 @@ class SpectrumRequest(OfSignal, does="spectrum_command.show_spectrum"):
     SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
 
     \b
-    proofmass spectrum sensor.toml --probe adc.number --band "1 Hz" "100 Hz"
-    proofmass spectrum recording.csv --probe acceleration --plot density.png
+    proofmass spectrum library:template --probe adc.number --band "10 Hz" "1 kHz"
+    proofmass spectrum library:recorded_motion.csv --probe acceleration --plot density.png
     """
 
     window: str = option("Window (default: hann of the density, blackman-harris-7 of the tone).", default="")
@@ -65,9 +65,9 @@ class AllanRequest(OfSignal, does="allan_command.show_allan"):
     SOURCE is a graph, which is run, or a recording: CSV, Parquet or netCDF.
 
     \b
-    proofmass allan recording.csv --probe rate --plot allan.png
-    proofmass allan sensor.toml --probe readout.rate --duration "600 s"
-    proofmass allan recording.csv --tau "100 s" --confidence "5 %"
+    proofmass allan library:recorded_motion.csv --probe acceleration --plot allan.png
+    proofmass allan library:open_loop_gyroscope --probe output.output --duration "2 s"
+    proofmass allan library:recorded_motion.csv --probe acceleration --tau "1 s" --confidence "5 %"
     """
 
     picture: Path | None = plot_option("Draw the deviation")
@@ -83,7 +83,7 @@ class NoiseRequest(Changed, does="noise_command.show_noise"):
     It shows what each source contributes at the output and, with --input, at an input.
 
     \b
-    proofmass noise sensor.toml --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
+    proofmass noise library:template --output adc.number --input acceleration.output --band "0.1 Hz" "100 Hz"
     proofmass noise library:closed_loop_accelerometer
     proofmass noise library:recorded_motion --output mean.mean --input motion.output --plot noise.png
     proofmass noise library:quartz_feedback_noise --output estimator.difference --until "500 s"
@@ -129,8 +129,8 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     INPUT and OUTPUT are outputs of blocks; a change of INPUT moves OUTPUT.
 
     \b
-    proofmass response sensor.toml acceleration.output adc.number --plot response.png
-    proofmass response sensor.toml acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
+    proofmass response library:template acceleration.output adc.number --plot response.png
+    proofmass response library:template acceleration.output adc.number --simulate multitone --amplitude "1 m/s^2"
     """
 
     graph: Path = file_argument(library=True)

@@ -24,8 +24,9 @@ class TestBlockRequest(Request, does="test_block_command.test_blocks"):
     check fails.
 
     \b
-    proofmass test-block my_blocks.py
-    proofmass test-block my_blocks.py MovingMean --json
+    proofmass new sensor.py
+    proofmass test-block sensor.py
+    proofmass test-block sensor.py Readout --json
     """
 
     file: Path = argument(type=click.Path(exists=True, dir_okay=False, path_type=Path))
@@ -79,11 +80,13 @@ class NewRequest(Request, does="new_command.write_new_graph"):
     """Write a graph to start from.
 
     It is ready to run. What a graph of the gallery names beside it, such as a recording, is copied too, and so is
-    proofmass-graph.json, with which editors complete it. A file that exists is not overwritten.
+    proofmass-graph.json, with which editors complete it. A file that exists is not overwritten. A FILE that ends in
+    .py is a graph in Python, with a block of its own.
 
     \b
     proofmass new sensor.toml && proofmass run sensor.toml
     proofmass new gyroscope.toml --from closed_loop_gyroscope
+    proofmass new sensor.py
     """
 
     file: Path = file_argument()
@@ -93,6 +96,10 @@ class NewRequest(Request, does="new_command.write_new_graph"):
         metavar="NAME",
         shell_complete=of_names(exhibits),
     )
+
+    def check(self) -> None:
+        if self.name is not None and self.file.suffix == ".py":
+            raise click.UsageError(f"--from copies TOML: proofmass new {self.file.stem}.toml --from {self.name}")
 
 
 BLOCKS = (

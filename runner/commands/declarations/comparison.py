@@ -7,6 +7,7 @@ import click
 from proofmass.runner.commands.declarations.options import (
     Answered,
     Changed,
+    LibraryFile,
     Whole,
     argument,
     engine_option,
@@ -26,13 +27,14 @@ class DiffRequest(Answered, does="diff_command.show_differences"):
     something differs.
 
     \b
-    proofmass diff sensor.toml new_sensor.toml
-    proofmass diff results new_results --tolerance 1e-9
-    proofmass diff drift new_drift --html changes.html
+    proofmass diff library:closed_loop_accelerometer library:scale_factor_drift
+    proofmass run library:template --out before
+    proofmass run library:template --set adc.bits=14 --out after
+    proofmass diff before after --tolerance 1e-9 --html changes.html
     """
 
-    before: Path = argument(type=click.Path(path_type=Path))
-    after: Path = argument(type=click.Path(path_type=Path))
+    before: Path = argument(type=LibraryFile(path_type=Path))
+    after: Path = argument(type=LibraryFile(path_type=Path))
     relative: float = option(
         "Allow this difference of traces and measures, relative to the largest value before.",
         "--tolerance",
@@ -56,7 +58,8 @@ class VerifyRequest(Changed, does="verify_command.verify_graph"):
     one needs them. Exit code 1 if one is missed.
 
     \b
-    proofmass verify sensor.toml --junit findings.xml
+    proofmass verify library:closed_loop_accelerometer --junit findings.xml
+    proofmass new sensor.toml --from closed_loop_accelerometer
     proofmass verify sensor.toml --record
     """
 

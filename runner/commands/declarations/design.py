@@ -26,9 +26,8 @@ class TuneRequest(Answered, does="tune_command.show_tuning"):
     best point so far is the answer.
 
     \b
-    proofmass tune sensor.toml
-    proofmass tune sensor.toml --plot tuned.png --write sensor.toml
-    proofmass tune sensor.toml --set adc.bits=12
+    proofmass tune library:closed_loop_accelerometer --plot tuned.png --write tuned.toml
+    proofmass tune library:closed_loop_accelerometer --set pickoff.gain=9000 --samples 8
     """
 
     graph: Path = file_argument(library=True)
@@ -51,8 +50,9 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
     Without a quantity it takes the gain and phase margins of all named loops.
 
     \b
-    proofmass worst graphs/library/accelerometer/margin_tolerance_study.toml
-    proofmass worst sensor.toml --tolerance "torquer.gain=5 %" --figure main:phase_margin --plot worst.png
+    proofmass worst library:margin_tolerance_study --samples 20
+    proofmass worst library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --figure main:phase_margin \\
+        --plot worst.png
     """
 
     source: Path = file_argument(library=True)

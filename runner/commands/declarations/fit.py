@@ -102,10 +102,12 @@ class FitRequest(OfLaw, OfRecordings, _Written, does="fit_command.run_fit"):
     temperature, and compared with polynomials.
 
     \b
-    proofmass fit sensor.toml --data record.csv --input force.output=force --output readout.voltage=volts \\
-        --free sensor.stiffness --free sensor.damping --plot fit.png --write sensor.toml
-    proofmass fit graphs/library/temperature/zero_bias_m1.csv --plot fit.png
-    proofmass fit sensor.toml --temperature thermometer.voltage --output readout.voltage --write sensor.toml
+    proofmass new sensor.toml
+    proofmass run sensor.toml --probe inertia.output --set sensor.damping=4e-3 --out record --format csv
+    proofmass fit sensor.toml --data record/traces.csv --input inertia.output=inertia.output \\
+        --output sensor.displacement=sensor.displacement --free sensor.damping --plot fit.png --write sensor.toml
+    proofmass fit library:zero_bias_m1.csv --plot law.png
+    proofmass fit library:temperature_compensation_m1 --temperature thermometer.voltage --output noisy.output
     """
 
     source: Path = file_argument(library=True)

@@ -15,6 +15,7 @@ from proofmass.runner.commands.declarations.options import (
     SET,
     Answered,
     Changed,
+    LibraryFile,
     Request,
     Whole,
     argument,
@@ -39,9 +40,9 @@ class RunRequest(Answered, does="run_command.run_graph"):
     """Run a graph once and show what its probes recorded.
 
     \b
-    proofmass run graphs/library/accelerometer/closed_loop_accelerometer.toml
-    proofmass run sensor.toml --duration "2 s" --set adc.bits=24 --out results
-    proofmass run sensor.toml --sweep adc.bits=10,12,14 --measure noise
+    proofmass run library:closed_loop_accelerometer
+    proofmass run library:template --duration "2 s" --set adc.bits=24 --out results
+    proofmass run library:scale_factor_drift --sweep adc.bits=16,20,24 --measure noise
     """
 
     graph: Path = file_argument(library=True)
@@ -109,7 +110,7 @@ class CheckRequest(Changed, does="check_command.check_graph"):
     margin that the graph requires.
 
     \b
-    proofmass check sensor.toml
+    proofmass check library:closed_loop_accelerometer
     """
 
     graph: Path = file_argument(library=True)
@@ -121,13 +122,13 @@ class MarginsRequest(Changed, does="margins_command.show_margins"):
     The answer has margins, closed-loop poles and, if asked for, sensitivities to parameters and limit cycles.
 
     \b
-    proofmass margins graphs/library/accelerometer/closed_loop_accelerometer.toml --plot loop.png
-    proofmass margins sensor.toml --loop dac.voltage --set pid.integral=12
-    proofmass margins sensor.toml --sensitivity acceleration.output dac.voltage
-    proofmass margins modulator.toml --gain quantiser=0.7
-    proofmass margins modulator.toml --limit-cycle quantiser
-    proofmass margins gyroscope.toml --together --plot together.png
-    proofmass margins sensor.toml --over "temperature.value=233 K..358 K"
+    proofmass margins library:closed_loop_accelerometer --plot loop.png
+    proofmass margins library:closed_loop_accelerometer --loop dac.voltage --set pid.integral=12
+    proofmass margins library:closed_loop_accelerometer --sensitivity acceleration.output dac.voltage
+    proofmass margins library:sigma_delta_accelerometer --loop second --gain second.quantiser=0.7
+    proofmass margins library:sigma_delta_accelerometer --loop second --limit-cycle second.quantiser
+    proofmass margins library:coupled_axes --together --plot together.png
+    proofmass margins library:closed_loop_accelerometer --over "pid.proportional=0.03..0.12"
     """
 
     graph: Path = file_argument(library=True)
@@ -159,8 +160,8 @@ class DrawRequest(Changed, does="draw_command.draw_graph"):
     """Draw the block diagram of a graph.
 
     \b
-    proofmass draw sensor.toml -o sensor.svg
-    proofmass draw sensor.toml --format mermaid
+    proofmass draw library:closed_loop_accelerometer -o sensor.svg
+    proofmass draw library:closed_loop_accelerometer --format mermaid
     proofmass draw library:closed_loop_gyroscope -o gyroscope.svg --unfold drive --overlay rates
     """
 
@@ -184,9 +185,9 @@ class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
     with a table [study].
 
     \b
-    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --out drift
-    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --run 17 --epoch 5
-    proofmass montecarlo graphs/library/accelerometer/scale_factor_drift.toml --set adc.bits=20 --runs 20
+    proofmass montecarlo library:scale_factor_drift --runs 20 --out drift
+    proofmass montecarlo library:scale_factor_drift --run 17 --epoch 5
+    proofmass montecarlo library:scale_factor_drift --set adc.bits=20 --runs 20
     """
 
     study: Path = file_argument(library=True)
@@ -236,11 +237,11 @@ class ReportRequest(Answered, does="report_command.report_study"):
     beside the file or here.
 
     \b
+    proofmass montecarlo library:scale_factor_drift --runs 20 --out drift --no-report
     proofmass report drift
-    proofmass report graphs/library/accelerometer/scale_factor_drift.toml
     """
 
-    study: Path = argument(type=click.Path(path_type=Path))
+    study: Path = argument(type=LibraryFile(path_type=Path))
     output: Path | None = output_option("report.html in the folder of the study")
 
 
@@ -251,8 +252,8 @@ class RtlRequest(Changed, does="rtl_command.write_rtl"):
     fails.
 
     \b
-    proofmass rtl graphs/library/accelerometer/self_calibration_fixed.toml -o hardware --simulate icarus
-    proofmass rtl sensor.toml --block controller -o hardware --prove --synth ecp5
+    proofmass rtl library:self_calibration_fixed -o hardware --simulate icarus
+    proofmass rtl library:self_calibration_fixed --block stiffness -o proved --prove --synth ecp5
     """
 
     graph: Path = file_argument(library=True)

@@ -6,9 +6,9 @@ from proofmass.runner.commands.declarations.options import (
     OWN,
     PROBES,
     SET,
+    LibraryFile,
     Request,
     file_argument,
-    file_option,
     option,
 )
 
@@ -20,15 +20,19 @@ class LiveRequest(Request, does="live_command.serve_live"):
     machine alone. Mistakes in the file are shown with their lines, above the last good run.
 
     \b
-    proofmass live sensor.toml
-    proofmass live sensor.toml --no-browser
-    proofmass live sensor.toml --study drift.toml
+    proofmass live library:closed_loop_accelerometer
+    proofmass live library:closed_loop_accelerometer --no-browser
+    proofmass live library:scale_factor_drift --study library:margin_tolerance_study
     """
 
     graph: Path = file_argument(library=True)
     changes: tuple[str, ...] = SET
     probes: tuple[str, ...] = PROBES
-    study: Path | None = file_option("Run this study meanwhile (default: that of the graph file, if it has one).")
+    study: Path | None = option(
+        "Run this study meanwhile (default: that of the graph file, if it has one).",
+        type=LibraryFile(dir_okay=False, path_type=Path),
+        metavar="FILE",
+    )
     browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
     own: Path | None = OWN
 

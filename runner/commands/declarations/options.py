@@ -93,12 +93,24 @@ class LibraryFile(click.Path):
     def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
         """Return the path of the file."""
         if not str(value).startswith(LIBRARY):
+            if not self.dir_okay and Path(value).is_dir():
+                self.fail(_is_a_folder(Path(value)), param, ctx)
             return super().convert(value, param, ctx)
         path = file_of(value)
         if path == Path(value):
             name, stems = str(value).removeprefix(LIBRARY), [Path(file).stem for file in library_files()]
             self.fail(f"there is no such graph: {name}; {did_you_mean(name, stems, 'the library')}", param, ctx)
         return path
+
+
+class Folder(click.Path):
+    """A folder to write to."""
+
+    def convert(self, value: Any, param: click.Parameter | None, ctx: click.Context | None) -> Any:
+        """Return the path of the folder."""
+        if Path(value).is_file():
+            self.fail(f"{value} is a file; name a folder", param, ctx)
+        return super().convert(value, param, ctx)
 
 
 class Whole(click.IntRange):
@@ -129,7 +141,7 @@ class PictureFile(click.Path):
 _LARGEST_DECIMAL = Decimal(10) ** 80
 PICTURES = (".svg", ".png", ".pdf")
 _FILE = click.Path(dir_okay=False, path_type=Path)
-_FOLDER = click.Path(file_okay=False, path_type=Path)
+_FOLDER = Folder(file_okay=False, path_type=Path)
 PORT: Mapping[str, Any] = {"metavar": "BLOCK.PORT", "shell_complete": outputs}
 AT: Any = option(
     'Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
@@ -153,6 +165,14 @@ PROBES: Any = several("Record one more signal; repeatable.", "--probe", **PORT)
 DURATION: Any = option('Run the graph this long, for example "2 s" (default: as the graph says).', metavar="TIME")
 QUIET: Any = flag("Show no progress bar.")
 JSON: Any = flag("Print the answer as JSON.", "--json")
+
+
+def _is_a_folder(path: Path) -> str:
+    """Return what to say of a folder that stands where a graph belongs."""
+    inside = sorted(file for file in path.glob("*.toml") if file.is_file())[:3]
+    typed = [f"./{file}" if file.parent == Path() else str(file) for file in inside]
+    hint = f"did you mean {' or '.join(typed)}?" if typed else "name a file in it"
+    return f"{path} is a folder; {hint}"
 
 
 def file_argument(library: bool = False) -> Any:

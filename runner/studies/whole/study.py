@@ -14,6 +14,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.studies.study import Study
@@ -42,6 +43,7 @@ StudyProgress = Callable[[int, int, str], None]  # runs done, runs in all, the c
 AnyStudy = TypeVar("AnyStudy", bound=Study)
 
 
+@named_arguments
 def run_study(
     study: Study | str | Path,
     *,

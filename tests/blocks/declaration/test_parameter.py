@@ -155,7 +155,7 @@ def test_a_gain_is_converted_by_the_units_given_beside_it() -> None:
     assert Sample(gain="5 mV/um", input_unit="um", output_unit="mV").gain == 5.0
     text = refusal(gain="5 V/A", input_unit="m", output_unit="V")
     assert text.startswith("Sample.gain: V/A is ")
-    assert text.endswith("  expected: a number, in (V)/(m)\n  hint:     give it in (V)/(m)")
+    assert text.endswith('  expected: a number, in V/m\n  hint:     set input_unit = "A", or give it in V/m')
 
 
 @given(st.floats(allow_nan=False, allow_infinity=False))

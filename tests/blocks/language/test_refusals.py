@@ -12,7 +12,7 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
 
 FILE = '''
-import math, os, random, time
+import math, numpy, os, random, time
 from random import gauss
 from typing import NamedTuple
 
@@ -108,7 +108,12 @@ OUTPUTS = {
     "return time.time()": "time.time() would make a run another each time; name the argument `time`",
     "os.system('ls')\nreturn 1.0": "os.system() reaches outside the block",
     "global COUNTED\nreturn 1.0": "global is not compiled; what a block remembers is its state",
-    "return [u for u in line][0]": "a comprehension",
+    "return [u for u in line][0]": "a comprehension is not compiled; write a loop",
+    "return numpy.sin(input)": "numpy.sin is not compiled; write math.sin",
+    "return numpy.arctan2(input, 1.0)": "numpy.arctan2 is not compiled; write math.atan2",
+    "return numpy.maximum(input, 0.0)": "numpy.maximum is not compiled; write max",
+    "return numpy.clip(input, 0.0, 1.0)": "numpy.clip is not compiled; write min(max(x, low), high)",
+    "return numpy.array([input])[0]": "numpy.array() is not compiled; declare a Buffer",
     "return sum(line)": "sum() of numbers is not compiled; add the entries up in a loop",
     "return (lambda u: u)(input)": "a lambda",
     "import math\nreturn math.sqrt(input)": "an import within a function",
@@ -138,12 +143,12 @@ OUTPUTS = {
 }
 # Constructs, one after the other:
 OUTPUTS |= {
-    "return [input][0]": "a list; declare a Buffer",
-    "return {1.0}": "a set; write a tuple",
-    "return {1: input}[1]": "a dict; write a tuple and an integer index",
-    "return (u := input)": "an assignment within an expression; give it a line of its own",
-    "return (yield input)": "yield; a block's function computes and returns",
-    "yield from line\nreturn 1.0": "yield; a block's function computes and returns",
+    "return [input][0]": "a list is not compiled; declare a Buffer",
+    "return {1.0}": "a set is not compiled; write a tuple",
+    "return {1: input}[1]": "a dict is not compiled; write a tuple and an integer index",
+    "return (u := input)": "an assignment within an expression is not compiled; give it a line of its own",
+    "return (yield input)": "yield is not compiled; a block's function computes and returns",
+    "yield from line\nreturn 1.0": "yield is not compiled; a block's function computes and returns",
     "del input\nreturn 1.0": "del is not compiled; leave the variable be",
     "def inner(a):\n    return a\nreturn 1.0": "a function within a function is not compiled; define it at the top",
     "class Inner:\n    pass\nreturn 1.0": "a class within a function is not compiled; define it at the top",

@@ -1,0 +1,143 @@
+"""Mistakes that only Python allows: each error says what to write instead."""
+
+import copy
+import pickle
+from typing import Any
+
+import pytest
+
+import proofmass
+from proofmass import Block, Graph, Input, ModelError, block, check, param, simulate
+from proofmass.blocks import Gain, MassSpringDamper, Step
+
+GRAPH = Graph(
+    name="a gain",
+    rate="1 kHz",
+    blocks={"step": Step(), "gain": Gain()},
+    wires=["step.output -> gain.input"],
+    probes=["gain.output"],
+)
+OWN = '''
+from typing import NamedTuple
+class Own(Block):
+    """An own block."""
+    gain: float = param("1", "Gain.", default=1.0)
+    input = Input("V", "What is amplified.")
+class State(NamedTuple):
+    charge: float
+{decorator}
+def {name}(p, x: State, input: float) -> {result}:
+    """What comes out."""
+    return {value}
+'''
+
+
+def test_blocks_without_names_are_given_names() -> None:
+    with pytest.raises(ModelError, match="the blocks have no names") as wrong:
+        Graph(name="x", rate="1 kHz", blocks=[Step(), Gain(gain=2.0), Step()])  # type: ignore[arg-type]
+    cure = wrong.value.problems[0].hint.partition("blocks=")[2]
+    named = eval(cure, {"Step": Step, "Gain": Gain})
+    assert named == {"step": Step(), "gain": Gain(gain=2.0), "step_2": Step()}
+
+
+@pytest.mark.parametrize(
+    "wires",
+    [[("step.output", "gain.input")], [["step.output", "gain.input"]], {"step.output": "gain.input"}],
+    ids=["tuple", "list", "table"],
+)
+def test_a_wire_is_one_text(wires: Any) -> None:
+    with pytest.raises(ModelError) as wrong:
+        Graph(name="x", rate="1 kHz", blocks=dict(GRAPH.blocks), wires=wires)
+    assert wrong.value.problems[0].hint == 'write "step.output -> gain.input"'
+
+
+@pytest.mark.parametrize(
+    ("call", "words"),
+    [
+        (lambda: MassSpringDamper(1e-9, 1, 2), r"write MassSpringDamper\(mass=1e-09, damping=1, stiffness=2\)"),
+        (lambda: Graph("x", {}), r"Graph\(\): these arguments are named: name='x', blocks={}"),
+        (lambda: Graph(name="x", block={}), r"Graph\(\) has no argument block; did you mean blocks\?"),
+        (lambda: Graph(name="x", blocks={}, dt=1), r"did you mean rate\?"),
+        (lambda: simulate(GRAPH, "1 s"), r"these arguments are named: duration='1 s'"),
+        (lambda: simulate(GRAPH, time="1 s"), r"did you mean duration\?"),
+        (lambda: simulate(GRAPH, set={"gain.gain": 2}), r"graph\.with_parameters\("),
+        (lambda: simulate(GRAPH), r'how long: simulate\(graph, duration="1 s"\)'),
+        (lambda: simulate({}), r'this is no graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
+        (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
+        (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
+        (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),
+        (lambda: GRAPH.set("gain.gain", 2), r'graph\.with_parameters\(\{"block\.parameter": \.\.\.\}\)'),
+        (lambda: setattr(GRAPH, "rate", "2 kHz"), r'graph = graph\.with_parameters\(\{"rate": \.\.\.\}\)'),
+        (lambda: setattr(GRAPH, "seed", 2), r"graph = graph\.changed\(seed=\.\.\.\)"),
+        (lambda: setattr(Gain(), "gain", 2), r'graph\.with_parameters\(\{"block\.gain": \.\.\.\}\)'),
+    ],
+)  # fmt: skip
+def test_an_error_has_a_cure(call: Any, words: str) -> None:
+    with pytest.raises((TypeError, AttributeError, ModelError), match=words):
+        call()
+
+
+def test_the_cures_work() -> None:
+    assert str(GRAPH.with_parameters({"rate": "2 kHz"}).rate) == "2000"
+    assert GRAPH.changed(seed=2).seed == 2
+    assert simulate(GRAPH, duration="1 s").ticks == 1001
+    assert not [problem for problem in check(GRAPH) if not problem.note]
+
+
+def test_a_graph_is_copied_and_sent() -> None:
+    assert copy.deepcopy(GRAPH) == pickle.loads(pickle.dumps(GRAPH)) == GRAPH
+
+
+@pytest.mark.parametrize(
+    ("statement", "words"),
+    [
+        ("from proofmass.blocks import Integrater", "did you mean Integrator?"),
+        ("from proofmass.blocks import Limiter", "here that is Saturation."),
+        ("from proofmass import simulat", "did you mean simulate?"),
+        ("from proofmass import Step", "from proofmass.blocks import Step"),
+    ],
+)
+def test_a_misspelt_import_names_the_nearest(statement: str, words: str) -> None:
+    with pytest.raises(ImportError) as wrong:
+        exec(statement, {})
+    assert words in str(wrong.value)
+
+
+def test_everything_is_imported_by_a_star() -> None:
+    names: dict[str, Any] = {}
+    exec("from proofmass.blocks import *\nfrom proofmass import *", names)
+    assert names["Step"] is Step
+    assert {"simulate", "Integrator", "Graph"} <= {*names}
+    assert not {"Any", "import_module", "modules", "problem", "declaration"} & {*names}
+
+
+def test_the_package_lists_nothing_but_what_it_offers() -> None:
+    assert dir(proofmass) == sorted(["__version__", "blocks", *proofmass.__all__])
+    assert not hasattr(proofmass, "simulat")
+    assert all(name[:1].isupper() for name in dir(proofmass.blocks))
+
+
+@pytest.mark.parametrize(
+    ("decorator", "words"),
+    [
+        ("@Own.output", 'write @Own.output("V")'),
+        ("@Own.output()", 'write @Own.output("V")'),
+        ('@Own.output("V", "What comes out.")', 'write @Own.output("V")'),
+        ("@Own.update()", "write @Own.update, without parentheses"),
+        ("@Own.derivative", "write @Own.derivative(linear=False)"),
+        ("@Own.derivative()", "write @Own.derivative(linear=False)"),
+        ("@Own.derivative(False)", "write @Own.derivative(linear=False)"),
+        ("@block", 'write @block("V", voltage="V")'),
+    ],
+)
+def test_a_decorator_is_answered_by_its_line(decorator: str, words: str) -> None:
+    output = "output" in decorator or "block" in decorator
+    form = {"name": "level", "result": "float", "value": "input"} if output else {"name": "update", "value": "x"}
+    text = OWN.format(decorator=decorator, **{"result": "State", **form})
+    known = {"Block": Block, "Input": Input, "param": param, "block": block, "__name__": "own"}
+    with pytest.raises(TypeError) as wrong:
+        exec(text, known)
+    assert words in str(wrong.value)
+    if "block" not in decorator:
+        cure = "@" + words.partition("@")[2].partition(",")[0]
+        exec(text.replace(decorator, cure), {**known})
