@@ -9,7 +9,7 @@ from typing import ParamSpec, TypeVar
 from proofmass.blocks.declaration.problem import did_you_mean, shown
 
 Arguments = ParamSpec("Arguments")
-Answer = TypeVar("Answer")
+_Answer = TypeVar("_Answer")
 
 _CHANGED = 'change parameters before: graph.with_parameters({"block.parameter": ...})'
 _ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a name, and what other tools call it
@@ -26,13 +26,13 @@ _ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a name, and what other tools ca
 _SETS = ("set", "parameters", "params", "values", "changes", "overrides")
 
 
-def named_arguments(function: Callable[Arguments, Answer]) -> Callable[Arguments, Answer]:
+def named_arguments(function: Callable[Arguments, _Answer]) -> Callable[Arguments, _Answer]:
     """Return the function with a cure in each error about its arguments."""
     known = MappingProxyType(signature(function).parameters)
     places = [name for name, one in known.items() if one.kind is not Parameter.KEYWORD_ONLY]
 
     @wraps(function)
-    def called(*given: Arguments.args, **named: Arguments.kwargs) -> Answer:
+    def called(*given: Arguments.args, **named: Arguments.kwargs) -> _Answer:
         if len(given) > len(places):
             raise TypeError(_by_name(function, places, [*known][len(places) :], given))
         for name in named:

@@ -6,5 +6,6 @@ import numpy as np
 import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
+Complex = npt.NDArray[np.complex128]
 Integers = npt.NDArray[np.int64]
 AnyArray = np.ndarray[Any, np.dtype[Any]]

@@ -8,7 +8,7 @@ from proofmass.graphs.checks.schedule import Beat
 from proofmass.runner.program.form import Operand
 from proofmass.runner.program.frame import Frame
 
-_Step = Callable[[], object]
+DueStep = Callable[[], object]
 
 
 def due(frame: Frame, beat: Beat) -> Operand:
@@ -17,7 +17,7 @@ def due(frame: Frame, beat: Beat) -> Operand:
     return frame.builder.compute("equal_integers", left, beat.phase)
 
 
-def when_due(frame: Frame, steps: Iterable[tuple[Beat, _Step]]) -> None:
+def when_due(frame: Frame, steps: Iterable[tuple[Beat, DueStep]]) -> None:
     """Write steps, each with its beat, under the conditions that they are due."""
     for beat, together in groupby(steps, key=itemgetter(0)):
         if beat.stride == 1:

@@ -32,7 +32,7 @@ from proofmass.runner.plan.keys import (
 from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.digital import DigitalWriter
-from proofmass.runner.program.due import _Step, when_due
+from proofmass.runner.program.due import DueStep, when_due
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
 from proofmass.runner.program.frame import Frame, entries
 from proofmass.runner.program.groups import GroupWriter
@@ -207,7 +207,7 @@ class TickWriter:
                 total = builder.compute("add", total, number)
             self.look_at(total)
 
-    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[Beat, _Step]]:
+    def _in_order(self, drawn: set[str], looked_at: Collection[Endpoint]) -> Iterator[tuple[Beat, DueStep]]:
         """Steps that compute the outputs in order, each with its beat."""
         plan = self.plan
         solved = {loop.tears[0]: loop for loop in self.loops}

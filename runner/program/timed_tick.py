@@ -12,7 +12,7 @@ from typing import Any
 from proofmass.graphs.checks.schedule import Beat
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.due import _Step
+from proofmass.runner.program.due import DueStep
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, External, Variable
 from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.tick import TickWriter
@@ -78,7 +78,7 @@ class TimedTick(TickWriter):
             self._hold(self.frame.states.get(name))
         self.mark(", ".join(group.group.blocks))
 
-    def _in_order(self, drawn: set[str], looked_at: Any) -> Iterator[tuple[Beat, _Step]]:
+    def _in_order(self, drawn: set[str], looked_at: Any) -> Iterator[tuple[Beat, DueStep]]:
         for beat, step in super()._in_order(drawn, looked_at):
             yield beat, partial(self._timed, step)
 

@@ -17,10 +17,9 @@ import numpy as np
 import scipy.linalg
 import scipy.stats
 
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.state_space import Matrices
 from proofmass.runner.analysis.spectrum.welch import spectrum
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _Pole = tuple[complex, float]  # and the zero that goes with it
 

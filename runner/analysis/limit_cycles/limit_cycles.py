@@ -21,9 +21,9 @@ from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.limit_cycles.describing import Describing
 from proofmass.runner.analysis.limit_cycles.quasi_linear import describing_of, ends, replaced
 from proofmass.runner.analysis.linearisation.linearisation import linearised
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.frequencies import sweep
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
 

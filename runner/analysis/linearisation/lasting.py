@@ -12,9 +12,8 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.poles import judged
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _UNSEEN = 1e-9  # part of the largest possible coupling below which a mode counts as unseen
 _TOGETHER = 1e-11  # difference in size below which two modes are one

@@ -18,9 +18,8 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Variation
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
-Complex = npt.NDArray[np.complex128]
 _schur: Any = scipy.linalg.schur
 
 

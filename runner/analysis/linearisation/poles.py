@@ -15,14 +15,12 @@ from typing import Any, Literal
 
 import flint
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
-Complex = npt.NDArray[np.complex128]
 Verdict = Literal["stable", "marginal", "unstable"]
 _ROUNDINGS = 8  # roundings of each number of a loop in a tick
 _EXACT_BITS = 12  # a number of so few bits is exact, as 0, 1 or 1/2, and not the result of arithmetic

@@ -6,8 +6,7 @@ from typing import TypeAlias
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 Matrices: TypeAlias = tuple[Array, Array, Array, Array]
 

@@ -16,10 +16,10 @@ from typing import Protocol, Self
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.open_loop import Complex, TransferMatrix
+from proofmass.runner.analysis.linearisation.open_loop import TransferMatrix
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.state_space import SampledStateSpace
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths

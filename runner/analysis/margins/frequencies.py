@@ -9,12 +9,12 @@ import numpy as np
 import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.linearisation.rational import Rational
 from proofmass.runner.analysis.margins.crossings import value_at
 from proofmass.runner.analysis.margins.figures import Figures
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 MOST_CROSSOVERS = 64  # that are listed: a wire with many values in a period has a comb of them
 _PER_DECADE = 60

@@ -14,10 +14,10 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged, together
 from proofmass.runner.analysis.margins.modes import Mode
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _SHOWN = 0.1  # part of the largest entry of a mode, from which on a block counts as one that holds it
 _eig: Any = scipy.linalg.eig

@@ -23,7 +23,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
@@ -31,6 +31,7 @@ from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
 from proofmass.runner.analysis.margins.stretches import over_stretches
+from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 
 if TYPE_CHECKING:

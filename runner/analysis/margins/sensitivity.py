@@ -20,10 +20,11 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefined_values
 from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.host.arrays import Complex
 from proofmass.runner.plan.planned import Plan
 
 _NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts there

@@ -15,9 +15,8 @@ import numpy as np
 import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
 _AROUND = np.linspace(0.7, 1.3, 31)  # of the crossovers of the first loop

@@ -21,7 +21,6 @@ from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.decisions.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
@@ -33,7 +32,7 @@ from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan

@@ -25,13 +25,12 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import FILTER
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.state_space import Matrices, SampledStateSpace
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
 _DOUBLINGS = 64

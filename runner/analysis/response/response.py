@@ -17,14 +17,13 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse, grid, resonances
 from proofmass.runner.analysis.margins.frequencies import Samples, highest
 from proofmass.runner.analysis.response.simulated import Simulated, read_amplitude, simulated
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Stimulus, StimulusKind
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.planned import Plan

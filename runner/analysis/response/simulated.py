@@ -20,10 +20,9 @@ from proofmass.blocks.signals.sum import Sum
 from proofmass.blocks.sources.repeating_sequence import RepeatingSequence
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Endpoint, Graph, Probe, Wire
-from proofmass.runner.analysis.linearisation.open_loop import Complex
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.analysis.response.stimuli import OF_TONES, Repetition, Stimulus, repetitions
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.run.simulate import simulate

@@ -14,8 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.optimize
 
-from proofmass.runner.analysis.linearisation.open_loop import Complex
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 
 _LIMIT = 30.0  # of log D
 _CUTS = 200

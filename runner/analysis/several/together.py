@@ -25,12 +25,12 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints, of_wires
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted_modes import seen
 from proofmass.runner.analysis.several.structured import lower_bound, upper_bound
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan

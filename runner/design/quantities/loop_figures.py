@@ -13,11 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.open_loop import Complex, OpenLoop
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.sensitivity import closed_slope
 from proofmass.runner.design.quantities.step_figures import step_figures
+from proofmass.runner.host.arrays import Complex
 
 _DECIBELS = 20.0 / math.log(10.0)
 _AT_REST = 1e-6  # of the bandwidth: a frequency that counts as rest
