@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from docs import pn_self_calibration
-from docs.quartz_accelerometer import tables
+from docs.papers import pn_self_calibration
+from docs.papers.quartz_accelerometer import tables
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import TOP_KEYS, read_graph_text
@@ -19,10 +19,11 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate
 
 DOCS = Path(__file__).parents[2] / "docs"
+WRITTEN = sorted([*DOCS.glob("*.md"), *(DOCS / "papers").glob("*.md")])  # pages whose commands and graphs are run
 TICKS_IN_PLAIN_PYTHON = 5_000  # at most, of those of a graph of the docs
 COMMANDS = [
     pytest.param(commands, answer, id=f"{path.stem}-{number}")
-    for path in sorted(DOCS.glob("*.md"))
+    for path in WRITTEN
     for number, (commands, answer) in enumerate(
         re.findall(r"^```sh\n(.*?)^```$(?:\n\n^```text\n(.*?)^```$)?", path.read_text(), re.DOTALL | re.MULTILINE)
     )
@@ -32,7 +33,7 @@ COMMANDS = [
 def fenced(language: str) -> list[Any]:
     return [
         pytest.param(text, id=f"{path.stem}-{number}")
-        for path in sorted(DOCS.glob("*.md"))
+        for path in WRITTEN
         for number, text in enumerate(
             re.findall(rf"^```{language}\n(.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
         )
@@ -42,7 +43,7 @@ def fenced(language: str) -> list[Any]:
 def test_every_fence_says_what_it_is() -> None:
     languages = {
         language
-        for path in DOCS.glob("*.md")
+        for path in WRITTEN
         for language in re.findall(r"^```(\w*)\n(?:.*?)^```$", path.read_text(), re.DOTALL | re.MULTILINE)
     }
     assert languages <= {"toml", "python", "sh", "text", "verilog"}, "a new kind of block needs a test that runs it"
@@ -69,7 +70,7 @@ def test_verilog_is_what_the_program_before_it_writes(tmp_path: Path, monkeypatc
 
 
 def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
-    page = (DOCS / "quartz-accelerometer.md").read_text()
+    page = (DOCS / "papers/quartz-accelerometer.md").read_text()
     fences = re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
     printed = "\n".join(tables()) + "\n"
     assert len(fences) == 5
@@ -78,7 +79,7 @@ def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
 
 def test_tables_of_the_self_calibration_are_those_printed() -> None:
     """Those that take no minutes; tests/reference holds the numbers of the others."""
-    page = (DOCS / "pn-self-calibration.md").read_text()
+    page = (DOCS / "papers/pn-self-calibration.md").read_text()
     fences = re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
     assert len(fences) == len(pn_self_calibration.TABLES)
     for table in pn_self_calibration.QUICK:

@@ -4,7 +4,6 @@ import re
 import tomllib
 from pathlib import Path
 
-from docs.project.friendliness import MEASURED, PAGE, rows
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.host.versions import PROOFMASS
 from proofmass.runner.run.provenance import provenance
@@ -48,12 +47,3 @@ def test_issue_templates_ask_for_what_is_needed() -> None:
     folder = ROOT / ".github" / "ISSUE_TEMPLATE"
     for template in folder.glob("*.md"):
         assert re.match(r"---\nname: .+\nabout: .+\nlabels: \w+\n---\n", template.read_text(encoding="utf-8")), template
-
-
-def test_every_row_of_friendliness_has_its_points_and_its_evidence() -> None:
-    table = list(rows(PAGE.read_text(encoding="utf-8")))
-    assert len(table) == 42
-    assert sum(row.points for row in table) == 84
-    assert f"The sum is {sum(row.points for row in table)} of 84" in PAGE.read_text(encoding="utf-8")
-    assert [file for row in table for file in row.files if not (ROOT / file).exists()] == []
-    assert MEASURED.keys() <= {row.name for row in table}

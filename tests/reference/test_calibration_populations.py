@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from docs import pn_runs
+from docs.papers import pn_runs
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study

@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from docs.pn_runs import library
+from docs.papers.pn_runs import library
 from proofmass.runner.run.simulate import simulate
 
 CARRIER, CORNER, RC = 2.0 * math.pi * 100e3, 2.0 * math.pi * 20e3, 1e-5

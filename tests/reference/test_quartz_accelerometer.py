@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from docs.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
+from docs.papers.quartz_accelerometer import CODES_PER_AMPERE, FEEDBACK_CURRENT, SCALE_FACTOR, library, mean_output
 from proofmass.blocks import DiscreteTransferFunction
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from docs.quartz_accelerometer import (
+from docs.papers.quartz_accelerometer import (
     CODES_PER_AMPERE,
     FEEDBACK_CURRENT,
     MICRO_G,

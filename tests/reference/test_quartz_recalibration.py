@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from docs.quartz_accelerometer import MICRO_G, SCALE_FACTOR, library, study
+from docs.papers.quartz_accelerometer import MICRO_G, SCALE_FACTOR, library, study
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.studies.build import Study
 from proofmass.runner.analysis.margins.stability import all_margins

@@ -13,8 +13,8 @@ import pytest
 from scipy.linalg import expm
 from scipy.optimize import least_squares
 
-from docs import pn_runs
-from docs.pn_runs import ACCELEROMETER, GYROSCOPE, IDEAL, RULES, Device, at_rate, calibrate, library
+from docs.papers import pn_runs
+from docs.papers.pn_runs import ACCELEROMETER, GYROSCOPE, IDEAL, RULES, Device, at_rate, calibrate, library
 from proofmass.blocks import DiscreteMassSpringDamper
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate

@@ -12,8 +12,8 @@ import pytest
 from scipy.linalg import expm
 from scipy.signal import butter
 
-from docs import pn_pictures, pn_runs
-from docs.pn_runs import IDEAL, WANDER, calibrate, library, sense_amplitude
+from docs.papers import pn_pictures, pn_runs
+from docs.papers.pn_runs import IDEAL, WANDER, calibrate, library, sense_amplitude
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.run.simulate import simulate

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from docs.pn_runs import library
+from docs.papers.pn_runs import library
 from proofmass.blocks import Difference, Integrator, MassSpringDamper, Pulse, Relay, Sign, Sine, Step
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.continuous import integrate as stepping

@@ -1,6 +1,6 @@
 """Pictures of the digital quartz accelerometer, into docs/pictures.
 
-    python -m docs.quartz_pictures [FOLDER]
+    python -m docs.papers.quartz_pictures [FOLDER]
 
 Fig. 11 to 13 of Ran et al. 2019 drawn again, and ten years of drift. FOLDER is that of
 `proofmass montecarlo quartz_recalibration_study.toml --out FOLDER`; without it the study is run, for some minutes.
@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from docs.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, disturbed, library, run, study
+from docs.papers.quartz_accelerometer import MICRO_G, PPM, SCALE_FACTOR, TABLE_4, disturbed, library, run, study
 from proofmass.blocks import Decimator
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.studies.ages import YEAR, recalibration_text
@@ -94,7 +94,7 @@ def save(figure: Figure, name: str) -> None:
     for axes in figure.axes:
         axes.title.set_fontsize(9)
         axes.ticklabel_format(useOffset=False)
-    with (Path(__file__).parent / "pictures" / f"{name}.svg").open("wb") as file:
+    with (Path(__file__).parents[1] / "pictures" / f"{name}.svg").open("wb") as file:
         write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
 
 

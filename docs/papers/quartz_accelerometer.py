@@ -1,6 +1,6 @@
 """The digital quartz accelerometer of Ran et al. 2019: the paper's tables beside those of the graphs in the library.
 
-    python -m docs.quartz_accelerometer
+    python -m docs.papers.quartz_accelerometer
 
 Labels: [P] is in the paper; [A] an assumption, for it has no parameters; [C] a conjecture that fits its numbers.
 """

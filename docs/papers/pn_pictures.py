@@ -1,6 +1,6 @@
 """Pictures of the PN self-calibration of Sarraf et al. 2012, drawn again from the graphs, into docs/pictures.
 
-    python -m docs.pn_pictures
+    python -m docs.papers.pn_pictures
 
 Their Fig. 3 and 10 (impulse responses, sensitivities, convergence), 6 (fixed against floating point), 8 and 9 (response
 of the gyroscope, and of mismatched modes).
@@ -12,11 +12,11 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from docs.pn_runs import calibrate, library, sense_amplitude
+from docs.papers.pn_runs import calibrate, library, sense_amplitude
 from proofmass.runner.output.pictures import BLUE, ORANGE, save_figure
 from proofmass.runner.run.simulate import simulate
 
-PICTURES = Path(__file__).parent / "pictures"
+PICTURES = Path(__file__).parents[1] / "pictures"
 GREY = "#bbbbbb"
 
 

@@ -1,6 +1,6 @@
 """The PN self-calibration of Sarraf et al. 2012: what the paper reports beside what the graphs of the library do.
 
-    python -m docs.pn_self_calibration
+    python -m docs.papers.pn_self_calibration
 
 Some minutes. Labels: [P] the paper prints it; [A] follows under assumed gains, converters and noise, which it does not
 print; [C] a conjecture about what it means; [V] computed without graphs.
@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from docs.pn_runs import (
+from docs.papers.pn_runs import (
     ACCELEROMETER,
     CHIPS,
     DEVICES,
