@@ -1,4 +1,4 @@
-"""How far a long piece of work has come."""
+"""Type of what is told of the progress of long work."""
 
 from collections.abc import Callable
 

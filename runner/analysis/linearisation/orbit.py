@@ -109,7 +109,7 @@ class OrbitPoint:
 
     @property
     def moves(self) -> bool:
-        """Whether a later period has another map, by more than rounding."""
+        """True if a later period has another map, by more than rounding."""
         return any(change_between(self.map, after) > SAME for after in self.later)
 
 

@@ -54,7 +54,7 @@ class Pole:
 
 @dataclass(frozen=True)
 class Variation:
-    """By how much a closed matrix changes from one period to the next, and how far its modes turn by that.
+    """Change of a closed matrix from one period to the next, and the turn of its modes by that.
 
     An orbit that turns takes each mode along: the pole of the whole orbit differs from that of one period by the turn.
     """
