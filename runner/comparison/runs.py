@@ -14,11 +14,13 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.comparison.loops import margins_of_loops
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.result import pieces
+from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 
 SUMMARY, TRACES = "summary.json", "traces.nc"
+_START = "0 s"
 _DEPENDS = ("seed", "ticks", "base_rate", "proofmass")  # facts of a run that its numbers depend on, beside the graph
 
 
@@ -119,7 +121,7 @@ def _margins(before: Graph, after: Graph, tolerance: Allowance) -> tuple[tuple[M
     """Compare the margins of the loops of two graphs; equal graphs have equal ones."""
     if not (before.loops or after.loops):
         return (), ()
-    (first, why), (second, why_after) = margins_of_loops(before), margins_of_loops(after)
+    (first, why), (second, why_after) = _margins_of_loops(before), _margins_of_loops(after)
     notes = tuple(f"margins are not compared: {reason}" for reason in (why, why_after) if reason)
     return ((), notes) if notes else (tuple(_measures(first, second, tolerance)), ())
 
@@ -244,3 +246,14 @@ def _numbers(variable: Any, start: int, end: int) -> AnyArray:
 
 def _refused(folder: Path, message: str, hint: str = "") -> ModelError:
     return ModelError([Problem(message=message, file=str(folder), hint=hint)])
+
+
+def _margins_of_loops(graph: Graph) -> tuple[dict[str, dict[str, float | str | None]], str]:
+    """Return the margins at the start of the run as measures have them, and why there are none."""
+    try:
+        planned = plan(graph.changed(probes=()))
+        measures, values = margin_measures(planned, _START), margins_at(planned, _START)
+    except ModelError as error:
+        return {}, str(error.problems[0])
+    pairs = zip(measures, values, strict=True)
+    return {m.name: {"value": None if math.isnan(v) else v, "unit": m.unit} for m, v in pairs}, ""

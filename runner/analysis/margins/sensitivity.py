@@ -8,7 +8,7 @@ Computations, 7.2.2).
 
 import cmath
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -22,7 +22,6 @@ from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
-from proofmass.runner.analysis.margins.by_values import slopes_by_values, undefined_values
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.plan.planned import Plan
@@ -199,8 +198,8 @@ def ranked(
 ) -> Sensitivity:
     """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
     values = Dependence(planned.graph.root)
-    no_slope = undefined_values(values, undefined)
-    by_value = {name: slope for name, slope in slopes_by_values(values, slopes).items() if name not in no_slope}
+    no_slope = _undefined_values(values, undefined)
+    by_value = {name: slope for name, slope in _slopes_by_values(values, slopes).items() if name not in no_slope}
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
     changes = {e: abs(e.derivative if e.of_one_percent is None else e.of_one_percent) for e in effects}
@@ -223,3 +222,18 @@ def _effect(planned: Plan, key: str, slope: float) -> Effect:
 def _with_percent(key: str, value: float, unit: str, slope: float) -> Effect:
     one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
     return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)
+
+
+def _slopes_by_values(dependence: Dependence, slopes: Mapping[str, float]) -> dict[str, float]:
+    """Return the derivative by each value that moves a parameter with a derivative."""
+    by_value = {}
+    for value in dependence.numbers:
+        terms = [slope * slopes[name] for name, slope in dependence.slopes(value).items() if name in slopes]
+        if terms:
+            by_value[value] = sum(terms)
+    return by_value
+
+
+def _undefined_values(dependence: Dependence, undefined: Collection[str]) -> tuple[str, ...]:
+    """Return the values from which a parameter follows that has no derivative."""
+    return tuple(value for value in dependence.numbers if not dependence.slopes(value).keys().isdisjoint(undefined))
