@@ -90,6 +90,24 @@ def _section(
     return b0, b1, b0, 2.0 * (k * k - 1.0) * scale, (1.0 - k / q + k * k) * scale
 
 
+def settled(c: Sections, u: float) -> Delays:
+    """Return the delays after an input that has been the same for ever."""
+    y1 = (c.b10 + c.b11 + c.b12) / (1.0 + c.a11 + c.a12) * u
+    y2 = (c.b20 + c.b21 + c.b22) / (1.0 + c.a21 + c.a22) * y1
+    y3 = (c.b30 + c.b31 + c.b32) / (1.0 + c.a31 + c.a32) * y2
+    y4 = (c.b40 + c.b41 + c.b42) / (1.0 + c.a41 + c.a42) * y3
+    return Delays(
+        y1 - c.b10 * u,
+        c.b12 * u - c.a12 * y1,
+        y2 - c.b20 * y1,
+        c.b22 * y1 - c.a22 * y2,
+        y3 - c.b30 * y2,
+        c.b32 * y2 - c.a32 * y3,
+        y4 - c.b40 * y3,
+        c.b42 * y3 - c.a42 * y4,
+    )
+
+
 def filtered(c: Sections, x: Delays, u: float) -> float:
     """The output for an input."""
     return c.b40 * (c.b30 * (c.b20 * (c.b10 * u + x.s1) + x.s2) + x.s3) + x.s4

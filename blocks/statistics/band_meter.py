@@ -1,7 +1,8 @@
 """Root mean square in a band: sqrt(sum y^2 / n), y the input behind Butterworth filters of fourth order.
 
 A high-pass at the low end and a low-pass at the high one, each down by 3 dB there (Butterworth 1930); from zero on
-there is no high-pass, and the mean counts. The filters run from tick 0, also in ticks that are left out.
+there is no high-pass, and the mean counts. The filters run from tick 0, also in ticks that are left out. They begin as
+if the first value had been there for ever, so that an offset makes no transient.
 """
 
 import math
@@ -9,7 +10,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.prototypes import butterworth
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, settled, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 _ORDER = 4
@@ -32,6 +33,7 @@ class State(NamedTuple):
     rest: int  # samples that still count; below 0: all
     samples: int
     squares: float
+    begun: bool
     s1: float
     t1: float
     s2: float
@@ -51,7 +53,7 @@ def requires(p: BandMeter) -> Iterator[tuple[str, str]]:
 @BandMeter.start
 def start(p: BandMeter) -> State:
     rest = max(p.until - p.skip, 0) if p.until > 0 else -1
-    return State(p.skip, rest, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
+    return State(p.skip, rest, 0, 0.0, False, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 
 @BandMeter.constants
@@ -69,7 +71,8 @@ def rms(c: Sections, x: State) -> float:
 
 @BandMeter.update
 def update(c: Sections, x: State, input: float) -> State:
-    d, u = Delays(x.s1, x.t1, x.s2, x.t2, x.s3, x.t3, x.s4, x.t4), 1.0 * input
+    u = 1.0 * input
+    d = Delays(x.s1, x.t1, x.s2, x.t2, x.s3, x.t3, x.s4, x.t4) if x.begun else settled(c, u)
     y, e = filtered(c, d, u), moved(c, d, u)
     counts = x.left <= 0 and x.rest != 0
     return State(
@@ -77,5 +80,6 @@ def update(c: Sections, x: State, input: float) -> State:
         x.rest - 1 if counts and x.rest > 0 else x.rest,
         x.samples + 1 if counts else x.samples,
         x.squares + y * y if counts else x.squares,
+        True,
         e.s1, e.t1, e.s2, e.t2, e.s3, e.t3, e.s4, e.t4,
     )  # fmt: skip

@@ -13,6 +13,7 @@ from proofmass.blocks.declaration.instance import format_of, shape_of, takes_uni
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import Unit, UnitError, unit
+from proofmass.graphs.checks.chopping import chopping_notes
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts
 from proofmass.graphs.checks.own_functions import own_problems
@@ -374,3 +375,4 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
     if graph.root.subgraphs:
         yield from unused_parts(graph)
     yield from sampling_notes(graph)
+    yield from chopping_notes(graph)

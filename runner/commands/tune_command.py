@@ -1,6 +1,10 @@
 """The command `tune`: find parameters that meet the goals of a graph, show what binds, write them into a graph file."""
 
+import errno
+import os
+import tempfile
 from dataclasses import replace
+from pathlib import Path
 
 import click
 
@@ -17,13 +21,16 @@ from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
-from proofmass.runner.design.tune.tune import Tuned, tune
+from proofmass.runner.design.tune.tune import Tuned, as_written, tune
 from proofmass.runner.output.export import write_whole
 
 
 def show_tuning(request: TuneRequest) -> int:
     """Tune a graph and return the exit code: 1 if a hard goal is missed."""
     tuning = _numbers(_tuning(request), request)
+    if request.target is not None:  # what cannot be written is said before the search, which may take long
+        edit_file(request.graph, as_written(tuning, tuning.nominal))
+        _try_out(request.target)
     with progress(request.quiet or request.as_json, "point") as bar:
         tuned = tune(tuning, progress=bar)
     print_answer(request.as_json, lambda: {"graph": tuning.graph.name} | tuned.as_data(), [tuned_text(tuned)])
@@ -45,6 +52,17 @@ def _tuning(request: TuneRequest) -> Tuning:
 def _numbers(tuning: Tuning, request: TuneRequest) -> Tuning:
     asked = {name: getattr(request, name) for name in ("starts", "samples", "seed")}
     return replace(tuning, **{name: number for name, number in asked.items() if number is not None})
+
+
+def _try_out(target: Path) -> None:
+    """Raise the `OSError` with which a file cannot be written."""
+    if target.is_dir():
+        raise IsADirectoryError(errno.EISDIR, os.strerror(errno.EISDIR), str(target))
+    try:
+        with tempfile.TemporaryFile(dir=target.parent):
+            pass
+    except OSError as error:
+        raise type(error)(error.errno, error.strerror, str(target)) from None
 
 
 def _write(tuned: Tuned, request: TuneRequest) -> None:

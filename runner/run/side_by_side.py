@@ -84,6 +84,7 @@ class SideBySide:
         lanes.advance(self.ticks, stop)
         if self.plan.measures:
             measured[able] = np.stack([lanes.value(WireOf(*measure.node)) for measure in self.plan.measures], axis=1)
+            measured[:, [self.ticks <= measure.first for measure in self.plan.measures]] = np.nan  # they have not begun
         able[able] = lanes.sound()
         return measured, able
 

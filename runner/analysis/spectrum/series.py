@@ -17,6 +17,17 @@ _LEAST, _MOST = 1e-140, 1e140  # size of values whose squares, summed and divide
 JITTER = 0.05  # of a step, by which the times of a recording may be off equal steps
 
 
+def refused_scatter(values: Array, name: str) -> Problem | None:
+    """Return why values that move are too large or too small for their squares, or None; NaN is left out."""
+    known = values[np.isfinite(values)]
+    scatter = float(np.max(known)) - float(np.min(known)) if len(known) else 0.0
+    if not scatter or _LEAST < scatter < _MOST:
+        return None
+    message = "the values are too large for their squares" if scatter > 1.0 else "the values are too small"
+    expected, hint = f"{_LEAST:g} to {_MOST:g}", "give them in another unit"
+    return Problem(message=message, key=name, got=f"{scatter:.3g}", expected=expected, hint=hint)
+
+
 @dataclass(frozen=True)
 class Series:
     """Values at equal steps of time, in a unit.
@@ -35,13 +46,9 @@ class Series:
 
     def __post_init__(self) -> None:
         """Refuse values whose squares are beyond the range of doubles."""
-        scatter = float(np.ptp(0.5 * self.values)) if len(self.values) else 0.0
-        if scatter and not _LEAST < scatter < _MOST:
-            expected, hint = f"{_LEAST:g} to {_MOST:g}", "give them in another unit"
-            message = "the values are too large for their squares" if scatter > 1.0 else "the values are too small"
-            raise ModelError(
-                [Problem(message=message, key=self.name, got=f"{scatter:.3g}", expected=expected, hint=hint)]
-            )
+        problem = refused_scatter(self.values, self.name)
+        if problem:
+            raise ModelError([problem])
 
     @property
     def rate(self) -> float:

@@ -11,6 +11,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
 from proofmass.graphs.model.graph import Graph, Probe
+from proofmass.runner.analysis.spectrum.series import refused_scatter
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.simulate import simulate
@@ -70,7 +71,8 @@ class Readings:
         if np.ptp(v) == 0.0:
             message = "is the same in every row: there is nothing to fit"
             return [Problem(message=message, file=self.source, key=self.output_name, got=f"{v[0]:g}")]
-        return []
+        beyond = refused_scatter(v, self.output_name)
+        return [dataclasses.replace(beyond, file=self.source)] if beyond else []
 
 
 def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:

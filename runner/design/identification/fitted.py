@@ -1,7 +1,7 @@
 """Parameters of a graph that make its outputs those of recordings, and how well they are known."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
@@ -29,6 +29,8 @@ from proofmass.runner.host.progress import Progress
 
 CONFIDENCE = 0.95
 _DIGITS = 9
+
+_FAR = 0.5  # part of the variance below which another start may explain more
 
 
 @dataclass(frozen=True)
@@ -275,6 +277,17 @@ def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed
     return chosen, reached, interrupted
 
 
+def _elsewhere(outputs: Sequence[OutputFit], ran: tuple[int, int, bool]) -> Iterator[str]:
+    """Yield a note where a search from one start ends far from the recordings."""
+    starts, _, interrupted = ran
+    least = min(outputs, key=lambda output: output.explained)
+    if starts == 1 and not interrupted and least.explained < _FAR:
+        yield (
+            f"only {100.0 * least.explained:.3g} % of {least.signal} is explained: the search may have ended in a "
+            "local minimum; --tries 8 (starts=8 in Python) begins at others, too"
+        )
+
+
 def _share(solver: UnknownsSolver, signal: str) -> float:
     """Return the part of all values that an output has."""
     counts = dict.fromkeys(solver.signals, 0)
@@ -314,7 +327,7 @@ def _outcome(
         levels=tuple(noise_levels(fitted, levels, left)),
         correlation=sure.correlation,
         findings=sure.findings,
-        notes=tuple(notes),
+        notes=(*notes, *_elsewhere(outputs, ran)),
         rows=rows,
         runs=solver.runs,
         starts=ran[0],

@@ -6,7 +6,7 @@ cut there: the pieces then run one by one, each from rest.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -15,6 +15,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
+from proofmass.runner.analysis.spectrum.series import refused_scatter
 from proofmass.runner.design.identification.tables import RecordedTable, read_table_file
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
@@ -115,6 +116,9 @@ def _stretches(
             raise ModelError([Problem(message="holds no values", file=table.source, key=wanted.column)])
         if len(missing):
             notes.append(f"{len(missing)} of {len(times)} values of {wanted.column} are missing and are not compared")
+        beyond = refused_scatter(measured[wanted.signal], wanted.column)
+        if beyond:
+            raise ModelError([replace(beyond, file=table.source)])
     if times[0]:
         notes.append(f"starts at {times[0]:.6g} s, which is taken for 0")
     step = float(np.median(np.diff(times)))

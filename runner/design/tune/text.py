@@ -26,6 +26,10 @@ def _verdict(tuned: Tuned) -> str:
     tried = count(tuned.evaluations, "point") + " tried"
     if tuned.interrupted:
         tried += ", interrupted: the best so far"
+    if tuned.without_value:
+        return (
+            f"no parameters that give every goal a value were found; without: {', '.join(tuned.without_value)}; {tried}"
+        )
     hard = [goal for goal in tuned.goals if goal.goal.hard]
     if tuned.met:
         return f"all {count(len(hard), 'hard goal')} met; {tried}" if len(hard) > 1 else f"the goals are met; {tried}"
@@ -40,7 +44,7 @@ def _row(goal: TunedGoal) -> tuple[str, ...]:
     if goal.case:
         state = ", ".join(filter(None, (state, f"worst at {goal.case}")))
     unit = goal.goal.quantity.unit
-    after = _number(goal.after) + (f" {unit}" if unit != "1" else "")
+    after = _number(goal.after) + (f" {unit}" if unit != "1" and goal.after is not None else "")
     return goal.name, goal.goal.wanted, _number(goal.before), after, state
 
 

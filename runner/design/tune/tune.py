@@ -97,17 +97,18 @@ class Tuned(Plotted):
 
     @property
     def met(self) -> bool:
-        """True if all hard goals are met."""
-        return all(goal.met for goal in self.goals if goal.goal.hard)
+        """True if all hard goals are met, and every goal has a value."""
+        return not self.without_value and all(goal.met for goal in self.goals if goal.goal.hard)
+
+    @property
+    def without_value(self) -> tuple[str, ...]:
+        """The goals without a value: then no point that was tried gives one to all goals."""
+        return tuple(goal.name for goal in self.goals if goal.after is None)
 
     @property
     def changes(self) -> dict[str, float | str]:
         """The parameters with their units, by the names that the graph file has."""
-        written = {}
-        for name, value in self.parameters.items():
-            unit = self.tuning.unit_of(name)
-            written[self.tuning.written.get(name, name)] = f"{value!r} {unit}" if unit != "1" else value
-        return written
+        return as_written(self.tuning, self.parameters)
 
     @cached_property
     def graph(self) -> Graph:
@@ -133,6 +134,15 @@ class Tuned(Plotted):
             },
             "goals": {goal.name: goal.as_data() for goal in self.goals},
         }
+
+
+def as_written(tuning: Tuning, parameters: Mapping[str, float]) -> dict[str, float | str]:
+    """Return parameters with their units, by the names that the graph file has."""
+    units = {name: tuning.unit_of(name) for name in parameters}
+    return {
+        tuning.written.get(name, name): f"{value!r} {units[name]}" if units[name] != "1" else value
+        for name, value in parameters.items()
+    }
 
 
 def tune(graph: GraphSource | Tuning, *, progress: Progress | None = None, **tables: Any) -> Tuned:

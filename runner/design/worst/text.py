@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterator
 
+from proofmass.graphs.model.quantities import MeasureOf, Quantity
 from proofmass.runner.design.worst.worst import WorstCase, WorstCases
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
@@ -21,9 +22,9 @@ def worst_text(cases: WorstCases) -> str:
 
 def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
     unit = f" {case.quantity.unit}" if case.quantity.unit != "1" else ""
-    worst = "unstable" if case.worst is None else f"{_number(case.worst)}{unit}"
+    nominal, worst = (value_text(value, case.quantity, unit) for value in (case.nominal, case.worst))
     where = "inside the tolerances" if case.inside else "at a corner"
-    yield f"{case.name}: {_number(case.nominal)}{unit} nominal, {worst} at worst, {where}"
+    yield f"{case.name}: {nominal} nominal, {worst} at worst, {where}"
     if case.first_order is not None and case.worst is not None:
         yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
@@ -36,7 +37,7 @@ def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
         place, single = case.places[r.written], singles[r.written]
         at = f"{case.values[r.written]:.6g} " + ("low" if place == -1.0 else "high" if place == 1.0 else "inside")
         ends = f"{r.low:.6g}", f"{r.high:.6g}"
-        alone = _number(single.at_low), _number(single.at_high)
+        alone = value_text(single.at_low, case.quantity), value_text(single.at_high, case.quantity)
         rows.append((r.written, *ends, at, r.unit if r.unit != "1" else "", *alone))
     yield from (f"  {line}" for line in text_table(rows, left=(0, 4), indent=2))
     silent = [r.written for r in order if r not in shown]
@@ -71,5 +72,12 @@ def _left_out(cases: WorstCases) -> Iterator[str]:
         yield f"{name} does not count: {reason}"
 
 
-def _number(value: float | None) -> str:
-    return "unstable" if value is None else "no limit" if math.isinf(value) else f"{value:.6g}"
+def value_text(value: float | None, quantity: Quantity, unit: str = "") -> str:
+    """Return a value with its unit, or why there is none: a run has none of its measure, a loop is unstable."""
+    if value is None:
+        return "no value" if isinstance(quantity, MeasureOf) else "unstable"
+    return f"{_number(value)}{unit}"
+
+
+def _number(value: float) -> str:
+    return "no limit" if math.isinf(value) else f"{value:.6g}"

@@ -2,6 +2,7 @@
 
 import itertools
 import math
+from fractions import Fraction
 
 import mpmath
 import pytest
@@ -53,3 +54,12 @@ def test_it_breaks_a_loop_and_its_frequency_may_be_driven() -> None:
     assert NumericallyControlledOscillator.feedthrough("sine") == ()
     assert NumericallyControlledOscillator.drivable("frequency")
     assert not NumericallyControlledOscillator.drivable("initial_phase")
+
+
+@pytest.mark.parametrize("frequency", [1234.5, 4999.9, -0.001, 3333.3])
+def test_each_tick_rounds_by_as_much_as_is_said(frequency: float) -> None:
+    rows = drive(NumericallyControlledOscillator(frequency=frequency), [{"control": 0.0}] * 30_001, PERIOD)
+    for k in (1, 100, 30_000):
+        turns = Fraction(frequency) * Fraction(PERIOD) * k
+        apart = Fraction(rows[k]["phase"]) / Fraction(2.0 * math.pi) - turns
+        assert abs(apart - round(apart)) <= k * Fraction(1, 2**52) + Fraction(1, 2**53)

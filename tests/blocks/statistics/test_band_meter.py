@@ -2,7 +2,9 @@
 
 import math
 
+import numpy as np
 import pytest
+from scipy import signal
 
 from proofmass.blocks import BandMeter
 from proofmass.blocks.declaration.problem import ModelError
@@ -39,3 +41,27 @@ def test_from_zero_on_the_mean_counts() -> None:
 def test_a_band_that_ends_before_it_begins_is_refused() -> None:
     with pytest.raises(ModelError, match="above low, 50 Hz"):
         BandMeter(low=50.0, high=20.0)
+
+
+@pytest.mark.defect(
+    "S660", before="the start from zero counts: 92 V in the band of 1 to 100 Hz of a constant of 1 kV", after="none"
+)
+def test_an_offset_makes_no_transient() -> None:
+    """A constant has nothing in a band above zero, and all of itself in one from zero on, from the first value on."""
+    constant = [{"input": 1000.0}] * 1000
+    assert drive(BandMeter(low=1.0, high=100.0), constant, PERIOD)[-1]["rms"] < 1e-9
+    assert drive(BandMeter(high=100.0), constant, PERIOD)[2]["rms"] == pytest.approx(1000.0, rel=1e-12)
+    assert drive(BandMeter(high=100.0), constant, PERIOD)[-1]["rms"] == pytest.approx(1000.0, rel=1e-12)
+
+
+def test_filters_that_begin_settled_are_linear_about_the_first_value() -> None:
+    """What follows is that of the signal less its first value, by SciPy from rest."""
+    values = [7e5 + 3.0 * math.sin(0.3 * k) + (k > 400) for k in range(2000)]
+    sos = [
+        signal.butter(4, 2.0 * corner * PERIOD, kind, output="sos") for corner, kind in ((2.0, "high"), (90.0, "low"))
+    ]
+    rest = np.array(values) - values[0]
+    for one in sos:
+        rest = signal.sosfilt(one, rest)
+    found = drive(BandMeter(low=2.0, high=90.0), [{"input": value} for value in [*values, 0.0]], PERIOD)[-1]["rms"]
+    assert found == pytest.approx(math.sqrt(float(np.mean(rest**2))), rel=1e-8)

@@ -63,6 +63,21 @@ def test_tune_starts_from_what_is_set(loop: Path, capsys: Captured) -> None:
     assert "not together with --write" in capsys.readouterr().err
 
 
+@pytest.mark.defect("C651", before="tune searched first and then said that it cannot write", after="it says so at once")
+def test_tune_says_before_the_search_what_it_cannot_write(
+    loop: Path, tmp_path: Path, capsys: Captured, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr("proofmass.runner.commands.tune_command.tune", lambda *_, **__: pytest.fail("it searched"))
+    for target in (tmp_path / "nowhere" / "tuned.toml", tmp_path):
+        assert main(["tune", str(loop), "--write", str(target)]) != 0
+        assert str(target) in capsys.readouterr().err
+    text = loop.read_text(encoding="utf-8")
+    begin, end = text.index("[blocks.controller]"), text.index("[blocks.computing]")
+    loop.write_text(text[:begin] + '[blocks]\ncontroller = { kind = "Gain", gain = 100.0 }\n\n' + text[end:], "utf-8")
+    assert main(["tune", str(loop), "--write", str(loop)]) != 0
+    assert "controller" in capsys.readouterr().err
+
+
 def test_tune_as_json_and_what_cannot_be_met(loop: Path, capsys: Captured) -> None:
     loop.write_text(
         loop.read_text(encoding="utf-8").replace("maximise = true", 'at_least = "190 Hz"'), encoding="utf-8"

@@ -129,6 +129,7 @@ def _reference(statistic: str, t: Array, whole: Array, counts: npt.NDArray[np.bo
         case "tone_phase":
             return float(np.angle(_tone(t, y)))
         case "band_rms":
+            whole = whole - whole[0]  # filters begin as if the first value had been there for ever
             for corner, kind in ((20.0, "highpass"), (200.0, "lowpass")):
                 filtering = scipy.signal.butter(4, corner, kind, output="sos", fs=1.0 / period)
                 whole = np.asarray(scipy.signal.sosfilt(filtering, whole))

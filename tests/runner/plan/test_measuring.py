@@ -102,6 +102,7 @@ def tone(t: Array, y: Array) -> tuple[float, float]:
 
 
 def band_rms(y: Array, counted: "np.ndarray[tuple[int], np.dtype[np.bool_]]", period: float) -> float:
+    y = y - y[0]  # filters begin as if the first value had been there for ever
     for corner, kind in ((20.0, "highpass"), (80.0, "lowpass")):
         y = scipy.signal.sosfilt(scipy.signal.butter(4, corner, kind, output="sos", fs=1.0 / period), y)
     return math.sqrt(float(np.mean(y[counted] ** 2)))

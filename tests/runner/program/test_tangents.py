@@ -81,7 +81,8 @@ def f_nothing_times_infinity(x: float, y: float) -> float:
 
 
 SMOOTH = [f_rational, f_roots, f_chosen, f_repeated, f_nothing_times_infinity]
-near_one = st.floats(0.3, 2.7)
+# Corners, as of halving until 3 at x = y = 1, lie at round numbers, which Hypothesis prefers: all are moved off them.
+near_one = st.floats(0.3, 2.7).map(lambda number: number * 1.000314159)
 
 
 @pytest.mark.parametrize("function", SMOOTH)

@@ -151,6 +151,19 @@ def test_several_starts_find_what_one_misses() -> None:
     assert 1 <= fitted.reached <= 8
 
 
+@pytest.mark.defect(
+    "S658", before="a fit that ends in a local minimum is converged, without a word of --tries", after="a note"
+)
+def test_a_fit_that_ends_far_from_the_recordings_names_other_starts() -> None:
+    """A sharp resonance: 15 % off in stiffness nothing pulls towards it."""
+    sharp = {"time": TIMES, "force": FORCE, "volts": response(5.4, 5e-7)}
+    far = GRAPH.with_parameters({"sensor.stiffness": "6.2 N/m", "sensor.damping": "5e-7 kg/s"})
+    stuck = fit(far, sharp, inputs=INPUTS, outputs=OUTPUTS, free=FREE)
+    assert stuck.outputs[0].explained < 0.5
+    assert "--tries 8" in fitted_text(stuck)
+    assert "--tries" not in fitted_text(fit(GRAPH, recorded(10), inputs=INPUTS, outputs=OUTPUTS, free=FREE))
+
+
 def test_ctrl_c_keeps_the_best_so_far() -> None:
     def press(done: int, _: int) -> None:
         if done == 9:

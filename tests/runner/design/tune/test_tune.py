@@ -40,6 +40,22 @@ def test_the_fastest_loop_with_sixty_degrees() -> None:
     assert "phase binds" in tuned_text(tuned)
 
 
+@pytest.mark.defect(
+    "S659", before="`the goals are met` where what is minimised has no value at any point", after="not met, and named"
+)
+def test_a_goal_without_a_value_is_not_met() -> None:
+    """A measure from a time on that the run does not reach has no value."""
+    text = INTEGRATING.replace(
+        "[measures]", '[measures]\nlate = { signal = "plant.output", statistic = "mean", from = "9 s" }'
+    )
+    goals = {"phase": PHASE, "late": {"measure": "late", "minimise": True}}
+    tuned = tune(read_graph_text(text), free=FREE, goals=goals, samples=4, starts=1)
+    assert not tuned.met
+    assert tuned.without_value == ("late",)
+    assert tuned.as_data()["met"] is False
+    assert "no parameters that give every goal a value were found; without: late" in tuned_text(tuned)
+
+
 def test_a_conflict_is_answered_with_what_binds_and_how_far_it_goes() -> None:
     goals = {
         "phase": {**PHASE, "at_least": "80 deg"},
