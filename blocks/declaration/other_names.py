@@ -106,7 +106,7 @@ _KINDS = {  # names in other tools -> kinds here
     ("lfsr", "prbs", "pn", "mls"): "ShiftRegister",
     ("inport", "from workspace", "from file", "recording", "playback"): "RecordedSignal",
     # noise and drift
-    ("random number", "gaussian noise", "band-limited white noise"): "WhiteNoise",
+    ("random number", "gaussian noise", "band-limited white noise", "johnson noise", "shot noise"): "WhiteNoise",
     ("pink noise", "one over f", "1/f noise", "bias instability"): "FlickerNoise",
     ("brown noise", "wiener process"): "RandomWalk",
     ("ornstein-uhlenbeck", "first-order markov"): "GaussMarkov",
@@ -143,6 +143,7 @@ _KINDS = {  # names in other tools -> kinds here
     ("thermal expansion",): "ThermoelasticExpansion",
     ("piezo", "pzt"): "PiezoelectricActuator, or PiezoelectricSensor",
     ("coupler", "beam splitter", "directional coupler"): "FibreCoupler",
+    ("geophone", "seismometer"): "MassSpringDamper",
     ("spring mass", "resonator", "proof mass", "second-order system"): "MassSpringDamper",
     ("mass", "spring", "damper", "dashpot"): "MassSpringDamper: mass, damper and spring together",
     ("cubic spring",): "DuffingSpring",

@@ -89,7 +89,10 @@ class Place:
 NOWHERE = Place()
 
 
-@dataclasses.dataclass(frozen=True, kw_only=True)
+_NAMED = 5  # probes in a line
+
+
+@dataclasses.dataclass(frozen=True, kw_only=True, repr=False)
 class Graph:
     """Blocks wired by their ports, at stated rates, with the signals to record: typed values, already checked.
 
@@ -120,6 +123,13 @@ class Graph:
 
     def __post_init__(self) -> None:
         put_in_order(self)
+
+    def __repr__(self) -> str:
+        """Name, size and probes, in a line."""
+        size = f"{len(self.blocks) + len(self.subgraphs)} blocks, {len(self.wires)} wires"
+        probes = ", ".join(probe.signal for probe in self.probes[:_NAMED])
+        more = ", ..." if len(self.probes) > _NAMED else ""
+        return f"<Graph {self.name!r}: {size}; {probes + more or 'no probes'}>"
 
     def __reduce__(self) -> tuple[Any, ...]:
         return _restored, (type(self), thawed(self))

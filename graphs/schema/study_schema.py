@@ -34,20 +34,20 @@ from proofmass.graphs.studies.epochs import NEVER
 from proofmass.graphs.studies.variants import KEYS as VARIANT_KEYS
 
 _LIMIT: Schema = either(NUMBER, {"enum": list(VERDICTS)})
-_WIDTH: Schema = either({"type": "number", "minimum": 0}, QUANTITY)
+_WIDTH: Schema = {"allOf": [{"$ref": "#/$defs/width"}]}
 _FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
 _TEXT: Schema = {"type": "string"}
 
 
-def study_schema() -> Schema:
-    """Return the keys of a study; `graph` is a key of study files only."""
+def study_schema(*required: str) -> Schema:
+    """Return the keys of a study; "graph" is one of study files only, which require it."""
     ages = {"ages": several(_WIDTH), "every": _WIDTH, "until": _WIDTH}
     limits = {"at_least": _LIMIT, "at_most": _LIMIT, "change": NUMBER, "from": _WIDTH}
     values: dict[str, Schema] = {
-        "graph": _FILE,
+        **dict.fromkeys(required, _FILE),
         **{key: plain(form) for key, form in STUDY_INTEGERS.items()},
         "design": {"enum": list(DESIGNS), "default": "random"},
-        "spread": by_name(_spread(), PARAMETERS),
+        "spread": by_name({"$ref": "#/$defs/spread"}, PARAMETERS),
         "correlation": by_name(
             by_name(either({"type": "number", "minimum": -1, "maximum": 1}, QUANTITY), PARAMETERS), PARAMETERS
         ),
@@ -55,16 +55,21 @@ def study_schema() -> Schema:
         "epochs": table(ages, EPOCH_KEYS, oneOf=[{"required": ["ages"]}, {"required": ["every", "until"]}]),
         "recalibration": _recalibration(),
         "margins": either({"const": SETTLED}, _WIDTH),
-        "drift": by_name(_drift(), PARAMETERS),
-        "missions": by_name(_mission(), PARAMETERS),
-        "changes": by_name(_changes(), PARAMETERS),
+        "drift": by_name({"$ref": "#/$defs/drift_law"}, PARAMETERS),
+        "missions": by_name({"$ref": "#/$defs/mission"}, PARAMETERS),
+        "changes": by_name({"$ref": "#/$defs/change"}, PARAMETERS),
         "limits": by_name(table(limits, LIMIT_KEYS), PARAMETERS),
         "stop": by_name(_WIDTH, PARAMETERS),
     }
     anything: Schema = {"type": "object"}
     inner: dict[str, Schema] = {key: values.get(key, anything) for key in VARIANT_KEYS}
     inner["epochs"] = table(ages, EPOCH_KEYS)
-    return table(values | {"variants": by_name(table(inner, VARIANT_KEYS))}, STUDY_KEYS)
+    return table(values | {"variants": by_name(table(inner, VARIANT_KEYS))}, STUDY_KEYS, *required)
+
+
+def study_parts() -> dict[str, Schema]:
+    """Return the definitions of the entries that a study and its variants have."""
+    return {"spread": _spread(), "drift_law": _drift(), "mission": _mission(), "change": _changes()}
 
 
 def _spread() -> Schema:

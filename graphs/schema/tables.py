@@ -9,25 +9,35 @@ Schema = dict[str, Any]
 
 PARAMETERS = r"^[a-z][a-z0-9_.]*$"  # names of parameters and measures, paths among them: single keys in quotes
 QUANTITY: Schema = {"$ref": "#/$defs/quantity"}
-NUMBER: Schema = {"anyOf": [{"type": "number"}, QUANTITY]}
+NUMBER: Schema = {"allOf": [{"$ref": "#/$defs/value"}]}
+NO_KEY: Schema = {"not": {}}  # not false: of that, Taplo marks every key of the table instead of the wrong one
 FLAG: Schema = {"type": "boolean"}
 
 
 def table(values: Mapping[str, Schema], docs: Mapping[str, str], *required: str, **more: Any) -> Schema:
-    """Return the schema of a table with these keys, each with its doc, and what else is known of it."""
+    """Return the schema of a table with these keys, each with its doc, and what else is known of it.
+
+    What a whole table must keep is asked only where all of its keys are known: a misspelt key is one fault, not two.
+    """
+    whole = {**({"required": list(required)} if required else {}), **more}
     return {
         "type": "object",
         "properties": {key: {"description": docs[key], **value} for key, value in values.items()},
-        **({"required": list(required)} if required else {}),
-        **more,
-        "additionalProperties": False,
+        "additionalProperties": NO_KEY,
+        **({"if": {"propertyNames": {"enum": list(values)}}, "then": whole} if whole else {}),
     }
 
 
 def by_name(entry: Schema, names: str = "", **more: Any) -> Schema:
     """Return the schema of a table whose names match a pattern, and whose entries are all of one form."""
-    named = {"propertyNames": {"pattern": names}} if names else {}
-    return {"type": "object", **more, **named, "additionalProperties": entry}
+    if not names:
+        return {"type": "object", **more, "additionalProperties": entry}
+    return {"type": "object", **more, "patternProperties": {names: entry}, "additionalProperties": NO_KEY}
+
+
+def by_type(form: Schema, of_tables: Schema) -> Schema:
+    """Return the schema of what is a table of one form, or something else of another: faults are told of that one."""
+    return {"if": {"type": "object"}, "then": of_tables, "else": form}
 
 
 def several(entry: Schema, least: int = 1) -> Schema:

@@ -1,5 +1,6 @@
 """The command `blocks`: all kinds by family, those that words describe, or one with its equation and an example."""
 
+import re
 from collections.abc import Iterable, Iterator, Mapping
 
 import click
@@ -8,7 +9,7 @@ from proofmass.blocks.declaration.catalog import all_blocks, facts, family_about
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import print_answer, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import BlocksRequest
 from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -36,6 +37,12 @@ def show_blocks(request: BlocksRequest) -> int:
 def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]] | None) -> int:
     kind = str(request.kind)
     block = find(kind, own)
+    if block is None and not request.example:
+        words = [re.compile(rf"\b{re.escape(word)}") for word in kind.lower().split()]
+        found = {name: of for name, of in all_blocks(own).items() if all(word.search(_said(of)) for word in words)}
+        if found:
+            print_answer(request.as_json, lambda: [facts(one) for one in found.values()], _list(found))
+            return DONE
     if block is None:
         hint = kind_hint(kind, all_blocks(own), bool(own))
         raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])

@@ -1,6 +1,6 @@
 """The command `gallery`: the graphs that come along, a line each, or what one of them is."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import groupby
 from textwrap import wrap
 from typing import Any
@@ -16,11 +16,12 @@ WIDTH = 110  # of a description, in letters
 
 def show_gallery(request: GalleryRequest) -> int:
     """List all exhibits, or show one, and return the exit code."""
-    if request.name is not None:
+    found = exhibits() if request.name is None else _found(request.name)
+    if request.name is None or found:
+        print_answer(request.as_json, lambda: [_facts(one) for one in found], _list(found))
+    else:
         chosen = exhibit(request.name)
         print_answer(request.as_json, lambda: _facts(chosen), _about(chosen))
-    else:
-        print_answer(request.as_json, lambda: [_facts(chosen) for chosen in exhibits()], _list())
     return DONE
 
 
@@ -34,10 +35,19 @@ def _facts(item: Exhibit) -> dict[str, Any]:
     }
 
 
-def _list() -> Iterator[str]:
-    """The exhibits under the headings of their families."""
-    width = max(len(one.name) for one in exhibits())
-    for family, members in groupby(exhibits(), key=lambda one: one.family):
+def _found(words: str) -> tuple[Exhibit, ...]:
+    """Return the exhibits that have all words in what they say; none where the words are the name of one."""
+    if any(words.removesuffix(".toml") == one.name for one in exhibits()):
+        return ()
+    wanted = words.lower().replace("_", " ").split()
+    texts = {one: f"{one.name} {one.family} {one.title} {one.description}".lower() for one in exhibits()}
+    return tuple(one for one, text in texts.items() if all(word in text for word in wanted))
+
+
+def _list(items: Sequence[Exhibit]) -> Iterator[str]:
+    """Exhibits under the headings of their families."""
+    width = max(len(one.name) for one in items)
+    for family, members in groupby(items, key=lambda one: one.family):
         yield f"{family}, for graphs of your own:" if family == PARTS else f"{family.replace('_', ' ')}:"
         yield from text_table([(f"  {one.name.ljust(width)}", one.title) for one in members], left=(0, 1))
         yield ""

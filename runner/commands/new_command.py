@@ -9,7 +9,7 @@ from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit
 from proofmass.graphs.files.library import FOLDER, library_file
 from proofmass.runner.commands.declarations.blocks import NewRequest
 from proofmass.runner.commands.exit_codes import DONE
-from proofmass.runner.commands.schema_command import SCHEMA_FILE, write_schema_file
+from proofmass.runner.commands.schema_command import write_schema_file
 
 PYTHON_TEMPLATE = FOLDER / "template.py"
 
@@ -25,14 +25,18 @@ def write_new_graph(request: NewRequest) -> int:
     beside = {path.parent / file: library_file(file) for file in copied.beside} if copied else {}
     sources = {path: copied.path if copied else library_file(TEMPLATE)} | beside
     _copy(sources)
-    also = [str(target) for target in beside]
-    if (schema := path.parent / SCHEMA_FILE).exists():  # perhaps with own blocks
-        written = [str(path), *also]
-    else:
-        write_schema_file(schema, None)
-        written = [str(path), *also, str(schema)]
+    names = dict.fromkeys(_schema_named(source) for source in sources.values() if source.suffix == ".toml")
+    schemas = [schema for name in names if not (schema := path.parent / name).exists()]  # perhaps with own blocks
+    for schema in schemas:
+        write_schema_file(schema)
+    written = map(str, (path, *beside, *schemas))
     click.echo(f"wrote {', '.join(written)}; {_next(path, copied)}")
     return DONE
+
+
+def _schema_named(source: Path) -> str:
+    """Return the name of the schema that the first line of a file of the library names."""
+    return source.read_text(encoding="utf-8").partition("\n")[0].removeprefix("#:schema ")
 
 
 def _write_python(path: Path) -> int:

@@ -1,23 +1,25 @@
-"""The command `schema`: the JSON Schema of graph files."""
+"""The command `schema`: the JSON Schemas of graph and study files."""
 
 import json
 from pathlib import Path
 
-from proofmass.graphs.schema.schema import schema
+from proofmass.graphs.schema.schema import graph_schema, study_file_schema
 from proofmass.runner.commands.answers import write_or_print
 from proofmass.runner.commands.declarations.graphs import SchemaRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 
-SCHEMA_FILE = "proofmass-graph.json"  # the name in the first line of graphs of the library
+SCHEMA_FILE, STUDY_SCHEMA_FILE = "proofmass-graph.json", "proofmass-study.json"  # in the first lines of files
 
 
-def write_schema_file(path: Path, own: Path | None) -> None:
-    """Write the schema to a file."""
-    path.write_text(json.dumps(schema(own_blocks(own))) + "\n", encoding="utf-8")  # without space, a third of the size
+def write_schema_file(path: Path) -> None:
+    """Write the schema of that name to a file, without space."""
+    schema = study_file_schema() if path.name == STUDY_SCHEMA_FILE else graph_schema()
+    path.write_text(json.dumps(schema, separators=(",", ":")) + "\n", encoding="utf-8")
 
 
 def write_schema(request: SchemaRequest) -> int:
-    """Write the schema to a file, or print it, and return the exit code."""
-    write_or_print(json.dumps(schema(own_blocks(request.own)), indent=2), request.output)
+    """Write a schema to a file, or print it, and return the exit code."""
+    schema = study_file_schema() if request.study else graph_schema(own_blocks(request.own))
+    write_or_print(json.dumps(schema, separators=(",", ":")), request.output)
     return DONE

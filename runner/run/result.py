@@ -2,7 +2,7 @@
 
 import hashlib
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import ItemsView, Iterator, KeysView, Mapping, ValuesView
 from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
@@ -11,6 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
+from numpy.lib.mixins import NDArrayOperatorsMixin
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.libraries import need
@@ -79,8 +80,10 @@ def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
 
 
 @dataclass(frozen=True)
-class Trace(Plotted):
+class Trace(NDArrayOperatorsMixin, Plotted):
     """Recording of one probe: a row per tick, the first at t = 0 or at the clock offset of its block.
+
+    Arithmetic with it gives arrays of its values, as in `2 * trace` or `numpy.abs(trace)`.
 
     >>> from proofmass import read_graph, simulate
     >>> trace = simulate(read_graph("library:template"), duration="1 ms")["sensor.displacement"]
@@ -160,6 +163,11 @@ class Trace(Plotted):
         """Return the values, for NumPy and what builds on it."""
         return np.array(self.values, dtype=dtype, copy=copy) if copy else np.asarray(self.values, dtype=dtype)
 
+    def __array_ufunc__(self, ufunc: np.ufunc, method: str, *inputs: Any, **options: Any) -> Any:
+        """Return what a function of NumPy makes of the values."""
+        values = [one.values if isinstance(one, Trace) else one for one in inputs]
+        return getattr(ufunc, method)(*values, **options)
+
     def __repr__(self) -> str:
         """Signal, unit, rows and range, in a line."""
         if self.statistics is None:
@@ -225,6 +233,21 @@ class Result(Plotted):
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.traces)
+
+    def __contains__(self, signal: object) -> bool:
+        return signal in self.traces
+
+    def keys(self) -> KeysView[str]:
+        """Return the signals that were recorded."""
+        return self.traces.keys()
+
+    def values(self) -> ValuesView[Trace]:
+        """Return the traces."""
+        return self.traces.values()
+
+    def items(self) -> ItemsView[str, Trace]:
+        """Return the signals with their traces."""
+        return self.traces.items()
 
     def __repr__(self) -> str:
         """Graph, ticks and signals, in a line."""

@@ -1,28 +1,26 @@
-"""The schema of graph files, made once, and a validator that tries a block against its own kind alone."""
+"""The schemas of graph and study files, made once, and their validators."""
 
-from collections.abc import Iterator
 from typing import Any
 
-from jsonschema import Draft202012Validator, ValidationError
-from jsonschema.validators import extend
+from jsonschema import Draft202012Validator
 
-from proofmass.graphs.schema.schema import schema
+from proofmass.graphs.schema.schema import graph_schema, study_file_schema
 
-SCHEMA = schema()
-PLAIN = Draft202012Validator(SCHEMA)
-
-
-def _one_of(validator: Any, branches: list[Any], instance: Any, whole: Any) -> Iterator[ValidationError]:
-    """Check `oneOf` by the branches that may be valid: a branch whose constant `kind` is another is not."""
-    kind = instance.get("kind") if isinstance(instance, dict) else None
-    possible = [branch for branch in branches if kind is None or _kind(branch) in (None, kind)]
-    return Draft202012Validator.VALIDATORS["oneOf"](validator, possible, instance, whole)  # type: ignore[no-any-return]
+SCHEMA, STUDY_SCHEMA = graph_schema(), study_file_schema()
+VALIDATOR, STUDY_VALIDATOR = Draft202012Validator(SCHEMA), Draft202012Validator(STUDY_SCHEMA)
 
 
-def _kind(branch: Any) -> Any:
-    """Return the constant of `kind` in the definition that a branch refers to."""
-    definition = SCHEMA["$defs"].get(branch.get("$ref", "").removeprefix("#/$defs/"), {})
-    return definition.get("properties", {}).get("kind", {}).get("const")
+def validator_of(table: dict[str, Any]) -> Draft202012Validator:
+    """Return the validator of a graph, or of a study that names its graph."""
+    return STUDY_VALIDATOR if isinstance(table.get("graph"), str) else VALIDATOR
 
 
-VALIDATOR = extend(Draft202012Validator, {"oneOf": _one_of})(SCHEMA)
+def of_kind(schema: dict[str, Any], kind: str) -> dict[str, Any]:
+    """Return what a graph schema says of a kind of block, with its references to definitions followed."""
+    rules = schema["$defs"]["block"]["then"]["allOf"]
+    (rule,) = (rule["then"] for rule in rules if kind in rule["if"]["properties"]["kind"]["enum"])
+    return {name: _followed(schema, form) for name, form in rule["properties"].items()}
+
+
+def _followed(schema: dict[str, Any], form: Any) -> Any:
+    return schema["$defs"][form["$ref"].removeprefix("#/$defs/")] if isinstance(form, dict) and "$ref" in form else form

@@ -64,7 +64,10 @@ class NoiseSource:
         return self.dither is not None and not self.dither.enough
 
 
-@dataclass(frozen=True)
+_NAMED = 3  # sources in a line
+
+
+@dataclass(frozen=True, repr=False)
 class NoiseBudget(Plotted):
     """The noise of an output by its sources, the largest first; densities are one-sided, in unit^2/Hz.
 
@@ -89,6 +92,13 @@ class NoiseBudget(Plotted):
     notes: tuple[str, ...]  # what the budget leaves out or takes for granted
     derivatives: Sensitivity | None = None  # of the rms by parameters, where wanted
     steps: tuple[OneMore, ...] = ()  # of integer parameters of quantisers, where wanted
+
+    def __repr__(self) -> str:
+        """The output, its noise in the band, and the largest sources, in a line."""
+        largest = ", ".join(f"{100.0 * source.share:.1f} % {source.block}" for source in self.sources[:_NAMED])
+        low, high = self.band
+        noise = f"{in_print(self.rms, self.unit)} rms, {low:g} Hz to {high:g} Hz"
+        return f"<NoiseBudget of {self.output}: {noise}; {largest or 'no sources'}>"
 
     def to_pandas(self) -> "pandas.DataFrame":
         """Return a row for each source: block, kind, rms in the unit of the output, and share of the mean square."""

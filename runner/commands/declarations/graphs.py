@@ -283,15 +283,17 @@ class RtlRequest(Changed, does="rtl_command.write_rtl"):
 
 
 class SchemaRequest(Request, does="schema_command.write_schema"):
-    """Write the JSON Schema of graphs and studies.
+    """Write the JSON Schema of graphs, or of study files.
 
     Editors use it to complete and check files.
 
     \b
     proofmass schema -o proofmass-graph.json
+    proofmass schema --study -o proofmass-study.json
     """
 
     output: Path | None = output_option("the screen")
+    study: bool = flag("Write the schema of study files instead.")
     own: Path | None = OWN
     as_json: bool = flag("Change nothing: a schema is JSON.", "--json")
 

@@ -9,7 +9,7 @@ from proofmass.graphs.files.gallery import PARTS, exhibits
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.schema_command import SCHEMA_FILE
+from proofmass.runner.commands.schema_command import SCHEMA_FILE, STUDY_SCHEMA_FILE
 
 GALLERY = exhibits()
 
@@ -46,7 +46,10 @@ def test_copies(name: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -
     assert "wrote" in said(capsys, "new", str(copy), "--from", name)
     original = next(one for one in GALLERY if one.name == name.removesuffix(".toml"))
     assert copy.read_text() == original.path.read_text()
-    assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", SCHEMA_FILE, *original.beside}
+    files = [copy, *(tmp_path / file for file in original.beside if file.endswith(".toml"))]
+    schemas = {file.read_text(encoding="utf-8").partition("\n")[0].removeprefix("#:schema ") for file in files}
+    assert schemas <= {SCHEMA_FILE, STUDY_SCHEMA_FILE}
+    assert {path.name for path in tmp_path.iterdir()} == {"mine.toml", *schemas, *original.beside}
     if original.family == PARTS:
         assert read_graph(copy).exports
     else:

@@ -65,3 +65,20 @@ def test_words_of_other_tools_are_none_of_ours() -> None:
 def test_a_file_too_many_is_no_missing_quote(command: Command) -> None:
     answer = command("run", "loop.toml", "--seed", "1", "other.toml")
     assert answer.err.endswith("Error: Got unexpected extra argument (other.toml)\n")
+
+
+@pytest.mark.parametrize(
+    ("words", "names"),
+    [
+        (("gallery", "gyroscope"), ("closed_loop_gyroscope", "gyroscope_axis", "fibre_optic_gyroscope")),
+        (("gallery", "seismometer"), ("force_balance_seismometer",)),
+        (("blocks", "geophone"), ("MassSpringDamper",)),
+        (("blocks", "seismometer"), ("MassSpringDamper",)),
+        (("blocks", "johnson noise"), ("WhiteNoise",)),
+        (("blocks", "--find", "geophone"), ("MassSpringDamper",)),
+    ],
+)
+def test_a_word_lists_what_contains_it(words: tuple[str, ...], names: tuple[str, ...], command: Command) -> None:
+    answer = command(*words)
+    assert answer.code == 0
+    assert not [name for name in names if name not in answer.out]
