@@ -8,10 +8,10 @@ and |A / B| has a peak where the derivative of A A* / (B B*) is zero.
 import itertools
 import math
 import random
-import warnings
 from collections.abc import Sequence
 from typing import Any, NamedTuple
 
+import flint
 import mpmath
 
 from proofmass.blocks import (
@@ -30,6 +30,7 @@ from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 from proofmass.graphs.model.build import Graph
 
 DIGITS = 80
+_BITS = 512
 _ON_THE_AXIS = mpmath.mpf(10) ** -30
 _TURN = 2.0 * math.pi
 Polynomial = list[Any]  # coefficients, the highest power first
@@ -205,7 +206,12 @@ def _truth(gain: float, parts: Sequence[Part], rate: float | None) -> Truth:
             numerator = _product(numerator, [mpmath.mpf(value) for value in part.numerator])
             denominator = _product(denominator, [mpmath.mpf(value) for value in part.denominator])
         numerator = [mpmath.mpf(0)] * (len(denominator) - len(numerator)) + numerator
-        return _Loop(numerator, denominator, rate).truth()
+        return truth_of_quotient(numerator, denominator, rate)
+
+
+def truth_of_quotient(numerator: Polynomial, denominator: Polynomial, rate: float | None) -> Truth:
+    """Return what a loop L = N / D has, with as many coefficients in both; at a rate, or in continuous time."""
+    return _Loop(numerator, denominator, rate).truth()
 
 
 class _Loop:
@@ -256,9 +262,9 @@ class _Loop:
     def _on_the_axis(self, p: Polynomial) -> list[Any]:
         """Return the roots on the upper half of the axis, apart from its ends."""
         if self.rate is not None:
-            on = [z for z in _roots(p) if abs(abs(z) - 1) < _ON_THE_AXIS and z.imag > _ON_THE_AXIS]
+            on = [z for z in roots_of(p) if abs(abs(z) - 1) < _ON_THE_AXIS and z.imag > _ON_THE_AXIS]
         else:
-            on = [s for s in _roots(p) if s.imag > 0 and abs(s.real) < _ON_THE_AXIS * abs(s)]
+            on = [s for s in roots_of(p) if s.imag > 0 and abs(s.real) < _ON_THE_AXIS * abs(s)]
         return on
 
     def _ends(self) -> list[Any]:
@@ -281,13 +287,13 @@ class _Loop:
         return float(max(sizes))
 
     def _outside(self, closed: Polynomial) -> float:
-        roots = _roots(closed)
+        roots = roots_of(closed)
         if self.rate is not None:
             return float(max((abs(z) - 1 for z in roots), default=mpmath.mpf(-1)))
         return float(max(s.real for s in roots) / max(abs(s) for s in roots)) if roots else -1.0
 
 
-def _roots(p: Polynomial) -> list[Any]:
+def roots_of(p: Polynomial) -> list[Any]:
     """Return the roots other than exact ones at 0, 1 and -1 of more than one, which are divided out once too often."""
     p = list(p)
     largest = max(map(abs, p), default=mpmath.mpf(0))
@@ -305,9 +311,25 @@ def _roots(p: Polynomial) -> list[Any]:
             ends = [*ends, mpmath.mpf(end)]
     if len(p) < 2:
         return ends
-    with warnings.catch_warnings():  # mpmath 1.4 wants the other order, which 1.3 does not know
-        warnings.simplefilter("ignore", DeprecationWarning)
-        return [*ends, *map(mpmath.mpc, mpmath.polyroots(p, maxsteps=1000, extraprec=4 * DIGITS))]
+    return [*ends, *_apart(p)]
+
+
+def _apart(p: Polynomial) -> list[Any]:
+    """Return the roots of a polynomial, those of its numbers as they are: isolated by Arb."""
+    flint.ctx.prec = _BITS
+    exact = flint.fmpq_poly([flint.fmpq(*_quotient(value)) for value in reversed(p)])
+    return [_number(root) for root, times in exact.numer().complex_roots() for _ in range(times)]
+
+
+def _quotient(value: Any) -> tuple[int, int]:
+    sign, mantissa, exponent, _ = mpmath.mpf(value)._mpf_
+    whole = -int(mantissa) if sign else int(mantissa)
+    return (whole << exponent, 1) if exponent >= 0 else (whole, 1 << -exponent)
+
+
+def _number(root: Any) -> Any:
+    parts = [part.mid().man_exp() for part in (root.real, root.imag)]
+    return mpmath.mpc(*(mpmath.ldexp(int(mantissa), int(exponent)) for mantissa, exponent in parts))
 
 
 def _value(p: Polynomial, place: Any) -> Any:

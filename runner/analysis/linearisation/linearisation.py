@@ -302,7 +302,8 @@ def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLo
     closed, *after = (
         np.real(OpenLoop(one).closed()) for one in (between, *(later.kept(kept) for later in whole.later))
     )
-    return OpenLoop(between, variation=variation(closed, after), ticks=ticks)
+    moves = any((matrix != closed).any() for matrix in after)
+    return OpenLoop(between, variation=variation(closed, after) if moves else None, ticks=ticks)
 
 
 def _no_gain(node: Endpoint) -> Problem:

@@ -128,9 +128,9 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     parts = left.conj().T @ vectors
     parts = np.divide(parts, between[:, None], out=np.zeros_like(parts), where=between[:, None] != 0.0)
     theirs = np.abs(values[:, None] - poles) <= np.maximum(reach, np.min(np.abs(values[:, None] - poles), axis=0))
-    turned = right @ np.where(theirs, parts, 0.0)
+    turned = (right @ np.where(theirs, parts, 0.0)).astype(complex)
     sizes = np.linalg.norm(turned, axis=0)
-    return np.asarray(np.divide(turned, sizes, out=vectors.copy(), where=sizes > 0.0))
+    return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
 
 
 def _norms(first: Parts, second: Parts, z: Complex) -> tuple[Array, Array]:

@@ -61,9 +61,11 @@ class Orbit:
         closer = np.flatnonzero((miss < back) & (miss < np.concatenate([[np.inf], best[:-1]])))
         yield from (int(i) + 1 for i in closer[:_TRIES])
 
-    def fastest(self) -> tuple[str, str, float]:
-        """Block and number that moves most from one period to the next, and the part of its swing."""
+    def fastest(self) -> tuple[str, str, float] | None:
+        """Block and number that moves most from a period to the next, and the part of its swing; None if none does."""
         chosen = self.turning if len(self.turning) else self._moving
+        if not len(chosen):
+            return None
         steps = np.abs(np.diff(self._values[:, chosen], axis=0)).max(axis=0) / self._swing[chosen]
         name, part, index = self._keys[chosen[int(np.argmax(steps))]]
         return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))

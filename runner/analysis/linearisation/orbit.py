@@ -196,7 +196,8 @@ class OrbitSearch:
         A pole on the boundary of stability is known as well as an orbit that still turns repeats.
         """
         after = self._map(1)
-        return OrbitPoint(first, 1, later=() if np.array_equal(first.matrix, after.matrix) else (after,))
+        alike = np.array_equal(first.matrix[:, :-1], after.matrix[:, :-1])
+        return OrbitPoint(first, 1, later=() if alike else (after,))
 
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
@@ -348,11 +349,13 @@ class OrbitSearch:
 
     def _returns(self) -> Iterator[int]:
         """Yield the numbers of periods after which rings, sources, numbers or the map may be back."""
-        turns = self._rings.turns()
-        if 1 < turns <= self._longest:
-            yield turns
-        yield from self._repetition()
-        yield from self._orbit(paired=True).returns(_EXACTLY)
+        turns = (1, *sorted({ring.turn for ring in self._rings.of.values()}), self._rings.turns())
+        known = {1}
+        for periods in (1, *self._repetition(), *self._orbit(paired=True).returns(_EXACTLY)):
+            for turned in (math.lcm(periods, turn) for turn in turns):  # rings may begin anew at their own turns
+                if turned not in known and turned <= self._longest:
+                    known.add(turned)
+                    yield turned
         first = self._map(0)
         most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
         yield from (n for n in range(2, most + 1) if self._same(first, self._map(n)))
@@ -384,13 +387,20 @@ class OrbitSearch:
                 return (switch_note(look * self._period),)
         return ()
 
+    def _slowest_ring(self) -> tuple[str, str, float]:
+        """Return the block and buffer whose place is back last, and the part of its turn that it moves in a period."""
+        if not self._rings.of:
+            return self._names[0], self._names[0], 0.0
+        (name, buffer), ring = max(self._rings.of.items(), key=lambda item: item[1].turn)
+        return name, f"{name}.{buffer}", 1.0 / ring.turn
+
     def _start_up(self) -> str:
         return (
             'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
         )
 
     def _refused(self, orbit: "Orbit", found: PeriodMap) -> Problem:
-        name, part, step = orbit.fastest()
+        name, part, step = orbit.fastest() or self._slowest_ring()
         turning = any(True for _ in orbit.turning)
         crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
         crossed = crossed and f", which would put crossovers at {crossed}"

@@ -50,7 +50,7 @@ class TickMaps:
         grown = np.full(len(factors), np.inf)
         for i in np.flatnonzero(np.isfinite(products).all(axis=(1, 2))):
             left_out = [pole * 2.0 ** -float(exponents[i]) for pole in hidden]
-            sizes = np.abs(_others(np.linalg.eigvals(products[i]), left_out))
+            sizes = np.abs(others(np.linalg.eigvals(products[i]), left_out))
             with np.errstate(divide="ignore"):
                 grown[i] = np.log(np.max(sizes, initial=0.0)) + exponents[i] * np.log(2.0)
         return grown
@@ -95,7 +95,7 @@ class TickMaps:
             a, g, h = map(np.concatenate, zip(_composed(a, g, h), left, strict=True))
         kept = np.ix_(*[list(self.places.values())] * 2)  # what else there is in x begins each period at zero
         values = _symplectic_poles(a[0][kept], g[0][kept], h[0][kept], np.real(self.closed(list(self.places))))
-        values = _others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
+        values = others(values, [*hidden, *(1.0 / pole.conjugate() for pole in hidden)])
         on_circle = values[np.abs(np.abs(values) - 1.0) <= near]
         return sorted(float(angle) for angle in np.angle(on_circle))
 
@@ -256,7 +256,7 @@ def _turned(maps: Array) -> Array:
     return np.asarray(maps.transpose(0, 2, 1))
 
 
-def _others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[Any]:
+def others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[Any]:
     """Return the eigenvalues without those that are nearest to hidden ones."""
     left = list(values)
     for pole in hidden:

@@ -2,8 +2,8 @@
 
 No single L exists: L is the matrix of the lifted system (`open_loop`), S and T are matrices whose size is the largest
 singular value. Gain and phase margin are the factor and the turn at the wire that put a pole of the closed period on
-the unit circle; the delay margin is the number of whole samples before the first that does, or 64. Crossovers
-are those of the response at the input's own frequency, found by a sweep.
+the unit circle; the delay margin is the number of whole samples before the first that does (`delays`). Crossovers are
+those of the response at the input's own frequency, found by a sweep.
 """
 
 import math
@@ -15,11 +15,11 @@ import scipy.sparse.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.continuation import stable_intervals
+from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, sweep
 from proofmass.runner.host.arrays import Array
 
-LARGEST_DELAY = 64  # samples
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
 _PEAK = 1e-9  # relative accuracy of the height of a peak
@@ -28,7 +28,6 @@ _BEFORE = 0.1  # part of the distance of the slowest pole within which it does
 _LEAST = 1e-6  # part of the offset by which a level is above it: the size of any T that never answers at once
 _FEW = 64  # rows of a matrix of which all singular values are computed
 _svds: Any = scipy.sparse.linalg.svds
-_OUTSIDE = 1.0 + 1e-12
 
 
 def figures_of(system: OpenLoop, stable: bool) -> Figures:
@@ -66,33 +65,26 @@ def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
     return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
 
 
-def delay_margin(system: OpenLoop) -> float:
-    """Seconds of whole samples before the first that makes the loop unstable."""
-    for samples in range(1, LARGEST_DELAY + 1):
-        if _delayed_radius(system, samples) >= _OUTSIDE:
-            return (samples - 1) * system.sample
-    return LARGEST_DELAY * system.sample
-
-
 def largest(system: OpenLoop, offset: float) -> tuple[float, float]:
     """Angular frequency and value of the largest |offset - T|, T = L (I + L)^-1, between rest and half the rate.
 
-    Above the value at some frequency, a level is below the largest if and only if some singular value crosses it: the
-    highest such level is found by bisection (Boyd, Balakrishnan and Kabamba, Math. Control Signals Systems 2, 1989,
-    207).
+    Some singular value crosses a level just above the largest value that is known if and only if there is a larger one:
+    it lies between two crossings (Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287). Where a narrow
+    peak comes too near to its level to be told apart, no place between them is higher.
     """
     maps, period = system.by_values, system.map.period
-    w = np.unique(np.abs([0.0, math.pi, *np.angle(system.poles)])) / period
-    values = [_norm(offset * np.eye(system.per_period) - matrix) for matrix in system.complementary(w)]
-    best = int(np.argmax(values))
-    low, high, angles = values[best], math.inf, [float(w[best]) * period]
-    level = max(low * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
     near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))
-    while high - low > _PEAK * low:
-        crossed = maps.crossed(level, offset, near, system.hidden)
-        low, high, angles = (level, high, crossed) if crossed else (low, level, angles)
-        level = 2.0 * low if math.isinf(high) else 0.5 * (low + high)
-    return abs(angles[len(angles) // 2]) / period, low
+    angles = np.unique(np.abs([0.0, math.pi, *np.angle(system.poles)]))
+    at, best = 0.0, -math.inf
+    while True:
+        sizes = [_norm(offset * np.eye(system.per_period) - matrix) for matrix in system.complementary(angles / period)]
+        highest = int(np.argmax(sizes))
+        if sizes[highest] <= best * (1.0 + _PEAK):
+            return at / period, best
+        at, best = float(angles[highest]), float(sizes[highest])
+        level = max(best * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
+        crossed = np.unique(np.abs([0.0, math.pi, *maps.crossed(level, offset, near, system.hidden)]))
+        angles = np.unique(np.concatenate([crossed, 0.5 * (crossed[:-1] + crossed[1:])]))
 
 
 def _norm(matrix: Array) -> float:
@@ -125,18 +117,6 @@ def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
     ends = [math.pi / system.sample]
     found = crossings(response.up_to(ends[0] * (1.0 - 1e-9)), lambda values: values.imag, 2 * MOST_CROSSOVERS) + ends
     return [v for v, answer in zip(found, system.response(np.array(found)), strict=True) if answer.real < 0.0]
-
-
-def _delayed_radius(system: OpenLoop, samples: int) -> float:
-    """Largest pole with the wire delayed by some of its samples: a register for each."""
-    a, b, c, d = system.matrices
-    n, p = len(a), system.per_period
-    # What the wire brings in a period is the last entries of a queue: the registers, then what comes back.
-    queue = np.vstack([np.hstack([np.zeros((samples, n)), np.eye(samples)]), np.hstack([c, np.zeros((p, samples))])])
-    for row in range(p):  # u[row] = -queue[row], and what comes back in the same period may depend on it
-        queue[samples + row] -= d[row, :row] @ queue[:row] if row else 0.0
-    state = np.hstack([a, np.zeros((n, samples))]) - b @ queue[:p]
-    return float(np.max(np.abs(np.linalg.eigvals(np.vstack([state, queue[p:]])))))
 
 
 def _bandwidth(system: OpenLoop, w: Any) -> float | None:

@@ -36,11 +36,12 @@ def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[M
     places = _places(values, marginal)
     moved = _moved(system, left, right, scale)
     hidden = [(pole, i) for pole, i in zip(marginal, places, strict=True) if moved[i] <= 2.0 * pole.uncertainty]
-    if not hidden:
+    rest = _without(system, alike, scale, [complex(values[i]) for _, i in hidden]) if hidden else None
+    if rest is None:
         return system, verdict, poles, ()
     verdict, poles = together(pole for pole in poles if not any(pole is other for other, _ in hidden))
     modes = tuple(_mode(system, pole, right[:, i]) for pole, i in hidden if pole.value.imag >= 0.0)
-    return _without(system, alike, scale, [complex(values[i]) for _, i in hidden]), verdict, poles, modes
+    return rest, verdict, poles, modes
 
 
 def _places(values: Complex, poles: Sequence[Pole]) -> list[int]:
@@ -70,11 +71,19 @@ def _mode(system: OpenLoop, pole: Pole, vector: Complex) -> Mode:
     return Mode(pole, 1, tuple(blocks), True)
 
 
-def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[complex]) -> OpenLoop:
-    """Return the system on the invariant subspace of its other closed-loop poles."""
-    right, left = _subspace(alike, hidden), _subspace(alike.T, hidden)
-    others = np.eye(len(alike)) - np.real(right @ np.linalg.solve(left.T @ right, left.T))
-    alone = np.linalg.svd(others)[0][:, : len(alike) - len(hidden)]
+def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[complex]) -> OpenLoop | None:
+    """Return the system on the invariant subspace of its other closed-loop poles; None if one of these is the same."""
+    every = np.linalg.eigvals(alike)
+    distances = np.sort(np.min(np.abs(every[:, None] - np.array(hidden)), axis=1))
+    n, count = len(alike), len(hidden)
+    apart = 0.5 * (distances[count - 1] + distances[count]) if count < n else math.inf
+    form, turn, first = _schur(alike, output="complex", sort=lambda value: min(abs(value - v) for v in hidden) <= apart)
+    if first != count:
+        return None
+    mixed = scipy.linalg.solve_sylvester(form[:count, :count], -form[count:, count:], -form[:count, count:])
+    kept = np.block([[np.zeros((count, count)), mixed], [np.zeros((n - count, count)), np.eye(n - count)]])
+    others = np.real(turn @ kept @ turn.conj().T)
+    alone = np.linalg.svd(others)[0][:, : n - count]
     basis, dual = scale[:, None] * alone, alone.T @ others / scale
     a, b, c, d = system.map.parts()
     matrix = np.block([[dual @ a @ basis, dual @ b, np.zeros((len(dual), 1))], [c @ basis, d, np.zeros((len(c), 1))]])
@@ -82,13 +91,3 @@ def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[comp
     ticks = None if system.continuous else system.by_values
     alone_map = replace(system.map, states=states, matrix=matrix, slopes={}, point=(), later=(), ticks=ticks)
     return OpenLoop(alone_map, continuous=system.continuous, hidden=tuple(hidden))
-
-
-def _subspace(a: Array, values: Sequence[complex]) -> Complex:
-    """Return an orthonormal basis of the invariant subspace of some eigenvalues."""
-    every = np.linalg.eigvals(a)
-    distances = np.sort(np.min(np.abs(every[:, None] - np.array(values)), axis=1))
-    apart = 0.5 * (distances[len(values) - 1] + distances[len(values)]) if len(values) < len(a) else math.inf
-    _, turned, count = _schur(a, output="complex", sort=lambda value: min(abs(value - v) for v in values) <= apart)
-    basis: Complex = turned[:, :count]
-    return basis

@@ -27,6 +27,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
+from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
@@ -148,7 +149,7 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         verdict, poles, hidden = visible.verdict, visible.poles, visible.hidden
         figures = scalar.figures_of(visible.transfer, sampled, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
-            figures = figures.with_values(delay_margin=lifted.delay_margin(system))
+            figures = figures.with_values(delay_margin=delay_margin(system))
         poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
         check_by_sweep(system, loop, visible.transfer.on_axis(sampled), figures, poles_apart)
     return Margins(

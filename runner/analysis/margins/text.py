@@ -6,8 +6,8 @@ from collections.abc import Sequence
 from typing import Any
 
 from proofmass.runner.analysis.linearisation.poles import Pole
+from proofmass.runner.analysis.margins.delays import only_counted
 from proofmass.runner.analysis.margins.figures import decibels
-from proofmass.runner.analysis.margins.lifted import LARGEST_DELAY
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 
@@ -138,7 +138,7 @@ def _delay(margins: Margins, delay: float) -> str:
     text = seconds_text(delay)
     if not margins.sample:
         return text
-    more = ", or more" if delay == LARGEST_DELAY * margins.sample else ""
+    more = ", or more" if only_counted(margins.system, delay) else ""
     return f"{text} ({delay / margins.sample:.2f} samples){more}"
 
 

@@ -1,0 +1,115 @@
+"""The delay margin of a loop with several values of its wire in a period: whole values before the first too many.
+
+A delay of r values and q periods is a register of r values, and q periods are a factor z^-q at the wire. So a pole
+exp(j theta) on the unit circle is one that a factor exp(-j phi) puts there, with q theta = phi but for whole turns. All
+such pairs are found for each r. As q grows past phi / theta the pole leaves the circle, to the side to which it leaves
+it as phi grows: the unstable poles of each q are counted.
+"""
+
+import math
+from collections.abc import Sequence
+from itertools import pairwise
+
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.tick_maps import others
+from proofmass.runner.host.arrays import Array, Complex
+
+MOST_VALUES = 24  # of a period in which any delay is found; beyond it, delays up to as many as `COUNTED`
+COUNTED = 64  # values
+_TURNS = 360  # of the circle
+_HALVED = 48  # times that a step of it is
+_OUTSIDE = 1.0 + 1e-12
+_TRIED = 64  # turns of a pole
+_ANY = 1.2345  # a turn at which no pole is on the circle but one that nothing moves
+_STILL = 1e-9  # distance from the circle of such a pole
+Parts = tuple[Array, Array, Array, Array]
+
+
+def delay_margin(system: OpenLoop) -> float | None:
+    """Seconds of whole values of the wire before the first that makes the loop unstable; None if none does."""
+    values = system.per_period
+    last = values if values <= MOST_VALUES else COUNTED + 1
+    for late in range(1, last):
+        poles = _poles(_delayed(system.matrices, late), np.zeros(1))
+        if np.max(np.abs(poles), initial=0.0) >= _OUTSIDE:
+            return (late - 1) * system.sample
+    if values > MOST_VALUES:
+        return COUNTED * system.sample
+    periods = [_first_unstable(_delayed(system.matrices, late)) for late in range(values)]
+    found = [late + values * number for late, number in enumerate(periods) if number is not None]
+    return (min(found) - 1) * system.sample if found else None
+
+
+def only_counted(system: OpenLoop, delay: float) -> bool:
+    """Return whether a delay margin is where the counting ended."""
+    return system.per_period > MOST_VALUES and delay == COUNTED * system.sample
+
+
+def _delayed(parts: Parts, late: int) -> Parts:
+    """Return a lifted loop with its wire late by some values, with a register for each."""
+    a, b, c, d = parts
+    n, p = len(a), len(d)
+    if late > p:
+        return _delayed(_delayed(parts, p), late - p)
+    kept = p - late
+    return (
+        np.block([[a, np.zeros((n, late))], [c[kept:], np.zeros((late, late))]]),
+        np.vstack([b, d[kept:]]),
+        np.block([[np.zeros((late, n)), np.eye(late)], [c[:kept], np.zeros((kept, late))]]),
+        np.vstack([np.zeros((late, p)), d[:kept]]),
+    )
+
+
+def _poles(parts: Parts, turns: Array) -> Complex:
+    """Return the poles of a period for each turn at the wire."""
+    a, b, c, d = parts
+    factors = np.exp(-1j * turns)[:, None, None]
+    back = np.linalg.solve(np.eye(len(d)) + factors * d, np.broadcast_to(c, (len(factors), *c.shape)))
+    return np.asarray(np.linalg.eigvals(a - factors * (b @ back)), dtype=complex)
+
+
+def _first_unstable(parts: Parts) -> int | None:
+    """Return the least number of whole periods that makes a loop unstable that is stable without them."""
+    pairs = _on_circle(parts)
+    turns, angles, ways = np.array(pairs).reshape(-1, 3).T
+    out = np.flatnonzero(ways > 0.0)
+    tried = np.ceil((turns[out, None] + 2.0 * math.pi * np.arange(_TRIED)) / angles[out, None])
+    for number in np.unique(np.maximum(tried, 1.0)):
+        crossed = np.floor((number * angles - turns) / (2.0 * math.pi)) + 1.0
+        if np.sum(ways * np.maximum(crossed, 0.0)) > 0.0:
+            return int(number)
+    return None
+
+
+def _on_circle(parts: Parts) -> list[tuple[float, float, float]]:
+    """Return turns at the wire, the angle of the pole in the upper half that each puts on the circle, and its way."""
+    grid = np.linspace(0.0, 2.0 * math.pi, _TURNS + 1)
+    (any_turn,) = _poles(parts, np.array([_ANY]))
+    still = any_turn[np.abs(np.abs(any_turn) - 1.0) < _STILL].tolist()  # whatever the wire does
+    counts = [len(_outside(poles, still)) for poles in _poles(parts, grid)]
+    pairs = list[tuple[float, float, float]]()
+    for (low, high), (before, after) in zip(pairwise(grid.tolist()), pairwise(counts), strict=True):
+        if before != after:
+            turn, pole = _crossing(parts, still, low, high, before)
+            angle = float(np.angle(pole))
+            if angle > 0.0:
+                pairs.append((turn, angle, math.copysign(1.0, after - before)))
+    return pairs
+
+
+def _outside(poles: Complex, still: Sequence[complex]) -> Complex:
+    """Return the poles outside the circle, one of each pair, without those that nothing moves."""
+    moving = others(poles, still)
+    return np.asarray(moving[(np.abs(moving) > 1.0) & (moving.imag >= 0.0)])
+
+
+def _crossing(parts: Parts, still: Sequence[complex], low: float, high: float, before: int) -> tuple[float, complex]:
+    """Return the turn at which the number of poles outside changes first, and the pole on the circle there."""
+    for _ in range(_HALVED):
+        middle = 0.5 * (low + high)
+        outside = len(_outside(_poles(parts, np.array([middle]))[0], still))
+        low, high = (middle, high) if outside == before else (low, middle)
+    poles = others(_poles(parts, np.array([high]))[0], still)
+    return high, complex(poles[np.argmin(np.abs(np.abs(poles) - 1.0))])
