@@ -317,8 +317,9 @@ def roots_of(p: Polynomial) -> list[Any]:
 def _apart(p: Polynomial) -> list[Any]:
     """Return the roots of a polynomial, those of its numbers as they are: isolated by Arb."""
     flint.ctx.prec = _BITS
-    exact = flint.fmpq_poly([flint.fmpq(*_quotient(value)) for value in reversed(p)])
-    return [_number(root) for root, times in exact.numer().complex_roots() for _ in range(times)]
+    exact: Any = flint.fmpq_poly([flint.fmpq(*_quotient(value)) for value in reversed(p)])
+    roots: Any = exact.numer().complex_roots()
+    return [_number(root) for root, times in roots for _ in range(times)]
 
 
 def _quotient(value: Any) -> tuple[int, int]:
@@ -329,7 +330,8 @@ def _quotient(value: Any) -> tuple[int, int]:
 
 def _number(root: Any) -> Any:
     parts = [part.mid().man_exp() for part in (root.real, root.imag)]
-    return mpmath.mpc(*(mpmath.ldexp(int(mantissa), int(exponent)) for mantissa, exponent in parts))
+    number: Any = mpmath.mpc
+    return number(*(mpmath.ldexp(int(mantissa), int(exponent)) for mantissa, exponent in parts))
 
 
 def _value(p: Polynomial, place: Any) -> Any:

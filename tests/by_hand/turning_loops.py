@@ -45,6 +45,7 @@ MOST_DELAYED = 200  # samples
 _PLACES = 120  # of a decade of factors, and of a quarter of a turn
 _LAST = 9.0  # decades
 _FAR = 1e-12
+_optimize: Any = scipy.optimize
 _ON_THE_BOUNDARY = 1e-11
 _ANOTHER = 10_000_000
 Matrix = list[list[Any]]
@@ -569,7 +570,7 @@ class Lifted:
         best = float(sizes.max())
         for i in np.flatnonzero(sizes >= 0.99 * best).tolist():
             low, high = angles[max(i - 1, 0)], angles[min(i + 1, len(angles) - 1)]
-            found = scipy.optimize.minimize_scalar(
+            found = _optimize.minimize_scalar(
                 lambda x: -size(x), bounds=(low, high), method="bounded", options={"xatol": 1e-10 * max(high, 1e-6)}
             )
             best = max(best, -float(found.fun))
@@ -580,7 +581,7 @@ def _zero(curve: Callable[[float], float], low: float, high: float) -> float | N
     """Return where a curve changes its sign, to rounding; None if it does not."""
     if (curve(low) < 0.0) == (curve(high) < 0.0):
         return None
-    return float(scipy.optimize.brentq(lambda x: float(curve(x)), low, high, xtol=1e-15, rtol=1e-14))
+    return float(_optimize.brentq(lambda x: float(curve(x)), low, high, xtol=1e-15, rtol=1e-14))
 
 
 def _convolved(first: Sequence[Any], second: Sequence[Any], sign: int) -> Array:

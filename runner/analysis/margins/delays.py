@@ -101,7 +101,7 @@ def _on_circle(parts: Parts) -> list[tuple[float, float, float]]:
 
 def _outside(poles: Complex, still: Sequence[complex]) -> Complex:
     """Return the poles outside the circle, one of each pair, without those that nothing moves."""
-    moving = others(poles, still)
+    moving: Complex = others(poles, still)
     return np.asarray(moving[(np.abs(moving) > 1.0) & (moving.imag >= 0.0)])
 
 

@@ -110,7 +110,9 @@ def test_the_phase_of_an_oscillation_is_neutral_whatever_its_frequency() -> None
 def test_the_phase_of_an_oscillation_that_creeps_is_neutral(moved: float) -> None:
     """The phase moves on by 1e-11 of a turn in a period, far less than a map is compared to."""
     graph = read_graph("library:closed_loop_gyroscope")
-    gradient = graph.blocks["sense_comb"].capacitance_gradient * (1.0 + moved)
+    comb = graph.blocks["sense_comb"]
+    assert isinstance(comb, CombDrive)
+    gradient = comb.capacitance_gradient * (1.0 + moved)
     names = ("sense_comb.capacitance_gradient", "drive_comb.capacitance_gradient")
     found = margins(graph.with_parameters(dict.fromkeys(names, gradient)), "rate", at="settled")
     assert found.verdict == "stable"
