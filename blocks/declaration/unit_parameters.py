@@ -30,7 +30,7 @@ def unit_to_set(template: str, value: object, texts: Mapping[str, object]) -> st
     if ratio and {str(texts[name]) for name in ratio.groups()} == {_NONE} and below and "/" not in below:
         return f'set {ratio[1]} = "{above}" and {ratio[2]} = "{below.strip("()")}"'
     choices = sorted(_choices(template, symbol, texts), key=lambda choice: (choice[2], choice[1]))
-    if not choices:
+    if not choices or (choices[0][2] and _NAMES.fullmatch(template)):  # the unit that the block says is meant
         return ""
     name, needed, said = choices[0]
     return f'set {name} = "{needed}"' + (f", or give it in {short_unit(_filled(template, texts))}" if said else "")

@@ -3,8 +3,6 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 
-from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.items import Shape
 from proofmass.graphs.drawing.links import WiredPorts
 from proofmass.graphs.drawing.picture import Box
@@ -164,7 +162,7 @@ def _numbers(box: Box) -> Iterator[str]:
     """Yield the numbers of a block, also those that are defaults."""
     for name, parameter in box.parameters.items():
         if parameter.kind in (float, int):
-            yield in_print(box.values[name], short_unit(parameter.unit), 6)
+            yield box.shown(name)
 
 
 def _along(driven: list[str]) -> tuple[int, dict[str, int]]:

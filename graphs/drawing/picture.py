@@ -10,13 +10,15 @@ from typing import Any, NamedTuple
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
-from proofmass.blocks.declaration.instance import format_of, unit_of
+from proofmass.blocks.declaration.instance import format_of, unit_of, written
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.blocks.declaration.shown_units import as_written
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.names import Missing, find_any
+
+_SHORT = 9  # characters of a quantity
 
 
 @dataclass(frozen=True)
@@ -37,6 +39,12 @@ class Box:
     file: str = ""  # of a subgraph
     signals: Mapping[str, str] = field(default_factory=dict)  # of the flat graph, by output
     types: Mapping[str, str] = field(default_factory=dict)  # of outputs, in words
+    written: Mapping[str, str] = field(default_factory=dict)  # quantities as they were written, by parameter
+
+    def shown(self, name: str) -> str:
+        """Return the number of a parameter with its unit: as it was written, where that is short."""
+        text, unit = self.written.get(name, ""), short_unit(self.parameters[name].unit)
+        return as_written(text if len(text) <= _SHORT else "", self.values[name], unit, 6)
 
     def settings(self, driven: Collection[str]) -> Iterator[str]:
         """Yield the numbers of a block that are set to other than their defaults, with their units.
@@ -47,7 +55,7 @@ class Box:
             value = self.values[name]
             number = parameter.kind in (float, int) and value != parameter.default and not self.subgraph
             if number and name not in driven:
-                shown = in_print(value, short_unit(parameter.unit), 6)
+                shown = self.shown(name)
                 said = name in (self.kind.lower(), f"{parameter.unit}s")  # the kind or the unit says the name already
                 yield shown if said else f"{name} {shown}"
 
@@ -117,6 +125,7 @@ def _block(flat: FlatGraph, path: str, block: Block) -> Box:
         rate=None if kind.continuous() else flat.rates.get(path, flat.rate),
         signals={name: f"{path}.{name}" for name in kind.outputs},
         types={name: _type(block, port) for name, port in kind.outputs.items()},
+        written={name: written(block, name) for name in kind.parameters},
     )
 
 

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
 from functools import partial
 from typing import Any, Protocol
 
@@ -14,7 +15,7 @@ from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.keys import FORMULA, PLAIN_KEYS, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
-from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.rates import write_rate, write_seconds
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
 from proofmass.graphs.model.values import NamedValue
@@ -54,6 +55,11 @@ def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written)]) + "\n"
 
 
+def _duration(seconds: Fraction, as_written: bool) -> str:
+    """A duration for people, "50 ms", or in the one form by which graphs are compared."""
+    return write_seconds(seconds) if as_written else f"{seconds} s"
+
+
 def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     """Everything but the name of a graph; `path` stands before the names of its tables."""
     texts = ((key, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Text))
@@ -61,7 +67,7 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     if graph.rate is not None:
         yield f"rate = {quoted(_formula(graph, RATE) or write_rate(graph.rate))}"
     if graph.duration is not None:
-        yield f"duration = {quoted(_formula(graph, DURATION) or f'{graph.duration} s')}"
+        yield f"duration = {quoted(_formula(graph, DURATION) or _duration(graph.duration, as_written))}"
     integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
     yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])

@@ -89,7 +89,7 @@ def test_the_library_has_no_rates_that_meet_far_above() -> None:
     ],
 )
 def test_a_study_is_answered_by_what_to_write(table: str, words: str) -> None:
-    text = f'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\n{table}\n'
+    text = f'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\nmargins = "0 s"\n{table}\n'
     wrong = check_text(text).problems
     assert words in wrong[0].hint
     assert read_study_text(text.partition("[")[0]).runs == 4

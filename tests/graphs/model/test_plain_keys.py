@@ -12,7 +12,6 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.differences import differences
 from proofmass.graphs.model.keys import PLAIN_KEYS, TOP_KEYS, Integer, Text
-from proofmass.graphs.schema.schema import FILE
 from tests.by_hand.graph_schema import SCHEMA
 
 KEYS = pytest.mark.parametrize("key", PLAIN_KEYS)
@@ -65,7 +64,7 @@ def test_a_text_is_refused_as_the_schema_refuses_it(key: str) -> None:
     assert "must be a string" in problem(key, 5)
     assert "longer than 10000 characters" in problem(key, "a" * 10_001)
     assert "holds half a character" in problem(key, "\ud800")
-    validator = Draft202012Validator(SCHEMA["$defs"][FILE]["properties"][key])
+    validator = Draft202012Validator(SCHEMA["properties"][key])
     assert [validator.is_valid(value) for value in ("a" * 10_000, "a" * 10_001, 5)] == [True, False, False]
 
 
@@ -77,6 +76,6 @@ def test_an_integer_is_refused_as_the_schema_refuses_it(key: str) -> None:
     assert f"write it without a point or an exponent: {key} = 5" in problem(key, 5.0)
     assert "out of range" in problem(key, form.lowest - 1)
     assert "out of range" in problem(key, form.highest + 1)
-    validator = Draft202012Validator(SCHEMA["$defs"][FILE]["properties"][key])
+    validator = Draft202012Validator(SCHEMA["properties"][key])
     values = (form.lowest, form.highest, form.lowest - 1, form.highest + 1, "5")
     assert [validator.is_valid(value) for value in values] == [True, True, False, False, False]
