@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import format_of, unit_of, written
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.shown_units import as_written
+from proofmass.blocks.declaration.shown_units import as_written, in_print
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
@@ -46,6 +46,11 @@ class Box:
         text, unit = self.written.get(name, ""), short_unit(self.parameters[name].unit)
         return as_written(text if len(text) <= _SHORT else "", self.values[name], unit, 6)
 
+    def _as_default(self, name: str) -> bool:
+        """Return whether a number and its default are the same in all digits that are shown."""
+        unit, default = short_unit(self.parameters[name].unit), self.parameters[name].default
+        return default is not None and in_print(self.values[name], unit, 6) == in_print(default, unit, 6)
+
     def settings(self, driven: Collection[str]) -> Iterator[str]:
         """Yield the numbers of a block that are set to other than their defaults, with their units.
 
@@ -54,7 +59,7 @@ class Box:
         for name, parameter in self.parameters.items():
             value = self.values[name]
             number = parameter.kind in (float, int) and value != parameter.default and not self.subgraph
-            if number and name not in driven:
+            if number and name not in driven and not self._as_default(name):
                 shown = self.shown(name)
                 said = name in (self.kind.lower(), f"{parameter.unit}s")  # the kind or the unit says the name already
                 yield shown if said else f"{name} {shown}"

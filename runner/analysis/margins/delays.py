@@ -24,7 +24,7 @@ _OUTSIDE = 1.0 + 1e-12
 _TRIED = 64  # turns of a pole
 _ANY = 1.2345  # a turn at which no pole is on the circle but one that nothing moves
 _STILL = 1e-9  # distance from the circle of such a pole
-Parts = tuple[Array, Array, Array, Array]
+_Parts = tuple[Array, Array, Array, Array]
 
 
 def delay_margin(system: OpenLoop) -> float | None:
@@ -47,7 +47,7 @@ def only_counted(system: OpenLoop, delay: float) -> bool:
     return system.per_period > MOST_VALUES and delay == COUNTED * system.sample
 
 
-def _delayed(parts: Parts, late: int) -> Parts:
+def _delayed(parts: _Parts, late: int) -> _Parts:
     """Return a lifted loop with its wire late by some values, with a register for each."""
     a, b, c, d = parts
     n, p = len(a), len(d)
@@ -62,7 +62,7 @@ def _delayed(parts: Parts, late: int) -> Parts:
     )
 
 
-def _poles(parts: Parts, turns: Array) -> Complex:
+def _poles(parts: _Parts, turns: Array) -> Complex:
     """Return the poles of a period for each turn at the wire."""
     a, b, c, d = parts
     factors = np.exp(-1j * turns)[:, None, None]
@@ -70,7 +70,7 @@ def _poles(parts: Parts, turns: Array) -> Complex:
     return np.asarray(np.linalg.eigvals(a - factors * (b @ back)), dtype=complex)
 
 
-def _first_unstable(parts: Parts) -> int | None:
+def _first_unstable(parts: _Parts) -> int | None:
     """Return the least number of whole periods that makes a loop unstable that is stable without them."""
     pairs = _on_circle(parts)
     turns, angles, ways = np.array(pairs).reshape(-1, 3).T
@@ -83,7 +83,7 @@ def _first_unstable(parts: Parts) -> int | None:
     return None
 
 
-def _on_circle(parts: Parts) -> list[tuple[float, float, float]]:
+def _on_circle(parts: _Parts) -> list[tuple[float, float, float]]:
     """Return turns at the wire, the angle of the pole in the upper half that each puts on the circle, and its way."""
     grid = np.linspace(0.0, 2.0 * math.pi, _TURNS + 1)
     (any_turn,) = _poles(parts, np.array([_ANY]))
@@ -105,7 +105,7 @@ def _outside(poles: Complex, still: Sequence[complex]) -> Complex:
     return np.asarray(moving[(np.abs(moving) > 1.0) & (moving.imag >= 0.0)])
 
 
-def _crossing(parts: Parts, still: Sequence[complex], low: float, high: float, before: int) -> tuple[float, complex]:
+def _crossing(parts: _Parts, still: Sequence[complex], low: float, high: float, before: int) -> tuple[float, complex]:
     """Return the turn at which the number of poles outside changes first, and the pole on the circle there."""
     for _ in range(_HALVED):
         middle = 0.5 * (low + high)

@@ -22,5 +22,5 @@ def test_the_gain_carries_the_units_of_both_ports() -> None:
     assert block.gain == 3e-3
     assert unit_of(block, type(block).inputs["input"]) == "V"
     assert unit_of(block, type(block).outputs["output"]) == "N"
-    with pytest.raises(ModelError, match=r"expected: a number, in \(N\)/\(V\)"):
+    with pytest.raises(ModelError, match=r"expected: a number, in N/V"):
         Gain(gain="3 V/N", input_unit="V", output_unit="N")
