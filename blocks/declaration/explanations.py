@@ -176,7 +176,7 @@ EXPLANATIONS = (
         "P0501",
         "Rates do not go together",
         r"no common base rate|base rate of a run|clock offset|no rate|continuous block has no rate|reads the same value"
-        r"|of its values is read|switches after|at several rates|tick together too rarely",
+        r"|of its values is read|switches after|sampled before the switch|at several rates|tick together too rarely",
         "Discrete blocks tick at rates whose ratios are those of small integers; continuous blocks have none.",
         "Say rate at the top of the file, and at blocks that are slower. docs/explanation/ticks-and-rates.md says"
         " more.",
