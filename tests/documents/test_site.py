@@ -125,7 +125,10 @@ def test_full_lines_run_on_and_equations_keep_theirs() -> None:
 
 def test_pictures_keep_their_letters(source: Path) -> None:
     """Their own width: 1330 pixels of a diagram, 11 inches of a plot, 1650 dots of 150 an inch."""
-    pages = {"index.md": "loop.svg){.diagram width=1330px}", "tutorial/4-margins.md": "margins.svg){.plot width=1056px}"}
+    pages = {
+        "index.md": "loop.svg){.diagram width=1330px}",
+        "tutorial/4-margins.md": "margins.svg){.plot width=1056px}",
+    }
     pages["noise.md"] = "noise_quartz.png){.plot width=1056px}"
     for page, picture in pages.items():
         assert picture in (source / page).read_text(encoding="utf-8")
