@@ -50,6 +50,11 @@ def assign_layers(
     return Layers({name: layer - first for name, layer in found.items()}, mirrored)
 
 
+def signal_order(names: Iterable[str], links: Iterable[Link]) -> list[str]:
+    """Return blocks in the order in which a signal reaches them, each loop from where it is entered."""
+    return _Wiring(sorted(names), sorted(links), frozenset()).order
+
+
 class _Wiring:
     """Blocks and edges, with feedback edges separated."""
 

@@ -55,8 +55,8 @@ def write_graph(graph: Graph | WithTables, as_written: bool = False) -> str:
     return "\n".join([SCHEMA_LINE, f"name = {quoted(graph.name)}", *_graph(graph, "", as_written)]) + "\n"
 
 
-def _duration(seconds: Fraction, as_written: bool) -> str:
-    """A duration for people, "50 ms", or in the one form by which graphs are compared."""
+def _time(seconds: Fraction, as_written: bool) -> str:
+    """A time for people, "50 ms", or in the one form by which graphs are compared."""
     return write_seconds(seconds) if as_written else f"{seconds} s"
 
 
@@ -67,7 +67,7 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     if graph.rate is not None:
         yield f"rate = {quoted(_formula(graph, RATE) or write_rate(graph.rate))}"
     if graph.duration is not None:
-        yield f"duration = {quoted(_formula(graph, DURATION) or _duration(graph.duration, as_written))}"
+        yield f"duration = {quoted(_formula(graph, DURATION) or _time(graph.duration, as_written))}"
     integers = ((key, form, getattr(graph, key)) for key, form in PLAIN_KEYS.items() if isinstance(form, Integer))
     yield from (f"{key} = {value}" for key, form, value in integers if value != form.default)
     yield from _list("wires", [quoted(str(wire)) for wire in graph.wires])
@@ -81,7 +81,7 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
     if graph.measures or graph.derived:
         derived = (f"{name} = {_derived(formula)}" for name, formula in graph.derived.items())
-        signals = (f"{name} = {_measure(m)}" for name, m in graph.measures.items())
+        signals = (f"{name} = {_measure(m, as_written)}" for name, m in graph.measures.items())
         yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
         requirements = (f"{key_of(n)} = {inline(r.as_written())}" for n, r in graph.requirements.items())
@@ -100,11 +100,11 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
         yield from ("", f"[{path}blocks.{key}]", f"kind = {quoted(type(block).__name__)}")
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
-        yield from _offset(graph, name)
+        yield from _offset(graph, name, as_written)
         yield from _parameters(block, partial(_formula, graph, f"{name}."), as_written)
     for name, part in graph.subgraphs.items():
         yield from ("", f"[{path}blocks.{name}]")
-        yield from _offset(graph, name)
+        yield from _offset(graph, name, as_written)
         if part.name:
             yield f"name = {quoted(part.name)}"
         yield from _graph(part, f"{path}blocks.{name}.", as_written)
@@ -116,12 +116,12 @@ def _formula(graph: Graph, target: str, entry: str = "") -> str:
     return formula.text if formula else ""
 
 
-def _offset(graph: Graph, name: str) -> Iterator[str]:
+def _offset(graph: Graph, name: str, as_written: bool) -> Iterator[str]:
     written = _formula(graph, f"{name}.{CLOCK_OFFSET}")
     if name in graph.subgraphs and written:
         return  # it is written with the formulas
     if written or name in graph.offsets:
-        yield f"{CLOCK_OFFSET} = {quoted(written or f'{graph.offsets[name]} s')}"
+        yield f"{CLOCK_OFFSET} = {quoted(written or _time(graph.offsets[name], as_written))}"
 
 
 def _block_of(target: str) -> str:
@@ -175,9 +175,9 @@ def _derived(formula: Formula) -> str:
     return inline({FORMULA: formula.text, "unit": formula.unit}) if formula.unit else quoted(formula.text)
 
 
-def _measure(measure: Measure) -> str:
-    begin = f", from = {quoted(f'{measure.start} s')}" if measure.start else ""
-    begin += f", until = {quoted(f'{measure.until} s')}" if measure.until is not None else ""
+def _measure(measure: Measure, as_written: bool) -> str:
+    begin = f", from = {quoted(_time(measure.start, as_written))}" if measure.start else ""
+    begin += f", until = {quoted(_time(measure.until, as_written))}" if measure.until is not None else ""
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
     options |= {"unit": measure.unit} if measure.unit else {}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())

@@ -17,7 +17,7 @@ from proofmass.graphs.studies.study_tables import Limit
 
 
 def write_study(study: Study, graph: Graph | None = None) -> str:
-    """The text of a graph file with a table `[study]`; numbers are in the units of their parameters and measures.
+    """The text of a graph file with a table `[study]`, whose numbers are in the units of their parameters and measures.
 
     `graph` is the study's, with its recordings named from the folder that the text is meant for; `files_beside` belong
     into the same folder.
@@ -39,7 +39,7 @@ def write_study(study: Study, graph: Graph | None = None) -> str:
     for name, table in tables.items():
         if table:
             lines += ["", f"[study.{name}]", *(f"{quoted(key)} = {inline(entry)}" for key, entry in table.items())]
-    return f"{write_graph(graph or study.graph)}\n[study]\n" + "\n".join(lines) + "\n"
+    return f"{write_graph(graph or study.graph, as_written=True)}\n[study]\n" + "\n".join(lines) + "\n"
 
 
 def files_beside(study: Study) -> dict[str, bytes]:

@@ -117,6 +117,11 @@ def table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: It
     return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
 
 
+def folded(summary: str, body: str) -> Html:
+    """Return HTML that a click unfolds; printed, it is unfolded."""
+    return Html(f"<details><summary>{escape(summary)}</summary>\n{body}\n</details>")
+
+
 def facts(values: Iterable[tuple[str, str]]) -> str:
     """Return a table of names and values without the empty ones."""
     return table((), (f'<th>{escape(k)}</th><td class="long">{escape(v)}</td>' for k, v in values if v))

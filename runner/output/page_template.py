@@ -38,7 +38,8 @@ p { margin: .5rem 0; max-width: 46rem; }
 }
 @media screen { .wide svg.picture { max-width: none; } .diagram { margin: 0 calc(50% - min(48vw, 58rem)); } }
 .wide + .wide { margin-top: 1.2rem; }
-td > small { display: block; min-width: 11rem; }
+td > small { display: block; }
+td:not(.number) > small { min-width: 11rem; }
 table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }
@@ -50,6 +51,8 @@ td.number, code, pre { font-family: ui-monospace, "DejaVu Sans Mono", Menlo, Con
 pre { background: var(--panel); padding: .8rem 1rem; white-space: pre-wrap; overflow-wrap: anywhere; }
 small code { font-size: 1em; }
 td.long { overflow-wrap: anywhere; }
+summary { cursor: pointer; color: var(--soft); font-size: .9rem; padding: .25rem 0; }
+td summary { font-size: .8rem; padding: 0; }
 footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
 @media print {
   @page { margin: 15mm; }
@@ -60,6 +63,8 @@ footer { margin-top: 3rem; color: var(--soft); font-size: .85rem; }
   th, td { padding-right: .4rem; }
   tbody th { min-width: 7rem; }
   tr, svg { break-inside: avoid; }
+  details::details-content { content-visibility: visible; block-size: auto; }
+  summary { display: none; }
   .page svg { max-height: 235mm; }
   .parameters table { font-size: .64rem; line-height: 1.25; }
   .parameters td.number { font-size: .64rem; }

@@ -44,6 +44,7 @@ STYLE: Any = {
     "svg.hashsalt": "proofmass",
     "path.simplify": True,
 }
+_MOST_TICKS, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
 _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
     "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -79,6 +80,16 @@ def name_rows(panel: "Axes", names: Sequence[str]) -> None:
     panel.set_yticks(range(len(names)), [literal(name) for name in names])
     panel.set_ylim(max(len(names), 1) - 0.4, -0.6)
     panel.grid(visible=False, axis="y")
+
+
+def room_for_ticks(panel: "Axes") -> None:
+    """Give the horizontal axis only as many numbers as stand beside each other in its width."""
+    places = panel.get_window_extent().width / panel.figure.dpi * 72.0 / (_LETTER * STYLE["font.size"])
+    for number in range(_MOST_TICKS, 1, -1):
+        panel.locator_params(axis="x", nbins=number)
+        shown = panel.xaxis.get_major_formatter().format_ticks([float(place) for place in panel.get_xticks()])
+        if sum(len(text) + _GAP for text in shown) <= places:
+            break
 
 
 def literal(text: str) -> str:

@@ -9,10 +9,11 @@ from pathlib import Path
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.shown_units import as_written, display, pretty
+from proofmass.blocks.declaration.shown_units import as_written, display, in_print, pretty
+from proofmass.graphs.drawing.layers import Link, signal_order
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.flatten import FlatGraph, flatten
+from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import (
@@ -21,6 +22,7 @@ from proofmass.runner.output.page import (
     LivePart,
     broken,
     facts,
+    folded,
     inline,
     paragraphs,
     picture,
@@ -35,6 +37,9 @@ from proofmass.runner.run.result import Result
 
 _LISTED = 8  # numbers of a list that are shown
 _ONE_PAGE = 9  # panels that fit on one printed page
+_OPEN_BLOCKS = 24  # of a graph whose table of blocks is not folded
+_NUMBERS = 4  # of a block with nothing set
+_UNIT = "unit"  # last word of the names of parameters that are units: the values have them
 
 
 def save_report(
@@ -117,27 +122,49 @@ def _overflows(result: Result) -> str:
 
 
 def _blocks(graph: Graph) -> str:
+    """Return the blocks in signal order: of each what it is set to, the rest folded."""
     flat = flatten(graph)
     drivers = {wire.target: wire.source for wire in flat.wires}
+    links = [_link(flat, wire) for wire in flat.wires]
     rows = []
-    for name, block in flat.blocks.items():
+    for name in signal_order(flat.blocks, links):
+        block = flat.blocks[name]
         of_block = list(_parameters(name, block, drivers)) or ["<td></td>" * 3]
         about = (type(block).__doc__ or "").strip().split("\n")[0]
         rate = f" at {write_rate(flat.rates[name])}" if name in flat.rates else ""
         kind = f"{escape(type(block).__name__)}{escape(rate)}<br>{small(about)}"
         head = f'<th rowspan="{len(of_block)}">{broken(name)}<br><span class="kind">{kind}</span></th>'
         rows += [(head if i == 0 else "") + cells for i, cells in enumerate(of_block)]
-    return f'<div class="parameters">{table(("block", "parameter", "value", ""), rows, numbers=(2,))}</div>'
+    shown = f'<div class="parameters">{table(("block", "parameter", "value", ""), rows, numbers=(2,))}</div>'
+    return shown if len(flat.blocks) <= _OPEN_BLOCKS else folded(f"{len(flat.blocks)} blocks, in signal order", shown)
+
+
+def _link(flat: FlatGraph, wire: Wire) -> Link:
+    (source, output), (target, port) = split(wire.source), split(wire.target)
+    return Link(source, output, target, port, port in type(flat.blocks[target]).parameters)
 
 
 def _parameters(name: str, block: Block, drivers: dict[str, str]) -> Iterator[str]:
+    """Yield a row for each parameter that matters, and one with the rest, folded.
+
+    What is driven or set matters, but for units, which the values have; of a block with nothing set, its first numbers.
+    """
+    rows, mattering, numbers = dict[str, str](), list[str](), list[str]()
     for parameter in type(block).parameters.values():
         driver = drivers.get(f"{name}.{parameter.name}")
         value = f"driven by {driver}" if driver else _value(block, parameter)
-        default = not driver and repr(getattr(block, parameter.name)) == repr(parameter.default)
-        name = f'<span class="soft">{escape(parameter.name)}</span>' if default else escape(parameter.name)
-        cell = f'<span class="soft">{escape(value)}</span>' if default else escape(value)
-        yield f'<td>{name}</td><td class="number">{cell}</td><td>{small(parameter.doc)}</td>'
+        doc = small(parameter.doc)
+        rows[parameter.name] = f'<td>{parameter.name}</td><td class="number">{escape(value)}</td><td>{doc}</td>'
+        default = repr(getattr(block, parameter.name)) == repr(parameter.default)
+        if driver or not (default or parameter.name.endswith(_UNIT)):
+            mattering.append(parameter.name)
+        if parameter.kind in (float, int):
+            numbers.append(parameter.name)
+    shown = mattering or numbers[:_NUMBERS]
+    yield from (rows.pop(parameter) for parameter in shown)
+    if rows:
+        about = f"{'and ' if shown else ''}{', '.join(rows)}"
+        yield f'<td colspan="3">{folded(about, table((), rows.values()))}</td>'
 
 
 def _value(block: Block, parameter: Parameter) -> str:
@@ -155,18 +182,20 @@ def _value(block: Block, parameter: Parameter) -> str:
 
 
 def _facts(result: Result) -> str:
-    provenance = dict(result.provenance)
+    provenance, ticks = dict(result.provenance), max(result.ticks, 1)
     about = {
         "engine": provenance.pop("engine", ""),
-        "time of the loop": f"{result.seconds:.4g} s, {result.seconds / max(result.ticks, 1) * 1e9:,.1f} ns a tick",
-        "time before it": f"{result.preparation:.4g} s",
+        "time of the loop": f"{in_print(result.seconds, 's')}, {in_print(result.seconds / ticks, 's')} a tick",
+        "time before it": in_print(result.preparation, "s"),
         "seed": str(result.seed),
         "ticks": f"{result.ticks:,} at {write_rate(result.base_rate)}",
+    }
+    origin = {
         "SHA-256 of the graph": provenance.pop("graph_hash", ""),
         "SHA-256 of the traces": result.digest if result.traces else "",
         **provenance,
     }
-    return facts(about.items())
+    return facts(about.items()) + folded("hashes and versions", facts(origin.items()))
 
 
 def _repeat(result: Result) -> str:
@@ -177,6 +206,6 @@ def _repeat(result: Result) -> str:
         words += ["--engine", engine]
     text = escape(write_graph(result.graph, as_written=True))
     return (
-        f"<p>Save the graph below as <code>{escape(file)}</code>; it holds every parameter as it was in this run.</p>"
-        f"<pre>{escape(shlex.join(words))}</pre>\n<pre class='file'>{text}</pre>"
+        f"<p>Save the graph below as <code>{escape(file)}</code>; it has every parameter as it was in this run.</p>"
+        f"<pre>{escape(shlex.join(words))}</pre>\n" + folded(file, f"<pre class='file'>{text}</pre>")
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.shown_units import display, long_time, pretty
+from proofmass.blocks.declaration.shown_units import display, long_time, prefix, pretty
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.arrays import AnyArray
@@ -207,11 +207,12 @@ class StudyResult(Plotted):
 
 
 def as_shown(result: StudyResult) -> StudyResult:
-    """Return a study in the units that its measures ask for, such as deg/h; the same one where none does.
+    """Return a study in units for people: what its measures ask for, such as deg/h, or with a prefix that suits them.
 
     The digest of what it returns is not that of the study.
     """
-    factors = {m.name: display(m.unit, m.shown_in, 1.0)[0] for m in result.measures if m.shown_in}
+    units = {measure.name: _shown_unit(measure, result.values[measure.name]) for measure in result.measures}
+    factors = {name: factor for name, (factor, _) in units.items() if factor != 1.0}
     if not factors:
         return result
     limits = {
@@ -220,9 +221,17 @@ def as_shown(result: StudyResult) -> StudyResult:
     return replace(
         result,
         study=result.study.with_limits(limits),
-        measures=tuple(replace(m, unit=m.shown_in, shown_in="") if m.shown_in else m for m in result.measures),
+        measures=tuple(replace(measure, unit=units[measure.name][1], shown_in="") for measure in result.measures),
         values={name: rows * factors[name] if name in factors else rows for name, rows in result.values.items()},
     )
+
+
+def _shown_unit(measure: PlannedMeasure, values: AnyArray) -> tuple[float, str]:
+    """Return the factor and the unit in which a measure is shown: a prefix only where numbers are long without it."""
+    if measure.shown_in:
+        return display(measure.unit, measure.shown_in, 1.0)[0], measure.shown_in
+    largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
+    return (1.0, measure.unit) if 0.01 <= largest < 1e4 else prefix(measure.unit, largest)
 
 
 def _scaled(limit: Limit, factor: float) -> Limit:

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.arrays import AnyArray
@@ -19,6 +20,7 @@ from proofmass.runner.output.pictures import (
     axis_label,
     literal,
     name_rows,
+    room_for_ticks,
     save_figure,
     sheet,
 )
@@ -103,9 +105,10 @@ def plot_influences(influences: Influences) -> "Figure":
         tornado.set_xlabel(f"{label} for one standard deviation")
         for panel, name in zip(others, scattered, strict=True):
             x, y = influences.factors.columns[name][:_POINTS], influences.values[:_POINTS]
-            panel.plot(x, y, "o", color=BLUE, alpha=0.6, markersize=3, markeredgewidth=0.0)
-            panel.set_xlabel(axis_label(name, influences.factors.units[name]))
-            panel.locator_params(axis="x", nbins=4)
+            factor, unit = _finer(influences.factors.units[name], float(np.abs(x).max()))
+            panel.plot(factor * x, y, "o", color=BLUE, alpha=0.6, markersize=3, markeredgewidth=0.0)
+            panel.set_xlabel(axis_label(name, unit))
+            room_for_ticks(panel)
         if others:
             others[0].set_ylabel(label)
     return figure
@@ -168,6 +171,13 @@ def plot_curves(curves: Mapping[str, Points], x_label: str, measure: PlannedMeas
     return figure
 
 
+def _finer(unit: str, largest: float) -> tuple[float, str]:
+    """Return a factor and a unit in which numbers up to `largest` need no power of ten."""
+    if unit in ("", "1"):
+        return (1e6, "ppm") if largest < 1e-3 else (1.0, unit)
+    return prefix(unit, largest)
+
+
 def _legend(figure: "Figure") -> None:
     """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
@@ -227,7 +237,7 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
         if ages:
             _bars(panel, values[:, -1], edges, oldest, color=INK)
     panel.set(xlabel=label_of(measure) + (f" at {oldest}" if several and ages else ""), ylabel="runs")
-    panel.locator_params(axis="x", nbins=6)
+    room_for_ticks(panel)
     limit = result.study.limits.get(measure.name, Limit())
     _limits(panel.axvline, near((limit.at_least, limit.at_most), result[measure.name]))
 

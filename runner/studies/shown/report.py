@@ -9,12 +9,12 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
-from proofmass.blocks.declaration.shown_units import pretty, relative_text
+from proofmass.blocks.declaration.shown_units import in_print, pretty, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.output.counts import count
-from proofmass.runner.output.page import Html, broken, facts, paragraphs, picture, save_page, small, table
+from proofmass.runner.output.page import Html, broken, facts, folded, paragraphs, picture, save_page, small, table
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
@@ -79,8 +79,9 @@ def _yield(result: StudyResult) -> str:
     for name, part in result.yields().items():
         limit = result.study.limits.get(name)
         edges = [] if limit is None else [("≥", limit.at_least), ("≤", limit.at_most), (_CHANGE, limit.change)]
+        unit = next((measure.unit for measure in result.measures if measure.name == name), "1")
         said = ", ".join(
-            f"{sign} {relative_text(edge) if sign == _CHANGE else f'{edge:g}'}"
+            f"{sign} {relative_text(edge) if sign == _CHANGE else in_print(edge, unit, 6)}"
             for sign, edge in edges
             if math.isfinite(edge)
         )
@@ -103,8 +104,8 @@ def _tables(result: StudyResult) -> str:
 
 def _measures(result: StudyResult) -> str:
     about = (
-        f"<p>In brackets half of the {100 * LEVEL:g} % confidence interval, in units of the last digits; below it the"
-        " interval. Runs that failed are left out.</p>"
+        f"<p>In brackets half of the {100 * LEVEL:g} % confidence interval, in units of the last digits; below"
+        " percentiles that few runs tell of, their bound. Runs that failed are left out.</p>"
     )
     return about + _tables(result)
 
@@ -114,7 +115,8 @@ def _with_interval(row: dict[str, object], key: str) -> Html:
     if not isinstance(value, float) or not isinstance(intervals, dict):
         return Html()
     low, high = intervals[key]
-    return Html(f"{concise(value, (low, high))}<br>{small(ends_text(low, high))}")
+    bound = "" if all(map(math.isfinite, (low, high))) else f"<br>{small(ends_text(low, high))}"
+    return Html(f"{concise(value, (low, high))}{bound}")
 
 
 @at_each(swept_parts)
@@ -258,17 +260,19 @@ def _facts(result: StudyResult) -> str:
         "design": result.study.design,
         "runs": f"{len(result.numbers):,} of {result.planned_runs:,}",
         "failed": f"{len(result.faults):,}",
+        "time": in_print(result.seconds, "s") if result.seconds else "",
+    }
+    origin = {
         "SHA-256 of the values": result.digest,
         "SHA-256 of the graph": provenance.pop("graph_hash", ""),
-        "time": f"{result.seconds:.4g} s" if result.seconds else "",
         **provenance,
     }
-    return facts(about.items())
+    return facts(about.items()) + folded("hashes and versions", facts(origin.items()))
 
 
 def _repeat(result: StudyResult) -> str:
     text = write_study(result.study)
     return (
         f"<p>In the folder of this report; <code>{STUDY_FILE}</code> is the study below.</p>"
-        f"<pre>{escape(_command(result, '--out', '.'))}</pre>\n<pre>{escape(text)}</pre>"
+        f"<pre>{escape(_command(result, '--out', '.'))}</pre>\n" + folded(STUDY_FILE, f"<pre>{escape(text)}</pre>")
     )

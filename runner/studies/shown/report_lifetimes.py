@@ -19,7 +19,13 @@ from proofmass.runner.studies.shown.report_sections import at_each, percent_text
 @at_each(parts)
 def lifetimes_section(result: StudyResult) -> str:
     """Return yield by age, survival and Weibull's law of each limit."""
-    return "\n".join(_of_limit(lives) for lives in lifetimes(result))
+    known: list[Lifetimes] = []
+    parts_of_page = []
+    for lives in lifetimes(result):
+        alike = next((other.limit for other in known if _leave(lives) and _same(lives, other)), "")
+        parts_of_page.append(f"<p>{escape(lives.limit)}: as {escape(alike)}.</p>" if alike else _of_limit(lives))
+        known.append(lives)
+    return "\n".join(parts_of_page)
 
 
 def calibrations_section(result: StudyResult) -> str:
@@ -36,12 +42,10 @@ def left_text(lives: Lifetimes, part: float) -> str:
 
 
 def _of_limit(lives: Lifetimes) -> str:
-    told = ", ".join(f"{100 * part:g} % of the sensors have left it {left_text(lives, part)}" for part in OUT)
-    low, high = lives.time_out_interval
-    text = (
-        f"{lives.limit}: {told}. Sensors are out of it for {percent_text(lives.time_out)} of the time "
-        f"({percent_text(max(low, 0.0))} to {percent_text(high)})."
-    )
+    """Return the fate of the sensors under one limit in words, with pictures and a table if any has left it."""
+    if not _leave(lives):
+        return f"<p>{escape(_never_text(lives))}</p>"
+    text = f"{lives.limit}: {_left_sentence(lives)}{_time_out_sentence(lives)}"
     if lives.law is not None:
         law = lives.law
         oldest, shape = lives.ages[-1], concise(law.shape, law.shape_interval)
@@ -60,6 +64,47 @@ def _of_limit(lives: Lifetimes) -> str:
     heads = ("age", f"within limits ({100 * LEVEL:g} %)", f"never out ({100 * LEVEL:g} %)")
     drawing = picture(plot_lifetimes(lives), f"lifetimes of {lives.limit}")
     return f'<p>{escape(text)}</p>\n<div class="wide">{drawing}</div>{table(heads, rows, numbers=range(3))}'
+
+
+def _same(lives: Lifetimes, other: Lifetimes) -> bool:
+    return np.array_equal(lives.good, other.good) and np.array_equal(lives.surviving, other.surviving)
+
+
+def _leave(lives: Lifetimes) -> bool:
+    return bool((lives.surviving < 1.0).any())
+
+
+def _never_text(lives: Lifetimes) -> str:
+    low, _ = lives.surviving_intervals[-1]
+    known = f"with {100 * LEVEL:g} % confidence at least {percent_text(low)} of all such sensors keep it"
+    return f"{lives.limit}: no sensor left it within {age_text(lives.ages[-1])}; {known}."
+
+
+def _left_sentence(lives: Lifetimes) -> str:
+    """Return when parts of the sensors have left a limit: those of one span of ages together, the least first."""
+    spans: dict[Bounds | None, list[float]] = {}
+    for part in OUT:
+        spans.setdefault(lives.left_at(part), []).append(part)
+    told = [
+        f"{' and then '.join(f'{100 * part:g} %' for part in parts)} of the sensors"
+        f" {'left it' if span[0] < span[1] else 'were out of it'} {left_text(lives, parts[0])}"
+        for span, parts in spans.items()
+        if span
+    ]
+    kept = [
+        f"fewer than {100 * part:g} % had left it at {age_text(lives.ages[-1])}" for part in spans.get(None, [])[:1]
+    ]
+    return "; ".join([*told, *kept]) + "."
+
+
+def _time_out_sentence(lives: Lifetimes) -> str:
+    if lives.time_out == 0.0:
+        return ""
+    low, high = lives.time_out_interval
+    return (
+        f" On average a sensor is out of it for {percent_text(lives.time_out)} of the time "
+        f"({percent_text(max(low, 0.0))} to {percent_text(max(high, 0.0))})."
+    )
 
 
 @at_each(swept_parts)

@@ -44,10 +44,15 @@ def ends_text(low: float, high: float) -> str:
 
 
 def percent_text(part: float) -> str:
-    """Return a part of a variance in percent, with enough digits to distinguish it from 100 %.
+    """Return a part of a whole in percent, with enough digits to distinguish it from 0 % and from 100 %.
 
     >>> percent_text(0.204), percent_text(0.99987), percent_text(1.0)
     ('20.4 %', '99.99 %', '100 %')
+    >>> percent_text(4e-4), percent_text(-1e-6)
+    ('0.04 %', '0 %')
     """
     text = f"{100.0 * part:.1f} %"
-    return text if text != "100.0 %" else "100 %" if part > 0.99995 else f"{100.0 * part:.2f} %"
+    if text not in ("100.0 %", "0.0 %", "-0.0 %"):
+        return text
+    nearest = round(part)
+    return f"{100 * nearest} %" if abs(part - nearest) < 5e-5 else f"{100.0 * part:.2f} %"

@@ -77,7 +77,7 @@ def test_reports(tmp_path: Path) -> None:
     assert [page["headings"] for page in found] == [heads for heads in expected for _ in WIDTHS]
     assert [page["beyond"] for page in found] == [0] * 4
     assert [page["requests"] for page in found] == [[]] * 4
-    assert [len(page["pictures"]) for page in found] == [18, 18, 2, 2]
+    assert [len(page["pictures"]) for page in found] == [14, 14, 2, 2]
     assert all(page["clips"] for page in found[2:])
     for page in found:  # the same name is the same clip: otherwise the first of a page would cut all others
         clips = {(name, shape) for name, shape in page["clips"]}

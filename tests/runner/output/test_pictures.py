@@ -3,11 +3,12 @@
 import io
 import re
 import xml.etree.ElementTree as ElementTree
+from itertools import pairwise
 
 import pytest
 
 from proofmass.runner.output.page import picture
-from proofmass.runner.output.pictures import BLUE, name_rows, sheet, write_figure
+from proofmass.runner.output.pictures import BLUE, name_rows, room_for_ticks, sheet, write_figure
 
 TAG = "{http://www.w3.org/2000/svg}"
 
@@ -63,3 +64,16 @@ def test_rows_are_named_from_the_top() -> None:
     bottom, top = panel.get_ylim()
     assert bottom > top
     assert [label.get_text() for label in panel.get_yticklabels()] == ["first", r"\$second\$"]
+
+
+@pytest.mark.parametrize(("low", "high"), [(-86700.0, -86400.0), (0.0, 1.0), (2.4981, 2.5021)])
+def test_numbers_of_a_narrow_axis_stand_beside_each_other(low: float, high: float) -> None:
+    with sheet(9.0, 3.1) as figure:
+        for panel in figure.subplots(1, 3):
+            panel.plot([low, high], [0.0, 1.0])
+            room_for_ticks(panel)
+    figure.draw_without_rendering()
+    for panel in figure.axes:
+        shown = [label.get_window_extent() for label in panel.get_xticklabels() if label.get_text()]
+        assert len(shown) > 1
+        assert all(left.x1 < right.x0 for left, right in pairwise(shown))

@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from click.testing import CliRunner
 
-from proofmass.blocks import Gain, PiecewiseConstant, Ramp
+from proofmass.blocks import Delay, Gain, PiecewiseConstant, Ramp, Step, Sum
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.output.report import save_report
@@ -92,13 +92,48 @@ def test_the_page_holds_what_came_out_and_what_it_was_made_with(page: str) -> No
         "amplitude 3 µV Peak value about the offset.",
         "ShiftRegister",
         "engine python",
-        "time of the loop 0.25 s, 4,166,666.7 ns a tick",
+        "time of the loop 250 ms, 4.167 ms a tick",
         "seed 7",
         "SHA-256 of the graph 0123abcd",
         "proofmass 0.1.0, 2026-01-02T03:04:05+00:00",
         'kind = "ShiftRegister"',
     ):
         assert expected in text
+
+
+def test_blocks_stand_in_signal_order_with_what_they_are_set_to_and_the_rest_folded(tmp_path: Path) -> None:
+    graph = Graph(
+        name="a chain and a loop",
+        rate="1 kHz",
+        samples=3,
+        blocks={
+            "source": Step(amplitude=2.0, unit="V"),
+            "zero": Sum(unit="V"),
+            "again": Delay(unit="V"),
+            "after": Gain(input_unit="V", output_unit="V"),
+        },
+        wires=[
+            "source.output -> after.input",
+            "after.output -> zero.first",
+            "zero.output -> again.input",
+            "again.output -> zero.second",
+        ],
+        probes=["zero.output"],
+    )
+    page = page_of(simulate(graph, engine="python"), tmp_path)
+    blocks = page[page.index("<h2>Blocks") : page.index("<h2>Run")]
+    places = [blocks.index(f">{name}<br>") for name in ("source", "after", "zero", "again")]
+    assert places == sorted(places)
+    source, after = texts(blocks[places[0] : places[1]]), texts(blocks[places[1] : places[2]])
+    assert source.index("amplitude 2 V") < source.index("and start_time, duration, offset, unit")
+    assert after.index("gain 1 Output per input.") < after.index("and input_unit, output_unit"), "set to nothing"
+
+
+def test_a_page_of_many_blocks_folds_them(tmp_path: Path) -> None:
+    blocks = {f"step_{number}": Step() for number in range(25)}
+    graph = Graph(name="many", rate="1 kHz", samples=2, blocks=blocks, probes=["step_0.output"])
+    page = page_of(simulate(graph, engine="python"), tmp_path)
+    assert "<summary>25 blocks, in signal order</summary>" in page
 
 
 def test_the_plot_takes_its_colours_and_letters_from_the_page(page: str) -> None:

@@ -133,7 +133,7 @@ def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_
     assert [panel.get_xlabel() for panel in plot_study(result).axes] == ["drift [°/h]", "twice [°/h]"]
     assert f"<td>{scale * mean:.6g}</td>" in result._repr_html_()
     page = save_study_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
-    assert "≤ 15<" in page
+    assert "≤ 15 °/h<" in page
     assert result.digest in page
     assert "at_most = 7.272" in page, "the file to repeat it has the units of the signals"
 

@@ -89,4 +89,4 @@ def test_the_rows_and_the_report_hold_them(tmp_path: Path) -> None:
     assert (whole["left_50_percent_after_s"], whole["left_50_percent_by_s"]) == (0.0, YEAR)
     assert math.isnan(whole["weibull_shape"])
     page = save_study_report(result, tmp_path / "report.html").read_text()
-    assert "50 % of the sensors have left it between 0 h and 1 year" in page
+    assert "1 % and then 10 % of the sensors were out of it when new; 50 % of the sensors left it between" in page

@@ -69,7 +69,8 @@ def test_rows_of_effects_stand_in_order(one_point: StudyResult) -> None:
     assert [label.get_text() for label in tornado.get_yticklabels()] == [i.parameter for i in strongest]
     for panel, influence in zip(scattered, strongest, strict=False):
         (dots,) = panel.lines
-        assert dots.get_xdata() == pytest.approx(influences.factors.columns[influence.parameters[0]])
+        size = {"[ppm]": 1e-6, "[µV]": 1e-6}.get(panel.get_xlabel().split()[-1], 1.0)
+        assert size * np.asarray(dots.get_xdata()) == pytest.approx(influences.factors.columns[influence.parameters[0]])
         assert dots.get_ydata() == pytest.approx(one_point["bias"][:, -1])
 
 

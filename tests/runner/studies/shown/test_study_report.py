@@ -14,6 +14,7 @@ from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.kept.folder import kept_result
+from proofmass.runner.studies.outcome.intervals import concise
 from proofmass.runner.studies.shown.points import by_point
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
@@ -60,8 +61,7 @@ def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
     result, text = kept_result(folder), texts(page)
     for point in by_point(result):
         for row in point.summary():
-            low, high = row["intervals"]["mean"]
-            assert f"{low:.5g} to {high:.5g}" in text
+            assert concise(row["mean"], row["intervals"]["mean"]) in text
         for name, part in point.yields().items():
             assert re.search(rf"{name} .{{0,20}}{100 * part:.2f} %", text)
     assert "80 runs at 3 ages up to 1 year, 2 points of the sweep, seed 11" in text
