@@ -126,7 +126,7 @@ def test_blocks_stand_in_signal_order_with_what_they_are_set_to_and_the_rest_fol
     assert places == sorted(places)
     source, after = texts(blocks[places[0] : places[1]]), texts(blocks[places[1] : places[2]])
     assert source.index("amplitude 2 V") < source.index("and start_time, duration, offset, unit")
-    assert after.index("gain 1 Output per input.") < after.index("and input_unit, output_unit"), "set to nothing"
+    assert after.index("gain 1 V/V Output per input.") < after.index("and input_unit, output_unit"), "set to nothing"
 
 
 def test_a_page_of_many_blocks_folds_them(tmp_path: Path) -> None:
