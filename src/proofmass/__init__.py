@@ -43,6 +43,8 @@ _HOMES = {
     "check": "runner.studies.whole.ready",
     "deviation_over_runs": "runner.analysis.noise.over_runs",
     "fit": "runner.design.identification.fitted",
+    "from_control": "graphs.model.linear_systems",
+    "from_scipy": "graphs.model.linear_systems",
     "linearise": "runner.analysis.linearisation.linearise",
     "margins_over": "runner.analysis.several.over",
     "margins_over_age": "runner.analysis.several.over",

@@ -4,6 +4,7 @@ from proofmass.graphs.files.toml_reader import read_graph as read_graph
 from proofmass.graphs.files.toml_writer import write_graph as write_graph
 from proofmass.graphs.model.build import Graph as Graph
 from proofmass.graphs.model.graph import Probe as Probe, Wire as Wire
+from proofmass.graphs.model.linear_systems import from_control as from_control, from_scipy as from_scipy
 from proofmass.graphs.studies.build import Study as Study
 from proofmass.graphs.studies.study_reader import read_study as read_study
 from proofmass.graphs.tuning.reader import read_tuning as read_tuning
