@@ -49,9 +49,10 @@ class Parameter:
         return f"{noun}{bounds}" + (f", in {short_unit(unit)}" if unit not in ("1", "") else "")
 
     def read(self, value: object, unit: str) -> Any:
-        """The value as the type of the parameter, strings converted to its unit; arrays of NumPy count as their numbers.
+        """The value as the type of the parameter, strings converted to its unit.
 
-        Raises `Refusal` when the value is of the wrong type, not finite or out of bounds.
+        An array of NumPy counts as its numbers. Raises `Refusal` when the value is of the wrong type, not finite or
+        out of bounds.
         """
         if hasattr(value, "tolist"):
             value = value.tolist()

@@ -3,6 +3,7 @@
 import difflib
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field, replace
+from html import escape
 
 _LISTED = 12  # names in a hint
 _COMPARED = 2000  # names; comparing takes some microseconds each
@@ -53,6 +54,17 @@ class Problem:
         """The problem as plain data, for `--json`."""
         names = ("code", "file", "line", "key", "message", "got", "expected", "hint", "note")
         return {name: getattr(self, name) for name in names}
+
+
+class Problems(list[Problem]):
+    """Problems in the order in which they were found; a prompt and a notebook show their texts."""
+
+    def __repr__(self) -> str:
+        """Return the texts, or that of an empty list."""
+        return "\n".join(map(str, self)) or "[]"
+
+    def _repr_html_(self) -> str:
+        return f"<pre>{escape(repr(self) if self else 'no problems')}</pre>"
 
 
 class ModelError(ValueError):

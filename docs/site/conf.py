@@ -9,8 +9,8 @@ author = "proofmass developers"
 copyright = author
 version = release = PROOFMASS
 
-extensions = ["myst_parser", "sphinx.ext.autodoc"]
-source_suffix = {".md": "markdown"}
+extensions = ["myst_nb", "sphinx.ext.autodoc"]
+source_suffix = {".md": "myst-nb"}
 root_doc = "index"
 exclude_patterns = ["files", "extra"]
 nitpicky = False
@@ -18,6 +18,9 @@ default_role = "code"
 smartquotes = False  # texts of TOML are shown with the characters that one types
 
 myst_enable_extensions = ["attrs_inline", "deflist"]
+nb_execution_raise_on_error = True
+nb_execution_timeout = 120  # seconds of a notebook
+nb_render_image_options = {"width": "100%"}
 myst_heading_anchors = 4
 autodoc_typehints = "signature"
 autodoc_preserve_defaults = True

@@ -26,19 +26,19 @@ _SAME = 1e-9  # relative difference of two periods that count as one
 
 @named_arguments
 def from_control(system: Any, *, rate: Rate | None = None, input_unit: str = "1", output_unit: str = "1") -> Block:
-    """Return the block of a `StateSpace` or `TransferFunction` of python-control.
+    """Return the block of a `system` of python-control, a `StateSpace` or a `TransferFunction`.
 
     A system of continuous time becomes a `StateSpace`, `TransferFunction` or `MatrixStateSpace`, one of discrete time a
     `DiscreteStateSpace`, `DiscreteTransferFunction` or `DiscreteMatrixStateSpace`, one without states a `Gain`. Its
-    coefficients are taken as they are. A discrete one is only right at the rate that it was made for: name the `rate`
-    of the block in its graph, which must be 1/dt of the system.
+    coefficients are taken as they are, in `input_unit` and `output_unit`. A discrete one is only right at the rate that
+    it was made for: name the `rate` of the block in its graph, which must be 1/dt of the system.
 
     Raises `ModelError` for a system that no block holds, and for another rate.
 
     >>> import control
     >>> from proofmass import from_control
     >>> from_control(control.tf([1.0], [1e-3, 1.0]), input_unit="V", output_unit="V")
-    TransferFunction(numerator=(1.0,), denominator=(0.001, 1.0), input_unit='V', output_unit='V')
+    TransferFunction(denominator=(0.001, 1.0), input_unit='V', output_unit='V')
     >>> from_control(control.ss([[0.5]], [[0.5]], [[1.0]], [[0.0]], 1e-3), rate="1 kHz").transition
     (0.5,)
     """
@@ -53,14 +53,16 @@ def from_control(system: Any, *, rate: Rate | None = None, input_unit: str = "1"
 
 @named_arguments
 def from_scipy(system: Any, *, rate: Rate | None = None, input_unit: str = "1", output_unit: str = "1") -> Block:
-    """Return the block of a `scipy.signal.lti` or `dlti`, as `from_control` does.
+    """Return the block of a `system` of SciPy, `scipy.signal.lti` or `dlti`, as `from_control` does.
+
+    `rate`, `input_unit` and `output_unit` are those of the block.
 
     Raises `ModelError` for a system that no block holds, and for another rate.
 
     >>> from scipy import signal
     >>> from proofmass import from_scipy
     >>> from_scipy(signal.lti([1.0], [1.0, 2.0, 1.0]))
-    TransferFunction(numerator=(1.0,), denominator=(1.0, 2.0, 1.0), input_unit='1', output_unit='1')
+    TransferFunction(denominator=(1.0, 2.0, 1.0))
     """
     if isinstance(system, Sequence) or hasattr(system, "shape"):
         hint = "scipy.signal.lti(b, a) is of continuous time, scipy.signal.dlti(b, a, dt=0.001) of discrete time"
@@ -97,9 +99,9 @@ def _matrices(system: Any, dt: Any, rate: Rate | None, units: tuple[str, str]) -
     except AttributeError:
         hint = "take a StateSpace or a TransferFunction; linearise one that is not linear first"
         raise _refusal("is not a linear system", hint, type(system).__name__) from None
-    names = dict(zip(("input_unit", "output_unit"), units, strict=True))
+    names: dict[str, Any] = dict(zip(("input_unit", "output_unit"), units, strict=True))
     (outputs, inputs), order = d.shape, a.shape[0] if a.size else 0
-    parts = {"transition": _row(a), "entry": _row(b), "readout": _row(c)}
+    parts: dict[str, Any] = {"transition": _row(a), "entry": _row(b), "readout": _row(c)}
     single = inputs == outputs == 1
     _check_rate(dt, rate)
     if single and not order:
@@ -109,7 +111,7 @@ def _matrices(system: Any, dt: Any, rate: Rate | None, units: tuple[str, str]) -
     if dt is not None:
         if set(units) != {"1"}:
             raise _refusal("has several inputs or outputs, for which a block has no units", "leave the units out")
-        sizes = {"order": order, "input_size": inputs, "output_size": outputs}
+        sizes: dict[str, Any] = {"order": order, "input_size": inputs, "output_size": outputs}
         return DiscreteMatrixStateSpace(**sizes, **parts, direct=_row(d))
     if single and order <= _SINGLE:
         return StateSpace(**parts, direct=float(d[0, 0]), **names)

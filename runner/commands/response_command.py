@@ -1,23 +1,16 @@
 """The command `response`: from one output to another, by the linearisation and by simulation."""
 
-import math
-
 import click
-import numpy as np
 
-from proofmass.runner.analysis.margins.text import seconds_text
 from proofmass.runner.analysis.response.plot import plot_response
-from proofmass.runner.analysis.response.response import Response, response
-from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.analysis.response.step import StepFigures
+from proofmass.runner.analysis.response.response import response
+from proofmass.runner.analysis.response.text import response_text
 from proofmass.runner.commands.answers import print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import ResponseRequest
 from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
-
-_ROWS = 8  # of the linear response without a simulation
 
 
 def show_response(request: ResponseRequest) -> int:
@@ -36,62 +29,6 @@ def show_response(request: ResponseRequest) -> int:
             band=band_of(request.band),
             progress=bar,
         )
-    print_answer(request.as_json, answer.as_data, response_lines(answer))
+    print_answer(request.as_json, answer.as_data, [response_text(answer)])
     print_picture(lambda: plot_response(answer), request.picture, request.as_json)
     return DONE
-
-
-def response_lines(of: Response) -> list[str]:
-    """A response for people."""
-    unit = f" {of.unit}" if of.unit != "1" else ""
-    low, high = of.corners
-    at_rest = f"{of.at_rest:.6g}{unit}" if math.isfinite(of.at_rest) else "without limit"
-    lines = [
-        f"{of.output} by {of.input}, linear at {of.time:g} s",
-        f"  gain at 0 Hz      {at_rest}",
-        f"  largest gain      {of.peak[1]:.6g}{unit} at {of.peak[0]:.5g} Hz",
-        *([f"  lower corner      {low:.5g} Hz, -3 dB"] if low else []),
-        f"  bandwidth         {f'{high:.5g} Hz, -3 dB' if high else f'above {of.wires.top:.5g} Hz'}",
-        f"  delay             {seconds_text(of.delay)} at {of.reference[0]:.5g} Hz",
-        *_step_lines(of.step, unit),
-    ]
-    lines += _table(of) if of.simulated is None else _comparison(of.simulated, unit)
-    return [*lines, *(f"  note: {note}" for note in of.notes)]
-
-
-def _step_lines(of: StepFigures | None, unit: str) -> list[str]:
-    if of is None:
-        return ["  step              does not settle"]
-    if of.rise is None:
-        return [f"  step              peak {of.peak:.5g}{unit} after {seconds_text(of.peak_time)}, back to zero"]
-    settling = "does not settle to 2 %" if of.settling is None else f"settles to 2 % in {seconds_text(of.settling)}"
-    under = f", undershoot {100.0 * of.undershoot:.3g} %" if of.undershoot else ""
-    return [
-        f"  step              rises from 10 % to 90 % in {seconds_text(of.rise)}, {settling},"
-        f" overshoot {100.0 * (of.overshoot or 0.0):.3g} %{under}"
-    ]
-
-
-def _table(of: Response) -> list[str]:
-    wanted = np.geomspace(of.frequencies[0], of.frequencies[-1], _ROWS)
-    rows = sorted({int(np.argmin(np.abs(of.frequencies - frequency))) for frequency in wanted})
-    lines = [f"  {'frequency [Hz]':>16} {'gain':>12} {'phase [deg]':>12}"]
-    for row in rows:
-        gain = complex(of.gain[row])
-        lines.append(f"  {of.frequencies[row]:16.6g} {abs(gain):12.6g} {math.degrees(np.angle(gain)):12.2f}")
-    return lines
-
-
-def _comparison(run: Simulated, unit: str) -> list[str]:
-    lines = [
-        f"simulated, {run.stimulus.kind} of {run.stimulus.amplitude:.6g} {run.input_unit}, {run.ticks:,} ticks a run",
-        f"  {'frequency [Hz]':>16} {'gain':>12} {'phase [deg]':>12} {'less linear [dB]':>18} {'[deg]':>10}",
-    ]
-    for i in np.argsort(run.frequencies):
-        gain = complex(run.gain[i])
-        lines.append(
-            f"  {run.frequencies[i]:16.6g} {abs(gain):12.6g} {math.degrees(np.angle(gain)):12.2f}"
-            f" {run.decibels[i]:18.4f} {run.degrees[i]:10.4f}"
-        )
-    rest = "" if run.rest is None else f"; at others it moves {100.0 * run.rest:.3g} % of what it moves there"
-    return [*lines, f"  in all {100.0 * run.deviation:.3g} % from linear at these frequencies{rest}"]

@@ -1,8 +1,10 @@
-"""Results in notebooks: tables as HTML, and pictures by `plot()`.
+"""Results at a prompt and in notebooks: a line, a text, tables as HTML, and pictures by `plot()`.
 
-Pictures are made on floors above the results; the root package has the table of them, as it has that of public names.
+Texts and pictures are made on floors above the results; the root package has the tables of them, as it has that of
+public names.
 """
 
+import re
 import sys
 from collections.abc import Iterable, Sequence
 from html import escape
@@ -10,6 +12,9 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+
+
+_NUMBER = re.compile(r"[-−+]?[\d.,]+(e[-+]?\d+)?")
 
 
 class Plotted:
@@ -21,16 +26,39 @@ class Plotted:
         return figure
 
 
+class Told:
+    """A result with a text for people, that of its command: `str` is the text, `repr` its first line."""
+
+    def __str__(self) -> str:
+        text: str = sys.modules["proofmass"].text_of(self)
+        return text
+
+    def __repr__(self) -> str:
+        """Return the first line of the text."""
+        return f"<{type(self).__name__}: {str(self).partition(chr(10))[0]}>"
+
+    def _repr_html_(self) -> str:
+        return text_block(str(self))
+
+
+def text_block(text: str) -> str:
+    """Return a text as HTML, its lines as they are."""
+    return f'<pre style="font-size: 0.85em; line-height: 1.3; overflow-x: auto">{escape(text)}</pre>'
+
+
 def html_table(
     heads: Sequence[str], rows: Iterable[Sequence[Any]], caption: str = "", below: Iterable[str] = ()
 ) -> str:
     """Return a table of texts; a cell that begins with "<svg" is a drawing. Lines `below` it are paragraphs."""
     top = "".join(f"<th>{escape(head)}</th>" for head in heads)
-    body = "".join(f"<tr>{''.join(f'<td>{_cell(str(cell))}</td>' for cell in row)}</tr>" for row in rows)
+    body = "".join(f"<tr>{''.join(_cell(str(cell)) for cell in row)}</tr>" for row in rows)
     title = f"<caption>{escape(caption)}</caption>" if caption else ""
     head = f"<thead><tr>{top}</tr></thead>" if heads else ""
     return f"<table>{title}{head}<tbody>{body}</tbody></table>" + "".join(f"<p>{escape(line)}</p>" for line in below)
 
 
 def _cell(text: str) -> str:
-    return text if text.startswith("<svg ") else escape(text)
+    if text.startswith("<svg "):
+        return f"<td>{text}</td>"
+    side = "right" if _NUMBER.fullmatch(text) else "left"
+    return f'<td style="text-align: {side}; padding-right: 0.8em">{escape(text)}</td>'

@@ -57,10 +57,11 @@ def sheet(width: float, height: float, title: str = "", layout: Any = "constrain
     """Yield an empty figure, in inches; the title is at its left end, where a narrow screen shows it too."""
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
-    from matplotlib.figure import Figure
+
+    from proofmass.runner.output.shown_figure import ShownFigure
 
     with matplotlib.rc_context(STYLE):
-        figure = Figure(figsize=(width, height), facecolor=PAPER, layout=layout)
+        figure = ShownFigure(figsize=(width, height), facecolor=PAPER, layout=layout)
         if title:
             figure.suptitle(literal(title), x=0.008, ha="left", size=12, weight="bold")
         yield figure

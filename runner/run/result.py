@@ -188,7 +188,7 @@ class Trace(NDArrayOperatorsMixin, Plotted):
         return pandas.DataFrame(np.asarray(self.values).reshape(len(self), -1), index, columns)
 
     def _repr_html_(self) -> str:
-        return f"{sparkline(self.values)} {escape(repr(self))}"
+        return f"{sparkline(self.values)} {escape(repr(self)[1:-1])}"
 
 
 class NoSuchSignal(KeyError):  # noqa: N818  # what it says
@@ -339,7 +339,7 @@ class Result(Plotted):
     def _repr_html_(self) -> str:
         heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "")
         below = [f"{name} = {measure.text()}" for name, measure in self.measures.items()]
-        return html_table(heads, map(self._html_row, self.summary()), repr(self), below)
+        return html_table(heads, map(self._html_row, self.summary()), repr(self)[1:-1], below)
 
     def _html_row(self, row: dict[str, Any]) -> list[str]:
         trace = self[row["signal"]]

@@ -84,12 +84,32 @@ _PICTURES = {
     "WorstCases": "runner.design.worst.plot.plot_worst",
 }
 
+# The text for people of each kind of result, as its command prints it.
+_TEXTS = {
+    "Allan": "runner.analysis.allan.text.allan_text",
+    "Fitted": "runner.design.identification.text.fitted_text",
+    "Response": "runner.analysis.response.text.response_text",
+    "Spectrum": "runner.analysis.spectrum.text.spectrum_text",
+    "Tuned": "runner.design.tune.text.tuned_text",
+    "ValueDeviation": "runner.analysis.noise.text.value_text",
+    "WorstCases": "runner.design.worst.text.worst_text",
+}
+
 __all__ = sorted(_HOMES)
 
 
 def picture_of(result: Any) -> Any:
     """Return the picture of a result, a figure of matplotlib."""
-    module, _, function = _PICTURES[type(result).__name__].rpartition(".")
+    return _made(_PICTURES, result)
+
+
+def text_of(result: Any) -> Any:
+    """Return the text of a result for people."""
+    return _made(_TEXTS, result)
+
+
+def _made(by_kind: dict[str, str], result: Any) -> Any:
+    module, _, function = by_kind[type(result).__name__].rpartition(".")
     return getattr(import_module(f"proofmass.{module}"), function)(result)
 
 

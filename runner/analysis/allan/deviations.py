@@ -21,7 +21,7 @@ from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
 from proofmass.runner.analysis.spectrum.series import Series, as_series
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 
 PER_DECADE = 20
 FEWEST = 64  # values
@@ -47,8 +47,8 @@ class Curve:
         }
 
 
-@dataclass(frozen=True)
-class Allan(Plotted):
+@dataclass(frozen=True, repr=False)
+class Allan(Told, Plotted):
     """The deviations of a signal and the coefficients of its noise.
 
     >>> import numpy

@@ -34,6 +34,7 @@ from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Rows, start
 from proofmass.runner.plan.planned import Plan
@@ -44,8 +45,8 @@ from proofmass.runner.run.faults import failed
 _SHOWN = 8  # times that the covariance moves on, for one look at progress
 
 
-@dataclass(frozen=True)
-class ValueDeviation:
+@dataclass(frozen=True, repr=False)
+class ValueDeviation(Told):
     """Standard deviation over runs of one value of an output, and of the parts of it that each block makes.
 
     >>> from proofmass import deviation_over_runs, read_graph

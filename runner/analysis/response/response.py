@@ -24,7 +24,7 @@ from proofmass.runner.analysis.response.simulated import Simulated, read_amplitu
 from proofmass.runner.analysis.response.step import StepFigures, StepResponse, step_response
 from proofmass.runner.analysis.response.stimuli import Stimulus, StimulusKind
 from proofmass.runner.host.arrays import Array, Complex
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -38,8 +38,8 @@ _BISECTIONS = 60
 _STEP = 1e-4  # of the distance to the nearest pole, over which the phase is differentiated
 
 
-@dataclass(frozen=True)
-class Response(Plotted):
+@dataclass(frozen=True, repr=False)
+class Response(Told, Plotted):
     """Gain from an input to an output over frequency, its figures, and what a simulation gave where there was one.
 
     >>> from proofmass import read_graph, response

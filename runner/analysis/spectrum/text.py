@@ -10,7 +10,7 @@ from proofmass.runner.analysis.spectrum.welch import Spectrum
 TONE_WINDOW = "blackman-harris-7"  # no tone of 24 bits leaks out of it
 
 
-def spectrum_text(of: Spectrum, band: tuple[float, float] | None, slope: float | None) -> str:
+def spectrum_text(of: Spectrum, band: tuple[float, float] | None = None, slope: float | None = None) -> str:
     """The density for people."""
     unit = f" {of.unit}" if of.unit != "1" else ""
     where = f"from {band[0]:g} Hz to {band[1]:g} Hz" if band else f"above 0 Hz, to {of.rate / 2:g} Hz"

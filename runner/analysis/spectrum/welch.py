@@ -18,14 +18,14 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.runner.analysis.spectrum.series import as_series
 from proofmass.runner.analysis.spectrum.windows import terms, window
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 
 SEGMENTS = 8  # that fit into the signal without overlap, where the length of a segment is not said
 FEWEST = 16  # values
 
 
-@dataclass(frozen=True)
-class Spectrum(Plotted):
+@dataclass(frozen=True, repr=False)
+class Spectrum(Told, Plotted):
     """The one-sided spectral density of a signal; `density` is in unit^2/Hz.
 
     >>> import numpy

@@ -24,7 +24,7 @@ from proofmass.runner.design.identification.whiteness import Whiteness, whitenes
 from proofmass.runner.design.quantities.stopping import InterruptedSearch
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import interrupts
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
 
 CONFIDENCE = 0.95
@@ -58,8 +58,8 @@ class OutputFit:
     whiteness: Whiteness
 
 
-@dataclass(frozen=True)
-class Fitted(Plotted):
+@dataclass(frozen=True, repr=False)
+class Fitted(Told, Plotted):
     """The result of a fit.
 
     >>> import numpy

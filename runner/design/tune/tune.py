@@ -17,7 +17,7 @@ from proofmass.graphs.tuning.tuning import Goal, Tuning
 from proofmass.runner.design.tune.goals_at import GoalRow, GoalsAt, TriedPoint, worst_reading
 from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
@@ -69,8 +69,8 @@ class TunedGoal:
         }
 
 
-@dataclass(frozen=True)
-class Tuned(Plotted):
+@dataclass(frozen=True, repr=False)
+class Tuned(Told, Plotted):
     """The result of a search: parameters, goals, and what binds.
 
     >>> from proofmass import read_graph, tune

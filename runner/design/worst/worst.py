@@ -28,7 +28,7 @@ from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.design.worst.search import BoxSearch, SearchedPlace, Side
 from proofmass.runner.host.interrupts import interrupts
-from proofmass.runner.host.notebook import Plotted
+from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
 
 CORNERS, SAMPLES = 256, 100
@@ -84,8 +84,8 @@ class WorstCase:
         }
 
 
-@dataclass(frozen=True)
-class WorstCases(Plotted):
+@dataclass(frozen=True, repr=False)
+class WorstCases(Told, Plotted):
     """All worst cases, and how much of the box was looked at.
 
     >>> from proofmass import read_graph, worst

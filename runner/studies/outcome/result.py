@@ -167,7 +167,7 @@ class StudyResult(Plotted):
             age = long_time(row["age_s"]) if row["age_s"] >= 3600.0 else f"{row['age_s']:g} s"
             rows.append([row["measure"], "" if row["unit"] == "1" else pretty(row["unit"]), age, row["runs"], *numbers])
         below = [f"yield, {name}: {100.0 * part:.2f} %" for name, part in self.yields().items()]
-        return html_table(heads, rows, repr(self), below)
+        return html_table(heads, rows, repr(self)[1:-1], below)
 
     def to_xarray(self) -> "xarray.Dataset":
         """Return a Dataset over run and epoch: a variable for each measure, the parameters of the runs as coordinates.

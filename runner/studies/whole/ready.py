@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, Problems
 from proofmass.graphs.checks.check import check as check_wiring
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.exports import runs_alone
@@ -21,7 +21,7 @@ from proofmass.runner.run.trace_size import refuse_large
 MANY_STEPS = 1000  # in a tick
 
 
-def check(graph: GraphSource) -> list[Problem]:
+def check(graph: GraphSource) -> Problems:
     """Return all problems of a graph, each with its place; only notes are left if the graph can run.
 
     The files that it names are read, and it is planned as for a run. A graph with open inputs, a part of others, is
@@ -36,7 +36,7 @@ def check(graph: GraphSource) -> list[Problem]:
     blocks.lag the input input is not connected
     """
     graph = graph_from(graph)
-    problems = check_wiring(graph)
+    problems = Problems(check_wiring(graph))
     if all(problem.note for problem in problems) and runs_alone(flatten(graph)):
         problems += unready(graph)
     return problems

@@ -131,7 +131,7 @@ def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_
     assert {m["measure"]: m["unit"] for m in study_data(result)["measures"]} == {"drift": "rad/s", "twice": "1/s"}
     assert study_data(result)["measures"][0]["mean"] == pytest.approx(mean, rel=1e-12)
     assert [panel.get_xlabel() for panel in plot_study(result).axes] == ["drift [°/h]", "twice [°/h]"]
-    assert f"<td>{scale * mean:.6g}</td>" in result._repr_html_()
+    assert f">{scale * mean:.6g}</td>" in result._repr_html_()
     page = save_study_report(result, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "≤ 15 °/h<" in page
     assert result.digest in page

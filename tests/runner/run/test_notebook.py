@@ -1,14 +1,21 @@
 """What a notebook shows of results: tables that hold the numbers, pictures, and values for pandas and NumPy."""
 
+import ast
 import inspect
+import re
+import xml.etree.ElementTree as ElementTree
+from html import escape
 from html.parser import HTMLParser
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Step
+from proofmass.blocks import Gain, Step
+
+NOTEBOOKS = Path(__file__).parents[3] / "docs" / "notebooks"
 
 
 class Cells(HTMLParser):
@@ -83,3 +90,61 @@ def test_margins_noise_and_a_study_in_a_notebook() -> None:
 
 def test_a_block_shows_its_parameters_as_its_signature() -> None:
     assert str(inspect.signature(Step)).startswith("(*, amplitude: float = 1.0, start_time: float = 0.0")
+
+
+def test_results_with_a_text_are_a_line_at_a_prompt_and_the_text_of_their_command_in_a_notebook() -> None:
+    rng = np.random.default_rng(1)
+    values = rng.normal(size=400)
+    results: list[Any] = [
+        proofmass.response("library:recorded_motion", "motion.output", "mean.mean"),
+        proofmass.allan(values, rate=10.0),
+        proofmass.spectrum(values, rate=10.0),
+        proofmass.deviation_over_runs("library:recorded_motion", "mean.mean", until="0.1 s"),
+    ]
+    for result in results:
+        line, text = repr(result), str(result)
+        assert line.startswith(f"<{type(result).__name__}: {text.splitlines()[0]}")
+        assert "\n" not in line
+        assert len(text.splitlines()) > 1
+        assert escape(text) in result._repr_html_()
+    assert set(proofmass._TEXTS) - {type(result).__name__ for result in results} == {"Fitted", "Tuned", "WorstCases"}
+
+
+@pytest.mark.defect("S690", before="<Figure size 900x498 with 2 Axes>", after="the picture")
+def test_a_figure_is_shown_without_pyplot() -> None:
+    """A notebook asks the class of a value for its pictures; matplotlib's own figure has none."""
+    for kind in proofmass._PICTURES:
+        assert hasattr(getattr(proofmass, kind), "plot")
+    picture = proofmass.simulate("library:template").plot()._repr_svg_()
+    drawing = ElementTree.fromstring(picture)
+    assert drawing.tag == "{http://www.w3.org/2000/svg}svg"
+    assert len(list(drawing.iter("{http://www.w3.org/2000/svg}path"))) > 10
+
+
+def test_problems_are_texts_and_an_empty_list_is_one() -> None:
+    none = proofmass.check("library:template")
+    assert none == []
+    assert repr(none) == "[]"
+    assert "no problems" in none._repr_html_()
+    graph = proofmass.Graph(name="open", rate="1 kHz", samples=1, blocks={"gain": Gain()})
+    problems = proofmass.check(graph)
+    assert repr(problems) == "\n".join(map(str, problems))
+    assert "the input input is not connected" in problems._repr_html_()
+
+
+@pytest.mark.parametrize("page", sorted(path.name for path in NOTEBOOKS.glob("*.md")))
+def test_the_notebooks_of_the_documents_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text, names = (NOTEBOOKS / page).read_text(encoding="utf-8"), dict[str, Any]()
+    cells = re.findall(r"^```\{code-cell\} python\n(.*?)^```$", text, re.DOTALL | re.MULTILINE)
+    assert len(cells) > 4
+    pictures = 0
+    for cell in cells:
+        *before, last = ast.parse(cell).body
+        exec(compile(ast.Module(before, []), page, "exec"), names)
+        if isinstance(last, ast.Expr):
+            shown = eval(compile(ast.Expression(last.value), page, "eval"), names)
+            pictures += hasattr(shown, "_repr_svg_")
+        else:
+            exec(compile(ast.Module([last], []), page, "exec"), names)
+    assert pictures

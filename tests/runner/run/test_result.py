@@ -90,11 +90,12 @@ def test_a_summary_of_every_kind_of_trace() -> None:
 def test_a_summary_of_no_rows_has_no_numbers() -> None:
     result = made_result([made_trace("adc.code", np.zeros(0, dtype=int))])
     assert result.summary() == [{"signal": "adc.code", "unit": "1", "rows": 0}]
-    assert "<td>0</td>" in result._repr_html_()
+    assert ">0</td>" in result._repr_html_()
 
 
 def test_the_table_of_a_notebook_is_escaped() -> None:
-    assert "<td>a&lt;b</td><td>&lt;V&gt;</td>" in made_result([made_trace("a<b", [1.0], "<V>")])._repr_html_()
+    table = made_result([made_trace("a<b", [1.0], "<V>")])._repr_html_()
+    assert re.search(">a&lt;b</td><td[^>]*>&lt;V&gt;</td>", table)
 
 
 @pytest.mark.parametrize(("dtype", "shape"), [(float, ()), (int, (3,)), (bool, ())])
@@ -199,7 +200,7 @@ def test_a_trace_is_an_array_with_a_line_to_read() -> None:
     assert repr(made_trace("adc.code", [])) == "<Trace of adc.code [1]: no rows>"
     shown = trace._repr_html_()
     assert shown.startswith("<svg")
-    assert "&lt;Trace of adc.code" in shown
+    assert "Trace of adc.code" in shown
 
 
 def test_a_sparkline_keeps_spikes_and_is_empty_where_nothing_can_be_drawn() -> None:
