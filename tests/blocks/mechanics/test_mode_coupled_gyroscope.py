@@ -104,7 +104,7 @@ def swing(start: complex, speed: complex, w: float, decay: float, t: Any) -> Any
     equation="x'' + ... = Fx / m + 2 k W y', y'' + ... = Fy / m - 2 k W x'",
     source="Foucault's pendulum: a swing that keeps its ellipse in a frame at rest, seen from a case that turns by W t",
     convention="k = 1 of a mass that moves as a whole; the ellipse turns by -k W t in the plane of x and y",
-    wrong="the documents called k the part of the mass that turns, without what it is of a ring: n times Bryan's factor",
+    wrong="the documents called k the part of the mass that turns, without what it is of a ring: n times Bryan's",
 )
 def test_foucaults_pendulum() -> None:
     """At rest the spring is w^2 + W^2: the centrifugal force, which the block leaves out, comes off it again."""
