@@ -10,6 +10,12 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
 
+@pytest.mark.derivation(
+    VoltageControlledOscillator,
+    equation="turns' = frequency + gain control, sine = amplitude sin(2 pi turns)",
+    source="integral of 500 Hz + 600 Hz (1 - exp(-t / tau)) by hand",
+    convention="frequency and gain in Hz, not rad/s; amplitude is the peak; the phase in rad with whole turns",
+)
 def test_its_frequency_follows_a_voltage_that_rises_exponentially() -> None:
     graph = Graph(
         name="pulled",
