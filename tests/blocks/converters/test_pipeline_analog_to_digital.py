@@ -81,3 +81,12 @@ def test_an_amplifier_of_low_gain_makes_jumps() -> None:
     place = np.searchsorted(volts, 0.25 * reference)
     assert bent[place + 1] - bent[place - 2] == pytest.approx(-error * 2 ** (bits - 2), abs=1.1)
     assert -error * 2 ** (bits - 2) == pytest.approx(5.1, abs=0.1)
+
+
+def test_a_threshold_error_moves_both_thresholds_up() -> None:
+    """A jump, which a gain error makes, shows where they are."""
+    block = PipelineAnalogToDigital(stages=8, last_bits=4, gain_errors=(-0.02,), threshold_errors=(0.1,))
+    volts = np.linspace(-0.5, 0.5, 2001)
+    bent = np.array(response(block, volts.tolist(), "code", "voltage")) - volts * 2048.0
+    jumps = volts[1:][np.diff(bent) > 10.0]
+    assert jumps == pytest.approx([-0.15, 0.35], abs=1e-3)
