@@ -71,3 +71,9 @@ def test_noise_in_a_band_against_its_integral(levels: int, reference: float) -> 
     assert np.mean(power[lines] / shape) == pytest.approx(step**2 / 12.0, rel=0.1)
     band = lines < n // 32
     assert shape[band].sum() == pytest.approx(np.pi**6 / 7.0 * (16.0**-7 - 64.0**-7), rel=0.03)
+
+
+def test_leakage_takes_some_of_a_constant() -> None:
+    """At rest leakage a = u - v, leakage b = a - 2 v, and b is v but for its error: v is u / (1 + leakage)^2."""
+    answer = response(MashModulator(levels=33, leakage=0.02), [0.31] * 12_000)
+    assert np.mean(answer[2000:]) == pytest.approx(0.31 / 1.02**2, rel=2e-3)

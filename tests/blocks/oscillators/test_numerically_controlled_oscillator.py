@@ -87,3 +87,9 @@ def test_side_lines_of_frequency_modulation_are_bessel_functions() -> None:
     ahead = np.arctan2([row["leading_sine"] for row in rows], [row["leading_cosine"] for row in rows])
     apart = np.exp(1j * (ahead - lead - [row["phase"] for row in rows]))
     assert apart == pytest.approx(np.ones(1024), abs=1e-12)
+
+
+def test_a_phase_beyond_half_a_turn_is_within_it() -> None:
+    for begun in (4.0, -5.0, 100.0):
+        (row,) = drive(NumericallyControlledOscillator(initial_phase=begun), [{"control": 0.0}], PERIOD)
+        assert row["phase"] == pytest.approx(math.atan2(math.sin(begun), math.cos(begun)), rel=1e-12)
