@@ -9,7 +9,7 @@ VENV ?= .venv
 WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects mutants lint docs pictures benchmark clean
+.PHONY: demo test test-all test-fast defects derivations mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -30,6 +30,10 @@ test-fast: $(VENV)/installed-test
 # What was once silently wrong (S), hung (H) or crashed (C): test, before, after, outcome.
 defects: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m defect --defects --exhaustive
+
+# What each block of physics was compared with, by a second person: equation, source, convention, what was wrong.
+derivations: $(VENV)/installed-test
+	$(BIN)/python -m pytest tests/blocks -m derivation --derivations
 
 # 300 small changes of the source, each against the tests nearest to it: which of them nobody notices. An hour.
 mutants: $(VENV)/installed-test

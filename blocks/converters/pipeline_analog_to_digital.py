@@ -1,8 +1,9 @@
-"""Pipeline converter of 1.5-bit stages: d = 1, 0, -1 by thresholds +-reference / 4, residue' = 2 (1 + e) residue - d r.
+"""Pipeline converter of 1.5-bit stages: d = 1, 0, -1 by thresholds +-r / 4, residue' = (1 + e) (2 residue - d r).
 
-After `stages` of them a flash of `last_bits` converts the residue; number = sum of d_k 2^(bits-1-k) + the last code,
-bits = stages + last_bits. Thresholds may be off by reference / 4 without a word; gain errors e make INL (Lewis and
-Gray, IEEE J. Solid-State Circuits 22, 1987).
+r is the reference. After `stages` of them a flash of `last_bits` converts the residue; number = sum of d_k 2^(bits-1-k)
+over k from 1 + the last code, bits = stages + last_bits. Thresholds may be off by r / 4 without a word; a gain error e
+of stage k makes jumps of e 2^(bits-1-k) steps at its thresholds (Lewis and Gray, IEEE J. Solid-State Circuits 22,
+1987).
 """
 
 import math
@@ -22,7 +23,9 @@ class PipelineAnalogToDigital(Specimen):
     stages: int = param("1", "Stages of a bit and a half.", default=9, at_least=1, at_most=20)
     last_bits: int = param("bit", "Bits of the flash behind them.", default=3, at_least=1, at_most=4)
     reference: float = param("V", "Half the span.", default=1.0, above=0.0)
-    gain_errors: tuple[float, ...] = param("1", "Relative error of each stage, the first first.", default=(0.0,))
+    gain_errors: tuple[float, ...] = param(
+        "1", "Relative error of each residue amplifier, the first first.", default=(0.0,)
+    )
     threshold_errors: tuple[float, ...] = param("V", "Added to both thresholds of a stage.", default=(0.0,))
     gain_spread: float = param("1", "Standard deviation of a stage's gain, relative.", default=0.0, at_least=0.0)
 
@@ -53,7 +56,7 @@ def number(p: PipelineAnalogToDigital, gains: list[float], shifts: list[float], 
     residue, total = voltage / p.reference, 0
     for i in range(len(gains)):
         digit = 1 if residue > 0.25 + shifts[i] else -1 if residue < shifts[i] - 0.25 else 0
-        residue = gains[i] * residue - float(digit)
+        residue = gains[i] * (residue - 0.5 * float(digit))
         total = 2 * total + digit
     steps = float(1 << (p.last_bits - 1))
     half = float(1 << (p.stages + p.last_bits - 1))

@@ -1,7 +1,8 @@
 """Noise of a sampling switch: output = input + s n, s^2 = k T / C + (jitter slope)^2, n standard normal in every tick.
 
-slope = (u[n] - u[n-1]) / period. Both errors are white, normal and independent, and so is their sum (Razavi, Principles
-of Data Conversion System Design, 1995, chapter 2).
+slope = (u[n] - u[n-1]) / period, and zero in tick 0. k T / C is the variance of one sample, whatever the rate. Both
+errors are white, normal and independent, and so is their sum (Razavi, Principles of Data Conversion System Design,
+1995, chapter 2).
 """
 
 import math
@@ -37,9 +38,9 @@ def constants(p: SamplingNoise, period: float) -> Constants:
 
 
 @SamplingNoise.output("V")
-def output(c: Constants, x: State, voltage: float, normal: float) -> float:
+def output(c: Constants, x: State, voltage: float, normal: float, tick: int) -> float:
     """The sampled voltage."""
-    moved = c.jitter * (voltage - x.before)
+    moved = c.jitter * (voltage - x.before) if tick > 0 else 0.0  # the first sample has none before
     return voltage + math.sqrt(c.variance + moved * moved) * normal
 
 

@@ -75,7 +75,7 @@ class Facts(type):
 
     @property
     def functions(cls) -> dict[str, Behaviour]:
-        """Registered functions by role: formats, constants, start, update, derivative."""
+        """Registered functions by role: formats, constants, start, update, derivative, fold."""
         return cls.__declaration__.functions
 
     @property

@@ -13,6 +13,7 @@ RESERVED = {meaning.argument: meaning.doc for meaning in Meaning if meaning.argu
 MOVING = {  # functions of a block that engines call beside those of its outputs, by name as those
     "update": "the function that gives the state of the next tick",
     "derivative": "the function that gives the rates of the state",
+    "fold": "the function that writes the state in another form",
 }
 
 

@@ -61,6 +61,17 @@ class Registration(Facts):
 
         return register
 
+    @bare
+    def fold(cls, function: _Function) -> _Function:
+        """Register `fold(c, x) -> State`: the state of a continuous block in another form, at the end of each tick.
+
+        An angle that grows loses digits: its whole turns are counted apart. Outputs are the same but for rounding.
+        """
+        if "derivative" not in cls.functions:
+            raise TypeError(f"{cls.__name__}.fold: only continuous blocks have one; register the derivative before it")
+        cls.functions["fold"] = _bound(cls, function, {"x"})
+        return function
+
     @called("then=NEXT_STATE")
     def event(cls, *, then: Callable[..., Any]) -> Callable[[_Function], _Function]:
         """Register `clearance(c, x, inputs..., time) -> float`, above zero for as long as nothing happens.

@@ -66,7 +66,7 @@ def driven_problems(kind: type[Block]) -> list[Problem]:
     return [_of(kind, problem) for problem in form.problems] if form else []
 
 
-_LOOPED = ("update", "derivative")
+_LOOPED = ("update", "derivative", "fold")
 
 
 def _form(kind: type[Block], behaviour: Behaviour) -> Form:

@@ -1,8 +1,10 @@
 """Differential comb with fringe: C1 = C' (overlap + x), C2 = C' (overlap - x), F = C' (V1^2 - V2^2) / 2.
 
-C' = 2 N eps0 (h + e) / g of N fingers of height h and gaps g. The field at the upper and lower edges counts as more
-height, e = fringe g / pi (1 + ln(2 pi h / g)): within 1 % where h > 8 g and 4 % where h > 2 g (Palmer, Trans. AIEE 56,
-1937). A comb that is pulled out has no capacitance and no force.
+C' = 2 N eps0 (h + fringe e) / g of N fingers of height h, each with a gap g on both of its sides. The field at the
+upper and the lower edges counts as more height, e = ((g + t) ln(1 + 2 g / t) + g ln(t (2 g + t) / g^2)) / pi for
+fingers of thickness t in a long row: the map of Schwarz and Christoffel, to 1e-5 where h > 2 g, with nothing above or
+below. Neighbours share their fringe: two plates by themselves have more. A comb that is pulled out has no capacitance
+and no force.
 """
 
 import math
@@ -20,6 +22,7 @@ class DifferentialComb(Block):
     fingers: int = param("1", "Fingers of either comb, N.", default=100, at_least=1, at_most=1_000_000)
     height: float = param("m", "Height of a finger, h.", default=25e-6, above=0.0)
     gap: float = param("m", "Gap on each side of a finger, g.", default=3e-6, above=0.0)
+    thickness: float = param("m", "Thickness of a finger, across the gaps, t.", default=3e-6, above=0.0)
     overlap: float = param("m", "Overlap of the fingers at rest.", default=20e-6, above=0.0)
     fringe: float = param("1", "Part of the fringe field that counts: 0 for none.", default=1.0, at_least=0.0)
 
@@ -35,8 +38,10 @@ class Constants(NamedTuple):
 
 @DifferentialComb.constants
 def constants(p: DifferentialComb, period: float) -> Constants:
-    edges = p.fringe * p.gap / math.pi * (1.0 + logarithm(2.0 * math.pi * p.height / p.gap))
-    return Constants(2.0 * float(p.fingers) * PERMITTIVITY * (p.height + edges) / p.gap, p.overlap)
+    gap, thickness = p.gap, p.thickness
+    edges = (gap + thickness) * logarithm(1.0 + 2.0 * gap / thickness)
+    edges = (edges + gap * logarithm(thickness * (2.0 * gap + thickness) / (gap * gap))) / math.pi
+    return Constants(2.0 * float(p.fingers) * PERMITTIVITY * (p.height + p.fringe * edges) / gap, p.overlap)
 
 
 @DifferentialComb.output("F")

@@ -1,7 +1,8 @@
 """Two modes: m x'' + cx x' + cxy y' + kx x + kxy y = Fx + 2 k m W y', and for y with Fy - 2 k m W x'.
 
-x is the drive mode, y the sense mode, W the rotation, k the angular gain. kxy = 2 k m wx Wq makes quadrature, in phase
-with x and as large as that of the rate Wq; cxy = 2 k m Wd, anisodamping, cannot be told from a rate (IEEE Std 1431).
+x is the drive mode, y the sense mode, W the rotation, k the angular gain between them: 1 for a mass that moves as a
+whole, n times Bryan's factor of a ring whose waves are n around it. kxy = 2 k m wx Wq makes quadrature, in phase with x
+and as large as that of the rate Wq; cxy = 2 k m Wd, anisodamping, cannot be told from a rate (IEEE Std 1431).
 """
 
 import math
@@ -18,7 +19,9 @@ class ModeCoupledGyroscope(Block):
     drive_quality: float = param("1", "Quality factor of the drive mode.", default=1000.0, above=0.0)
     sense_frequency: float = param("Hz", "Resonance of the sense mode.", default=8200.0, above=0.0)
     sense_quality: float = param("1", "Quality factor of the sense mode.", default=1000.0, above=0.0)
-    angular_gain: float = param("1", "Part of the mass that turns, k.", default=1.0, at_least=-1.0, at_most=1.0)
+    angular_gain: float = param(
+        "1", "Coupling by rotation, k: 1 for a mass that moves as a whole.", default=1.0, at_least=-1.0, at_most=1.0
+    )
     rotation: float = param("rad/s", "Rate of rotation, W.", default=0.0)
     quadrature_rate: float = param("rad/s", "Rate whose force is as large as quadrature, Wq.", default=0.0)
     damping_rate: float = param("rad/s", "Rate whose force is that of anisodamping, Wd.", default=0.0)

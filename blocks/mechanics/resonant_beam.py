@@ -1,7 +1,9 @@
 """Mode of a beam under an axial force N: m x'' + m w0 / Q x' + m w0^2 (1 + N / Nc) x = F, f = f0 sqrt(1 + N / Nc).
 
-Nc is the force at which the beam buckles under pressure; tension is positive. Of a beam clamped at both ends
-Nc = 3.40 E b h^3 / L^2, f0 = 1.028 h / L^2 sqrt(E / rho) (Albert, Vibrating quartz crystal beam accelerometer, 1982).
+Tension is positive, and Nc is the slope's: m w0^2 over the change of stiffness per force. Of a beam clamped at both
+ends Nc = 3.39 E b h^3 / L^2, f0 = 1.028 h / L^2 sqrt(E / rho) (Albert, Vibrating quartz crystal beam accelerometer,
+1982, has 3.40). That is 3 % above Euler's load, 3.29, at which it buckles, since its shape under load is another. A
+beam hinged at both ends has one and the same, 0.822.
 """
 
 import math
@@ -17,7 +19,9 @@ class ResonantBeam(Block):
     frequency: float = param("Hz", "Resonance without axial force, f0.", default=40_000.0, above=0.0)
     quality: float = param("1", "Quality factor, Q.", default=10_000.0, above=0.0)
     axial_force: float = param("N", "Axial force N, positive for tension.", default=0.0)
-    critical_force: float = param("N", "Euler's buckling force, Nc.", default=1.0, above=0.0)
+    critical_force: float = param(
+        "N", "Force that would take all stiffness off, Nc: 1.03 times Euler's if clamped.", default=1.0, above=0.0
+    )
 
     force = Input("N", "Force of the drive on the mode.")
 

@@ -1,7 +1,8 @@
-"""Thermal expansion: e(a) = a D + quadratic D^2, D = T - T0; elongation = length (e(expansion) - e(frame)).
+"""Thermal expansion: elongation = length s, s = (expansion - frame_expansion) D + quadratic D^2, D = T - T0.
 
-A beam between two ends of its frame cannot grow: its axial force is -E A times the difference of strains, as long as
-it does not buckle (Timoshenko and Gere, Mechanics of Materials, section 2.5). Wire it to a ResonantBeam.
+Coefficients are those at T0; `quadratic` is half the slope of the coefficient over temperature. A beam between two ends
+of its frame cannot grow: its axial force is -E A s, as long as it does not buckle (Timoshenko and Gere, Mechanics of
+Materials, section 2.5). Wire it to a ResonantBeam.
 """
 
 from proofmass.blocks.declaration.declare import Block, Input, param
@@ -12,7 +13,7 @@ class ThermoelasticExpansion(Block):
 
     length: float = param("m", "Length of the part.", default=1e-3, above=0.0)
     expansion: float = param("1/K", "Linear coefficient of the part: of silicon 2.6 ppm/K.", default=2.6e-6)
-    quadratic: float = param("1/K^2", "Quadratic coefficient, of the part less that of the frame.", default=0.0)
+    quadratic: float = param("1/K^2", "Half the slope of the coefficient, of the part less the frame.", default=0.0)
     frame_expansion: float = param("1/K", "Linear coefficient of the frame; 0 for one that stands still.", default=0.0)
     reference_temperature: float = param("K", "Temperature without stress, T0.", default=298.15, above=0.0)
     stiffness: float = param("N", "Axial stiffness E A: Young's modulus times area.", default=16.9, at_least=0.0)

@@ -1,8 +1,8 @@
 """Fibre coupler: through = t ((1 - k) P1 + k P2 + B), cross = t (k P1 + (1 - k) P2 - B), t the transmission.
 
-B = 2 coherence sqrt(k (1 - k) P1 P2) sin(phase): a wave that crosses gains a quarter turn, and so what interference
-adds to one output the other lacks (Saleh and Teich, Fundamentals of Photonics, section 8.5). The phase is that of the
-second wave before the first.
+B = 2 coherence sqrt(k (1 - k) P1 P2) sin(phase): a wave that crosses falls behind by a quarter turn, and so what
+interference adds to one output the other lacks (Saleh and Teich, Fundamentals of Photonics, section 8.5). The phase is
+that by which the second wave is ahead of the first.
 """
 
 import math
@@ -22,7 +22,7 @@ class FibreCoupler(Block):
 
     first = Input("W", "Power P1 into the first fibre; none below zero.")
     second = Input("W", "Power P2 into the second fibre; none below zero.", default=0.0)
-    phase = Input("rad", "Phase of the second wave before the first.", default=0.0)
+    phase = Input("rad", "Phase by which the second wave is ahead of the first.", default=0.0)
 
 
 def interference(p: FibreCoupler, first: float, second: float, phase: float) -> float:

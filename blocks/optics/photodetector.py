@@ -1,7 +1,8 @@
-"""Photodetector: current = I + s n, I = responsivity power + dark_current, s^2 = (2 e I + I^2 r) fs / 2, n normal.
+"""Photodetector: current = I + s n, I = L + dark_current, L = responsivity power, s^2 = (2 e I + L^2 r) fs / 2.
 
-2 e I is the one-sided density of shot noise, r that of relative intensity noise; fs is the rate of the block. Both are
-white and independent, and so is their sum (Saleh and Teich, Fundamentals of Photonics, chapter 19).
+2 e I is the one-sided density of shot noise, r that of relative intensity noise, of the light alone; fs is the rate of
+the block, n standard normal. Both are white and independent, and so is their sum (Saleh and Teich, Fundamentals of
+Photonics, chapter 19).
 """
 
 import math
@@ -17,7 +18,9 @@ class Photodetector(Block):
 
     responsivity: float = param("A/W", "Current per power.", default=0.9, above=0.0)
     dark_current: float = param("A", "Current without light.", default=1e-9, at_least=0.0)
-    intensity_noise: float = param("1/Hz", "Density of relative intensity noise, r.", default=0.0, at_least=0.0)
+    intensity_noise: float = param(
+        "1/Hz", "One-sided density of relative intensity noise, r.", default=0.0, at_least=0.0
+    )
     noisy: bool = param("", "Whether there is noise.", default=True)
 
     power = Input("W", "Light on the detector; none below zero.")
@@ -39,6 +42,7 @@ def constants(p: Photodetector, period: float) -> Constants:
 @Photodetector.output("A")
 def current(c: Constants, power: float, normal: float) -> float:
     """The photocurrent."""
-    mean = c.responsivity * (power if power > 0.0 else 0.0) + c.dark_current
-    variance = (c.shot + c.relative * mean) * mean
+    light = c.responsivity * (power if power > 0.0 else 0.0)
+    mean = light + c.dark_current
+    variance = c.shot * mean + c.relative * light * light
     return mean + math.sqrt(variance) * normal if variance > 0.0 else mean

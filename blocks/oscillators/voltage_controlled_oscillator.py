@@ -1,14 +1,15 @@
 """Voltage-controlled oscillator: turns' = frequency + gain control; sine = amplitude sin(2 pi turns); continuous.
 
-A NumericallyControlledOscillator does the same at ticks, and takes the whole turns off. This one counts them, and every
-step rounds the count: after n turns in k steps the phase is off by up to 2 pi k n 2^-53 rad, which is 0.3 rad after
-1e8 turns in 1e7 steps.
+A NumericallyControlledOscillator does the same at ticks. The whole turns are counted apart in each tick, so that a step
+rounds by at most 2^-53 of the turns in a tick, or of one: after k steps sine and cosine are off by 2 pi k 2^-53 rad
+at most, however many turns there were, and by what the integration of a control that moves is off.
 """
 
 import math
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turns
+from proofmass.blocks.arithmetic.rounding import nearest_integer
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -26,12 +27,14 @@ class VoltageControlledOscillator(Block):
 
 
 class State(NamedTuple):
-    turns: float
+    turns: float  # from -1/2 to 1/2 at each tick
+    whole: float  # turns that were taken off
 
 
 @VoltageControlledOscillator.start
 def start(p: VoltageControlledOscillator) -> State:
-    return State(p.initial_phase / (2.0 * math.pi))
+    turns = p.initial_phase / (2.0 * math.pi)
+    return State(turns - nearest_integer(turns), nearest_integer(turns))
 
 
 @VoltageControlledOscillator.output("{unit}")
@@ -49,9 +52,15 @@ def cosine(p: VoltageControlledOscillator, x: State) -> float:
 @VoltageControlledOscillator.output("rad")
 def phase(p: VoltageControlledOscillator, x: State) -> float:
     """The phase since the start, whole turns included."""
-    return 2.0 * math.pi * x.turns
+    return 2.0 * math.pi * (x.whole + x.turns)
 
 
 @VoltageControlledOscillator.derivative(linear=False)
 def derivative(p: VoltageControlledOscillator, x: State, control: float) -> State:
-    return State(p.frequency + p.gain * control)
+    return State(p.frequency + p.gain * control, 0.0)
+
+
+@VoltageControlledOscillator.fold
+def fold(p: VoltageControlledOscillator, x: State) -> State:
+    whole = nearest_integer(x.turns)
+    return State(x.turns - whole, x.whole + whole)

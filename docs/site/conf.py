@@ -1,7 +1,9 @@
 """Sphinx's settings of the documentation site; docs/site/stage.py puts them beside the staged pages."""
 
+from pathlib import Path
 from typing import Any
 
+from docs.site.texts import SCRIPTS, write_texts
 from proofmass.runner.host.versions import PROOFMASS
 
 project = "proofmass"
@@ -50,6 +52,20 @@ def _without_text(app: Any, what: str, name: str, member: Any, skip: bool, optio
     return True if str(getattr(member, "__doc__", "")).startswith("Alias for field number") else None
 
 
+def _scripts(app: Any, page: str, *_: object) -> None:
+    """Give the page of the search the texts of all pages."""
+    if page == "search":
+        for script in SCRIPTS:
+            app.add_js_file(script, priority=100)
+
+
+def _texts(app: Any, error: Exception | None) -> None:
+    if error is None and app.builder.name == "html":
+        write_texts(Path(app.outdir))
+
+
 def setup(app: Any) -> None:
-    """Connect the hook above to autodoc."""
+    """Connect the hooks above."""
     app.connect("autodoc-skip-member", _without_text)
+    app.connect("html-page-context", _scripts)
+    app.connect("build-finished", _texts)

@@ -2,7 +2,8 @@
 
 import json
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
+from html import escape
 from itertools import groupby
 from pathlib import Path
 
@@ -19,6 +20,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.simulate import simulate
 
+THUMBNAILS = "thumbnails"  # folder of diagrams in the built site
 TICKS = 5_000_000  # of a run whose figures are on a page; longer ones are left to the reader
 
 
@@ -47,9 +49,29 @@ def _index() -> str:
     lines = ["# All graphs of the library", "", "Each page has the diagram, the figures and the file.", ""]
     lines += ["```{toctree}", ":hidden:", "", *(item.name for item in all_exhibits()), "```", ""]
     for family, members in groupby(all_exhibits(), key=lambda item: item.family):
-        rows = [(f"[{item.name}]({item.name}.md)", plain(item.title)) for item in members]
-        lines += [f"## {_heading(family)}", "", *table(("graph", "what it is"), rows)]
+        lines += [f"## {_heading(family)}", "", *cards(members)]
     return "\n".join(lines) + "\n"
+
+
+def cards(items: Iterable[Exhibit], above: str = "../") -> Iterator[str]:
+    """Yield the lines of a card for each graph: diagram, name, title; `above` leads to the root of the site."""
+    yield from ("```{raw} html", '<div class="cards">')
+    for item in items:
+        picture = f"{above}{THUMBNAILS}/{diagram_of(item)}.svg"
+        yield (
+            f'<a href="{above}gallery/{item.name}.html"><img src="{picture}" alt="" loading="lazy">'
+            f"<b>{item.name}</b><span>{escape(item.title)}</span></a>"
+        )
+    yield from ("</div>", "```", "")
+
+
+def diagram_of(item: Exhibit) -> str:
+    """Return the name of the graph whose diagram stands for an exhibit: that of a study is its graph's."""
+    return _graph_of(item) if item.study else item.name
+
+
+def _graph_of(item: Exhibit) -> str:
+    return next(name for name in item.beside if name.endswith(".toml")).removesuffix(".toml")
 
 
 def _heading(family: str) -> str:
@@ -127,7 +149,7 @@ def _run(graph: Graph) -> Iterator[str]:
 
 
 def _study(item: Exhibit, study: Study) -> Iterator[str]:
-    graph = next(name for name in item.beside if name.endswith(".toml")).removesuffix(".toml")
+    graph = _graph_of(item)
     facts = [
         ("graph", f"[{graph}]({graph}.md)"),
         ("sensors", str(study.runs)),

@@ -7,7 +7,7 @@ import tomllib
 from pathlib import Path, PurePosixPath
 
 from docs.site.alive import live_page, with_frame
-from docs.site.gallery import gallery_pages, gallery_pictures
+from docs.site.gallery import THUMBNAILS, all_exhibits, cards, gallery_pages, gallery_pictures
 from docs.site.markdown import picture_attributes
 from docs.site.reference import contents, reference_pages
 
@@ -25,6 +25,7 @@ FRONT = {  # pages outside docs/, and the landing page, by their names in the si
 _ALL_GRAPHS = (
     "\n## All others\n\n[All graphs of the library](gallery/index.md) have pages with picture, figures and file.\n"
 )
+_CARDS = "<!-- cards -->"  # where the page of the gallery has its sensors as pictures
 _LINK = re.compile(r"(\]\()([^)#\s]+)(#[^)\s]*)?(\))")
 _FENCE = re.compile(r"^(```.*?^```)$", re.DOTALL | re.MULTILINE)
 _ALONE = ("reference/blocks/", "gallery/", "decisions/")  # pages that an index of their own lists
@@ -53,6 +54,7 @@ def stage(target: Path, *, runs: bool = False) -> list[str]:
     shutil.copytree(DOCS / "pictures", target / "pictures")
     for name, text in gallery_pictures():
         _write(target / "pictures" / name, text)
+        _write(target / "extra" / THUMBNAILS / Path(name).name, text)
     shutil.copytree(HERE / "static", target / "static")
     shutil.copy(HERE / "conf.py", target / "conf.py")
     return names
@@ -106,6 +108,8 @@ def _rewritten(path: Path, name: str, target: Path) -> str:
     if name == "reference/index.md":
         text += "\n" + contents()
     if name == "gallery.md":
+        shown = dict.fromkeys(re.findall(r"library:(\w+)", text))
+        text = text.replace(_CARDS, "\n".join(cards([item for item in all_exhibits() if item.name in shown], "")))
         text += _ALL_GRAPHS
     if name == "decisions/README.md":
         text += "\n```{toctree}\n:hidden:\n:glob:\n\n0*\n```\n"

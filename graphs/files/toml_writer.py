@@ -17,7 +17,7 @@ from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate, write_seconds
 from proofmass.graphs.model.statistics import TIMES
-from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, OF_MEASURES, RATE, is_of_measure
 from proofmass.graphs.model.values import NamedValue
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")
@@ -77,11 +77,15 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     if graph.values:
         yield from ("", f"[{path}values]", *(f"{name} = {_value(value)}" for name, value in graph.values.items()))
     inner = {of: f.text for of, f in graph.formulas.items() if "." in of and _block_of(of) not in graph.blocks}
+    inner = {of: text for of, text in inner.items() if not is_of_measure(graph, of)}
     if inner:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
     if graph.measures or graph.derived:
         derived = (f"{name} = {_derived(formula)}" for name, formula in graph.derived.items())
-        signals = (f"{name} = {_measure(m, as_written)}" for name, m in graph.measures.items())
+        signals = (
+            f"{name} = {_measure(m, partial(_formula, graph, f'{OF_MEASURES}{name}.'), as_written)}"
+            for name, m in graph.measures.items()
+        )
         yield from ("", f"[{path}measures]", *signals, *derived)
     if graph.requirements:
         requirements = (f"{key_of(n)} = {inline(r.as_written())}" for n, r in graph.requirements.items())
@@ -175,10 +179,12 @@ def _derived(formula: Formula) -> str:
     return inline({FORMULA: formula.text, "unit": formula.unit}) if formula.unit else quoted(formula.text)
 
 
-def _measure(measure: Measure, as_written: bool) -> str:
-    begin = f", from = {quoted(_time(measure.start, as_written))}" if measure.start else ""
-    begin += f", until = {quoted(_time(measure.until, as_written))}" if measure.until is not None else ""
+def _measure(measure: Measure, formula: Callable[[str], str], as_written: bool) -> str:
+    times = {"from": measure.start or None, "until": measure.until}
+    texts = {key: formula(key) or (_time(time, as_written) if time is not None else "") for key, time in times.items()}
+    begin = "".join(f", {key} = {quoted(text)}" for key, text in texts.items() if text)
     options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
+    options = {key: formula(key) or value for key, value in options.items()}
     options |= {"unit": measure.unit} if measure.unit else {}
     more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
     return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"

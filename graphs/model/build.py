@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
-from proofmass.graphs.model.formula_tables import read_formulas, split_measures
+from proofmass.graphs.model.formula_tables import bad_targets, read_formulas, read_measured, split_measures
 from proofmass.graphs.model.graph import (
     DEFAULT_INTEGRATION,
     NOWHERE,
@@ -31,7 +31,7 @@ from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
-from proofmass.graphs.model.measures import Measure, read_display_unit, read_measures
+from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit
 from proofmass.graphs.model.near_names import with_nearest
 from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
@@ -149,8 +149,10 @@ class Graph(Value):
         own_duration = None if duration is None else reader.value(read_duration, duration, "duration")
         own_wires, own_probes = reader.list(read_wire, wires, "wires"), reader.list(read_probe, probes, "probes")
         given_measures, own_derived, wrong = split_measures(measures, derived)
-        reader.problems += wrong
-        own_measures = reader.table(lambda: read_measures(given_measures), dict[str, Measure]())
+        own_measures, of_measures, bad = read_measured(given_measures, own_values, values)
+        own_formulas |= of_measures
+        reader.problems += [*wrong, *bad]
+        reader.problems += () if reader.problems or MEASURES in blocks else bad_targets(own_formulas, own_measures)
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
         if reader.problems:
             told = with_nearest(reader.problems, blocks, wires)

@@ -13,13 +13,17 @@ from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.formula_tables import as_written
 from proofmass.graphs.model.graph import AnyGraph, Graph, split
+from proofmass.graphs.model.measures import with_entries
 from proofmass.graphs.model.rates import read_duration, read_rate
 from proofmass.graphs.model.targets import (
     CLOCK_OFFSET,
     DURATION,
     RATE,
     Target,
+    entry_of,
+    is_of_measure,
     number_of,
     offset_of,
     rate_of,
@@ -82,11 +86,17 @@ def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
     rates: dict[str, Any] = {}
     offsets: dict[str, Fraction] = {}
     parameters = dict(numbers)
+    entries: dict[str, dict[str, Any]] = {}  # of measures, by their names
     for target, formula in graph.formulas.items():
         name, entry = split(target)
-        path = ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
+        path: tuple[str, ...] = (
+            ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
+        )
         try:
-            if entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
+            if is_of_measure(graph, target):
+                path = (*name.split("."), entry)
+                entries.setdefault(path[1], {})[entry] = entry_of(formula, graph.values, entry)
+            elif entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
                 rates[name] = read_rate(rate_of(formula, graph.values))
             elif entry == CLOCK_OFFSET and (name in graph.blocks or name in graph.subgraphs):
                 offsets[name] = read_duration(offset_of(formula, graph.values))
@@ -98,7 +108,11 @@ def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
             problems.append(error.problem(target, formula.text, path=path))
     if problems:
         raise ModelError(problems)
-    return _with_numbers(_with_offsets(_with_rates(graph, rates), offsets), parameters)
+    try:
+        measured = graph.changed(measures=with_entries(graph.measures, entries)) if entries else graph
+    except ModelError as error:
+        raise ModelError([as_written(problem, graph.formulas) for problem in error.problems]) from None
+    return _with_numbers(_with_offsets(_with_rates(measured, rates), offsets), parameters)
 
 
 def _with_rates(graph: AnyGraph, rates: Mapping[str, Any]) -> AnyGraph:

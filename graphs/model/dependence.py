@@ -14,7 +14,7 @@ from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import evaluated, plainly, slopes
 from proofmass.graphs.model.flatten import parts
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE, target_at
+from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE, is_of_measure, target_at
 
 
 @dataclass(frozen=True)
@@ -26,6 +26,7 @@ class FormulaStep:
     names: Mapping[str, str]  # values in the formula, by their paths
     unit: str  # of the target
     of_value: bool
+    fixed: bool = False  # sets a rate, a clock offset, the duration or a measure, which no run can vary
 
     def number(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
         """Return the number of the formula, from the values by their paths."""
@@ -96,22 +97,27 @@ class Dependence:
             if value.formula is not None:
                 yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension), of_value=True)
         for target, formula in part.formulas.items():
+            of_measure = is_of_measure(part, target)
+            if of_measure and path:
+                continue  # measures of a part are not those of the whole
             whole, of_value = path + target, path + target in self.numbers
             unit = self.units[whole] if of_value else _unit(part, target)
-            yield self._step(whole, formula, paths, unit, of_value=of_value)
+            yield self._step(whole, formula, paths, unit, of_value, fixed=of_measure or _is_clock(target))
 
-    def _step(self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, of_value: bool) -> FormulaStep:
-        return FormulaStep(
-            target, formula, {name: own[name] for name in sorted(formula.names) if name in own}, unit, of_value
-        )
+    def _step(
+        self, target: str, formula: Formula, own: Mapping[str, str], unit: str, of_value: bool, *, fixed: bool = False
+    ) -> FormulaStep:
+        names = {name: own[name] for name in sorted(formula.names) if name in own}
+        return FormulaStep(target, formula, names, unit, of_value, fixed)
 
 
-def is_fixed(target: str) -> bool:
-    """Return whether a formula sets a rate, a clock offset or the duration, which no run can vary."""
+def _is_clock(target: str) -> bool:
     return split(target)[1] in (RATE, CLOCK_OFFSET) or target == DURATION
 
 
 def _unit(part: Graph, target: str) -> str:
-    if is_fixed(target):
+    if is_of_measure(part, target):
+        return "1"  # in coherent units
+    if _is_clock(target):
         return "Hz" if split(target)[1] == RATE else "s"
     return target_at(part, target).unit

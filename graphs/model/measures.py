@@ -14,6 +14,7 @@ from proofmass.graphs.model.rates import Clock, read_duration
 from proofmass.graphs.model.statistics import ELSEWHERE, LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # path of the blocks that measure
+MEASURE_TIMES = TIMES | {"from", "until"}
 MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.items()}
 
 
@@ -96,6 +97,11 @@ def read_measures(table: object) -> dict[str, Measure]:
     return dict(sorted(read.items()))
 
 
+def with_entries(measures: Mapping[str, Measure], entries: Mapping[str, Mapping[str, Any]]) -> dict[str, Measure]:
+    """Return measures with other values at some of their keys, by their names; raises `ModelError`."""
+    return read_measures({name: _as_table(measure) | entries.get(name, {}) for name, measure in measures.items()})
+
+
 def read_display_unit(text: object) -> str:
     """Return the unit in which a signal or a measure is shown, or an empty text; raises `Refusal`."""
     if not isinstance(text, str):
@@ -159,7 +165,7 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
     for key in set(table) & OPTIONS.keys() - wanted.keys():
         yield _problem(f"{statistic} has no {key}", name, key, got=shown(table[key]), hint="leave it out")
     times = dict[str, Fraction]()
-    for key in ("from", "until", *TIMES):
+    for key in sorted(MEASURE_TIMES):
         try:
             times[key] = read_duration(table.get(key, 0))
         except Refusal as error:

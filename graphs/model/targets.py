@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping
 from fractions import Fraction
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
@@ -11,14 +11,21 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean
 from proofmass.blocks.declaration.units import unit
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import coherent_unit
+from proofmass.graphs.formulas.operations import NUMBER, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of
 from proofmass.graphs.model.graph import Graph, split
+from proofmass.graphs.model.measures import MEASURE_TIMES, MEASURES
 from proofmass.graphs.model.rates import simplest
-from proofmass.graphs.model.values import NamedValue
+from proofmass.graphs.model.values import NamedValue, resolved
 
 RATE, DURATION, CLOCK_OFFSET = "rate", "duration", "clock_offset"
+OF_MEASURES = f"{MEASURES}."  # how the targets of formulas in measures begin, as "measures.settled.from"
 LARGEST_WHOLE = 2**53  # beyond which floats are not all integers
+
+
+def is_of_measure(graph: Graph, target: str) -> bool:
+    """Return whether a formula sets an entry of a measure, and nothing of a block or subgraph of that name."""
+    return target.startswith(OF_MEASURES) and MEASURES not in {*graph.blocks, *graph.subgraphs}
 
 
 class Target(NamedTuple):
@@ -57,6 +64,20 @@ def offset_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
     if not 0.0 <= number < math.inf:
         raise Refusal(f"must be at least zero, not {float(number):g} s")
     return simplest(float(number)) if number else Fraction(0)
+
+
+def entry_of(formula: Formula, values: Mapping[str, NamedValue], key: str) -> Any:
+    """Return what a formula stands for at a key of a measure: a time, a number, or a text with its unit.
+
+    Raises `Refusal`.
+    """
+    if key in MEASURE_TIMES:
+        return offset_of(formula, values)
+    value = resolved(formula, values)
+    if value.dimension == NUMBER:
+        return value.number
+    hertz = value.dimension == unit("Hz").exponents
+    return f"{value.number!r} {'Hz' if hertz else coherent_unit(value.dimension)}"
 
 
 def _exactly(formula: Formula, values: Mapping[str, NamedValue], unit: str) -> Fraction:

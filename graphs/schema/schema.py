@@ -209,8 +209,8 @@ def _measures() -> Schema:
     values: dict[str, Schema] = {
         "signal": {"type": "string", "pattern": f"^{_SIGNAL}$"},
         "statistic": {"enum": list(STATISTICS)},
-        "from": _quantity({"type": "number", "minimum": 0}),
-        "until": _quantity({"type": "number", "exclusiveMinimum": 0}),
+        "from": _formulated({"type": "number", "minimum": 0}),
+        "until": _formulated({"type": "number", "exclusiveMinimum": 0}),
         "unit": _UNIT,
         **{key: _option(row, key) for row in STATISTICS.values() for key in row.options},
     }
@@ -237,9 +237,9 @@ def _measures() -> Schema:
 def _option(statistic: Statistic, key: str) -> Schema:
     """Return the schema of an option: a time, or a number within the bounds of the block's parameter."""
     if key in TIMES or statistic.block is None:
-        return _quantity({"type": "number", "minimum": 0})
+        return _formulated({"type": "number", "minimum": 0})
     parameter = facts(statistic.block)["parameters"][key]
-    return _quantity({"type": _JSON_TYPES[parameter["type"]]} | _bounds(parameter))
+    return _formulated({"type": _JSON_TYPES[parameter["type"]]} | _bounds(parameter))
 
 
 def _parts(rate: Schema) -> dict[str, Schema]:

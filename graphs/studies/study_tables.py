@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import same_unit
-from proofmass.graphs.model.dependence import Dependence, is_fixed
+from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
@@ -299,8 +299,8 @@ class StudyTables:
         if not any(step.target not in self.dependence.units for step in followers):
             raise Refusal("nothing follows from the value", got=shown(key), hint=f'use it: a parameter = "= {key}"')
         for step in followers:
-            if is_fixed(step.target):
-                hint = "rates and durations are the same in all runs: make a study of each"
+            if step.fixed:
+                hint = "rates, durations and measures are the same in all runs: make a study of each"
                 raise Refusal(f"{step.target} follows from it, and cannot vary", got=step.formula.text, hint=hint)
             if step.target not in self.dependence.units:
                 try:

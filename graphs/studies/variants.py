@@ -14,7 +14,6 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.graphs.model.changes import is_rate
 from proofmass.graphs.model.dependence import Dependence
-from proofmass.graphs.model.dependence import is_fixed as is_clock
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.keys import STUDY_KEYS
@@ -107,7 +106,7 @@ def _is_fixed(key: str, graph: Graph, flat: FlatGraph) -> bool:
     if is_rate(graph, graph.exports.get(key, key)):
         return True
     if key in graph.values:
-        return any(is_clock(step.target) for step in Dependence(graph).followers([key]))
+        return any(step.fixed for step in Dependence(graph).followers([key]))
     found = find_any(flat, inside(graph, graph.exports.get(key, key)).partition("[")[0])
     if isinstance(found, Missing) or not isinstance(found[1], Parameter):
         return False

@@ -66,6 +66,7 @@ class DualTicks(Interpreter):
             if step[0] in blocks
         ]
         self._updates = [update for update in self._updates if update[0] in blocks]
+        self._folds = [fold for fold in self._folds if fold[0] in blocks]
 
     def _wired(self, node: Endpoint, step: Callable[[int], Any]) -> Callable[[int], Any]:
         """Return the step of a wire: its value is recorded, and the input is added."""

@@ -32,6 +32,10 @@ class WritesTick(Protocol):
     numbers: RunNumbers
     always_renewed: bool
 
+    def value_of(self, name: str, function: str) -> Lowered:
+        """Result of a function of a block; a fault in it is noted."""
+        ...
+
     def lose(self, nothing: Operand) -> None:
         """Make the tick's check NaN from here on if a number is NaN; the number is zero otherwise."""
         ...
@@ -127,6 +131,8 @@ class GroupWriter:
         """Set the states of the blocks from floats."""
         for name, state in self.states(self.builder, x):
             self.frame.set(self.frame.states[name], state)
+            if "fold" in type(self.blocks[name]).functions:
+                self.frame.set(self.frame.states[name], self.writer.value_of(name, "fold"))
 
     def numbers(self) -> list[Operand]:
         """The states of the blocks as floats, in order."""

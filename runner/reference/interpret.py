@@ -252,6 +252,9 @@ class Interpreter(Outputs):
             for name, block in plan.blocks.items()
             if "update" in type(block).functions
         ]
+        self._folds = [
+            (name, self._bound(name, "fold")) for name, block in plan.blocks.items() if "fold" in type(block).functions
+        ]
         self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def memory(self) -> Memory:
@@ -305,6 +308,9 @@ class Interpreter(Outputs):
                 lost = advance.lost(moment)
                 raise TickError(lost or f"{broken}.state", tick, math.nan if lost else moved[broken])
             states.update(moved)
+        for name, fold in self._folds:
+            self._at = f"{name}.fold"
+            states[name] = fold(tick)
         for name in self._overflowed & self._memory.overflows.keys():
             self._memory.overflows[name] += 1
         self._overflowed.clear()

@@ -52,7 +52,7 @@ DRIVEN = {
     "DampingController": {"gain", "lowest"},
     "Differentiator": {"gain", "corner_frequency"},
     "DelayedComparator": {"threshold", "hysteresis"},
-    "DifferentialComb": {"height", "gap", "overlap", "fringe"},
+    "DifferentialComb": {"height", "gap", "thickness", "overlap", "fringe"},
     "DigitalToAnalog": {"reference"},
     "DiscreteIntegrator": {"gain"},
     "DiscreteMassSpringDamper": {"mass", "damping", "stiffness", "acceleration_at_end", "velocity_at_end"},

@@ -4,11 +4,13 @@ import math
 import random
 from fractions import Fraction
 
+import numpy as np
 import pytest
 
 from proofmass.blocks.converters.analog_to_digital import AnalogToDigital, code, constants
 from proofmass.blocks.declaration.problem import ModelError
 from tests.by_hand.functions import drive
+from tests.by_hand.responses import response
 
 
 def codes(block: AnalogToDigital, voltages: list[float]) -> list[int]:
@@ -81,3 +83,20 @@ def test_widest_and_narrowest() -> None:
     assert codes(AnalogToDigital(bits=32, reference=1.0), [-1.0, 1.0]) == [-(2**31), 2**31 - 1]
     with pytest.raises(ModelError, match="must be >= 2 and <= 32"):
         AnalogToDigital(bits=33)
+
+
+@pytest.mark.derivation(
+    AnalogToDigital,
+    equation="code = clip(rint((gain v + offset) 2^(bits-1) / reference))",
+    source="noise of quantising: a step / sqrt(12) rms, so 6.02 bits + 1.76 dB below a sine over the whole span",
+    convention="reference is half the span: the step is reference / 2^(bits-1), the span of two references over 2^bits",
+)
+@pytest.mark.parametrize("bits", [8, 11])
+def test_a_sine_over_the_span_against_the_noise_of_quantising(bits: int) -> None:
+    count, reference = 8192, 3.0
+    volts = reference * (1.0 - 2.0**-bits) * np.sin(2.0 * np.pi * 997.0 * np.arange(count) / count + 0.1)
+    code = response(AnalogToDigital(bits=bits, reference=reference), volts.tolist(), "code", "voltage")
+    error = np.array(code) * (2.0 * reference / 2**bits) - volts
+    ratio = 10.0 * math.log10(np.mean(volts**2) / np.mean(error**2))
+    assert ratio == pytest.approx(20.0 * bits * math.log10(2.0) + 10.0 * math.log10(1.5), abs=0.2)
+    assert (max(code), min(code)) == (2 ** (bits - 1) - 1, -(2 ** (bits - 1)) + 1)

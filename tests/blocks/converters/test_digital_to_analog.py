@@ -5,6 +5,7 @@ import random
 from fractions import Fraction
 from typing import Any
 
+import numpy as np
 import pytest
 
 from proofmass.blocks import DigitalToAnalog
@@ -52,3 +53,29 @@ def test_the_reference_may_be_driven_and_the_resolution_not() -> None:
     assert not DigitalToAnalog.drivable("bits")
     with pytest.raises(ModelError, match="must be > 0"):
         DigitalToAnalog(reference=0.0)
+
+
+def ladder(bits: int, code: int, high: float, low: float) -> float:
+    """Output of an R-2R ladder whose legs switch between two voltages, its end at the lower one: Kirchhoff's laws."""
+    g, sources = np.zeros((bits, bits)), np.zeros(bits)
+    for i in range(bits):  # node 0 is at the lowest bit, with the end of 2R; conductances in 1 / (2R)
+        g[i, i] += 1.0
+        sources[i] += high if code >> i & 1 else low
+        if i + 1 < bits:
+            g[i : i + 2, i : i + 2] += [[2.0, -2.0], [-2.0, 2.0]]
+    g[0, 0] += 1.0
+    sources[0] += low
+    return float(np.linalg.solve(g, sources)[-1])
+
+
+@pytest.mark.derivation(
+    DigitalToAnalog,
+    equation="voltage = clip(rint(number)) reference / 2^(bits-1)",
+    source="R-2R ladder in offset binary between -reference and reference, by Kirchhoff's laws",
+    convention="reference is half the span, the voltage of the code 2^(bits-1), one step above the highest",
+)
+def test_an_r_2r_ladder_between_two_references() -> None:
+    codes = [-128, -127, -1, 0, 1, 77, 127]
+    expected = [ladder(8, code + 128, 3.3, -3.3) for code in codes]
+    found = [row["voltage"] for row in rows(DigitalToAnalog(bits=8, reference=3.3), [float(code) for code in codes])]
+    assert found == pytest.approx(expected, abs=1e-14)

@@ -26,6 +26,12 @@ def test_an_s_shape_is_largest_at_a_root_of_a_third() -> None:
     assert found.min() == pytest.approx(-2.0, abs=1e-6)
 
 
+@pytest.mark.derivation(
+    IntegralNonlinearity,
+    equation="output = v + lsb (bow (1 - x^2) + s_shape 3 sqrt(3) / 2 (x - x^3)), lsb = reference / 2^(bits-1)",
+    source="harmonics of a sine over the span: cos(2 f) / 2 of the bow, 3 sqrt(3) / 8 of the S, by a Fourier sum",
+    convention="bow and s_shape are peaks in steps of the span over 2^bits, end points at zero; not the best line",
+)
 def test_harmonics_of_a_full_sine() -> None:
     """bow / 2 of the second harmonic, s_shape 3 sqrt(3) / 8 of the third, in steps."""
     phases = 2.0 * np.pi * np.arange(256) / 256.0

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import special
 
 from proofmass.blocks import PulseWidthModulator
 from tests.by_hand.responses import response
@@ -22,3 +23,23 @@ def test_edges_of_a_sawtooth_and_of_a_triangle_by_hand() -> None:
     assert saw == [1.0, 1.0, 1.0, 1.0, 1.0, -1.0, -1.0, -1.0]
     triangle = response(PulseWidthModulator(frequency=0.125, triangular=True), [0.1] * 8)
     assert triangle == [1.0, 1.0, 1.0, -1.0, -1.0, -1.0, 1.0, 1.0]
+
+
+@pytest.mark.derivation(
+    PulseWidthModulator,
+    equation="output = high while input > carrier, the carrier from -1 to 1; duty (1 + input) / 2",
+    source="double Fourier series of natural sampling, both edges: 4 / (m pi) J_n(m pi M / 2) sin((m + n) pi / 2)",
+    convention="lines are peaks; M is the peak of the input; the swing is from low to high, 2 here by halves of it",
+)
+def test_sidebands_of_natural_sampling_are_bessel_functions() -> None:
+    """M = 0.8, 16 carrier periods of 512 ticks in one of the signal (Holmes and Lipo, section 3.3)."""
+    ticks, carriers, depth = 512, 16, 0.8
+    n = ticks * carriers
+    signal = (depth * np.cos(2.0 * np.pi * np.arange(n) / n)).tolist()
+    block = PulseWidthModulator(frequency=1.0, triangular=True, low=-3.0, high=3.0)
+    lines = 2.0 / n * np.abs(np.fft.rfft(response(block, signal, period=1.0 / ticks)))
+    assert lines[1] == pytest.approx(3.0 * depth, rel=2e-3)
+    assert lines[2:8].max() < 0.02
+    for m, side in ((1, 0), (1, 2), (1, -2), (2, 1), (2, -1), (2, 3)):
+        bessel = 4.0 / (m * np.pi) * special.jv(abs(side), m * np.pi * depth / 2.0)
+        assert lines[m * carriers + side] == pytest.approx(3.0 * abs(bessel), abs=0.02)

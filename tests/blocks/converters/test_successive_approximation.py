@@ -54,3 +54,29 @@ def test_noise_moves_the_code() -> None:
 def test_too_many_errors_are_refused() -> None:
     with pytest.raises(ModelError, match="at most 2 numbers"):
         SuccessiveApproximation(bits=2, bit_errors=(0.0,) * 3)
+
+
+@pytest.mark.derivation(
+    SuccessiveApproximation,
+    equation="bit i is kept where (v + reference) / lsb + 1/2 >= weights kept so far + w_i, w_i = 2^i (1 + error_i)",
+    source="charge that is not lost on the top plate of a binary row of capacitors, trial by trial",
+    convention="reference is half the span; weights in ideal steps, the same where their sum is the ideal one",
+)
+def test_charge_redistribution_on_a_row_of_capacitors() -> None:
+    """Bottoms at v while it samples, then at the span's ends; half a step is given to the plate beforehand."""
+    bits, reference, errors = 6, 1.6, (-0.02, 0.03, 0.0, 0.08, 0.0, -0.16)
+    row = [2.0**i * (1.0 + e) for i, e in zip(range(bits - 1, -1, -1), errors, strict=True)]
+    whole = sum(row) + 1.0
+    assert whole == pytest.approx(64.0)
+    volts, expected = np.linspace(-1.7, 1.7, 341).tolist(), []
+    for v in volts:
+        charge, kept = -(v + reference / 64.0) * whole, []
+        for i in range(bits):
+            bottoms = [reference if bit else -reference for bit in [*kept, True]] + [-reference] * (bits - 1 - i)
+            plate = (charge + sum(c * u for c, u in zip(row, bottoms, strict=True)) - reference) / whole
+            kept.append(plate <= 0.0)
+        expected.append(int("".join(str(int(bit)) for bit in kept), 2) - 32)
+    block = SuccessiveApproximation(bits=bits, reference=reference, bit_errors=errors)
+    found = response(block, volts, "code", "voltage")
+    assert sum(a != b for a, b in zip(found, expected, strict=True)) <= 1  # of a tie
+    assert len(set(expected)) < 64  # some are missing

@@ -1,6 +1,8 @@
 """Times between edges of two sines against their phase, and the order of edges within ticks."""
 
 import math
+import random
+from fractions import Fraction
 
 import pytest
 
@@ -44,3 +46,23 @@ def test_an_end_before_a_new_begin_in_one_tick() -> None:
 def test_long_times_give_the_last_code() -> None:
     begin, end = [-1.0] + [1.0] * 60, [-1.0] * 60 + [1.0]
     assert responses(TimeToDigital(resolution=1.0, bits=4), "code", begin=[*begin, 1.0], end=[*end, 1.0])[-1] == 15
+
+
+@pytest.mark.derivation(
+    TimeToDigital,
+    equation="code = floor(t / resolution)",
+    source="instants of edges on straight lines in exact fractions, a hundred pairs at random",
+    convention="floor, not the nearest: a code is half a step too low on the mean; an edge rises through zero",
+)
+def test_random_edges_in_exact_fractions() -> None:
+    source, begin, end, expected = random.Random(5), [-1.0], [-1.0], []
+    for _ in range(100):
+        first, wait, second = source.randrange(1, 64), source.randrange(1, 6), source.randrange(1, 64)
+        begin += [float(Fraction(64, first) - 1), *[1.0] * wait, -1.0]  # from -1 it crosses zero at first / 64
+        end += [-1.0] * wait + [float(Fraction(64, second) - 1), -1.0]
+        expected.append((wait + Fraction(second - first, 64)) * Fraction(1, 10**6) // Fraction(1, 10**8))
+    signals = {"begin": [*begin, -1.0], "end": [*end, -1.0]}
+    block = TimeToDigital(resolution=1e-8)
+    codes, count = responses(block, "code", 1e-6, **signals), responses(block, "measurements", 1e-6, **signals)
+    found = {n: code for n, code in zip(count, codes, strict=True) if n}
+    assert [abs(found[n + 1] - code) <= (code * 64 % 64 == 0) for n, code in enumerate(expected)] == [True] * 100

@@ -1,5 +1,7 @@
 """The sum of weights against NumPy, and the ideal converter."""
 
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -32,3 +34,22 @@ def test_every_code_against_its_bits(mismatch: float) -> None:
 def test_too_many_errors_are_refused() -> None:
     with pytest.raises(ModelError, match="at most 3 numbers"):
         WeightedDigitalToAnalog(bits=3, bit_errors=(0.0,) * 4)
+
+
+@pytest.mark.derivation(
+    WeightedDigitalToAnalog,
+    equation="voltage = (sum of b_i w_i - 2^(bits-1)) reference / 2^(bits-1), w_i = 2^i (1 + error_i)",
+    source="2^bits - 1 sources of current into one node, each by itself, in exact fractions",
+    convention="reference is half the span; errors are of a bit, not of a step: 1 % of the highest of 8 is 1.28 steps",
+)
+def test_a_sum_of_unit_sources() -> None:
+    errors = (Fraction(1, 100), Fraction(-3, 200), Fraction(1, 50), *[Fraction(0)] * 5)
+    units = [[1 + error] * 2 ** (7 - i) for i, error in enumerate(errors)]
+    block = WeightedDigitalToAnalog(bits=8, reference=5.0, bit_errors=tuple(float(error) for error in errors))
+    codes = [-128, -1, 0, 31, 32, 127]
+    found = response(block, [float(code) for code in codes], "voltage", "number")
+    for code, voltage in zip(codes, found, strict=True):
+        on = sum(sum(source) for i, source in enumerate(units) if (code + 128) >> (7 - i) & 1)
+        assert voltage == pytest.approx(float((on - 128) * Fraction(10, 256)), rel=1e-12)
+    step = (found[2] - found[1]) / (10.0 / 256.0)
+    assert step == pytest.approx(1.0 + 128 * 0.01 + 64 * 0.015 - 32 * 0.02, rel=1e-9)

@@ -4,6 +4,7 @@ import random
 from fractions import Fraction
 
 import pytest
+from scipy.constants import epsilon_0
 
 from proofmass.blocks import CombDrive
 from tests.by_hand.functions import drive
@@ -64,3 +65,22 @@ def test_gradient_of_the_default_geometry() -> None:
     assert CombDrive().capacitance_gradient == float(exact)
     voltage = Fraction("1e-6") / (2 * exact * 20)
     assert forces(CombDrive(linearised=True), [float(voltage)]) == pytest.approx([1e-6], rel=4e-16)
+
+
+@pytest.mark.derivation(
+    CombDrive,
+    equation="F = C' (Vdc + v)^2 / 2, of a push-pull pair 2 C' Vdc v, C' = 2 N eps0 h / g",
+    source="Maxwell's stress in the air between the fingers, 1/2 eps0 E^2 over the cross-section of 200 gaps",
+    convention="two gaps a finger; C' is of one comb; Vdc is what each comb has at v = 0",
+)
+def test_the_force_is_the_stress_in_all_gaps() -> None:
+    """A finger that goes in fills more of both of its gaps with field: their energy per way is the force."""
+
+    def comb(volts: float) -> float:
+        gaps = 2 * 100
+        return gaps * 0.5 * epsilon_0 * (volts / 3e-6) ** 2 * 3e-6 * 25e-6
+
+    for v in (1.7, -6.0):
+        one, pair = CombDrive(bias=13.0, push_pull=False), CombDrive(bias=13.0)
+        assert forces(one, [v]) == pytest.approx([comb(13.0 + v)], rel=1e-8)
+        assert forces(pair, [v]) == pytest.approx([comb(13.0 + v) - comb(13.0 - v)], rel=1e-8)

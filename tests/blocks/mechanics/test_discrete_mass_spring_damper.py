@@ -22,6 +22,12 @@ def stepped(method: str, forces: list[float], period: float = PERIOD, **changes:
     return drive(block, [{"force": force} for force in forces], period)
 
 
+@pytest.mark.derivation(
+    DiscreteMassSpringDamper,
+    equation="v1 = v + T a, x1 = x + T v, a = (F - c v - k x) / m, each before, at the end or the mean of both",
+    source="SciPy's rule of Euler, Tustin's rule of a held force by solved matrices, kick and drift by hand",
+    convention="F is that of the tick and held; outputs are those before the step",
+)
 @pytest.mark.parametrize("method", ["forward_euler", "semi_implicit", "tustin"])
 def test_against_matrices_by_scipy_and_by_hand(method: str) -> None:
     forces = np.random.default_rng(4).normal(scale=1e-6, size=400)

@@ -48,6 +48,12 @@ def test_a_mass_that_is_pushed_against_scipy() -> None:
     assert np.abs(found - exact).max() < 1e-8 * np.abs(exact).max()
 
 
+@pytest.mark.derivation(
+    DuffingSpring,
+    equation="F = -(k x + quadratic x^2 + cubic x^3); period 4 K(m) / sqrt((k + cubic A^2) / mass)",
+    source="elliptic integral of the exact swing, and an integral of dx / v over the block's own force",
+    convention="cubic is of the force, not of the energy; A is the peak; k is that of both springs together",
+)
 def test_its_force_gives_duffings_period() -> None:
     """4 K(m) / sqrt((k + c A^2) / mass), m = c A^2 / (2 (k + c A^2)): four times dx / v over a quarter."""
     amplitude = 0.2

@@ -1,8 +1,10 @@
 """The capacitor pair against exact fractions, over the whole gap."""
 
+import math
 from fractions import Fraction
 
 import pytest
+from scipy import integrate
 
 from proofmass.blocks import GapCapacitorPair
 from proofmass.blocks.declaration.instance import unit_of
@@ -41,3 +43,25 @@ def test_a_plate_that_moves_in_parallel_has_a_lever_of_one() -> None:
     assert unit_of(block, type(block).inputs["displacement"]) == "m"
     ((first, _),) = pair(block, [1e-6])
     assert first == pytest.approx(2.6e-12, rel=1e-15)
+
+
+@pytest.mark.derivation(
+    GapCapacitorPair,
+    equation="C1 = C0 / (1 - x), C2 = C0 / (1 + x), x = lever angle / gap",
+    source="eps0 w dr / (d - r angle) integrated over a plate that turns about its flexure, by SciPy",
+    convention="gap of one side, not of both; C0 of one side; lever to the plate's centre; angle in rad, to the first",
+)
+@pytest.mark.parametrize(("half", "angle", "near"), [(0.5e-3, 0.5e-3, 1e-3), (9.9e-3, 1e-6, 1e-5)])
+def test_against_an_integral_over_a_tilted_plate(half: float, angle: float, near: float) -> None:
+    """A small plate over half of the gap, and one that begins at the flexure for a small angle: 8.854 pF/m."""
+    lever, gap, width = 10e-3, 12.5e-6, 6e-3
+
+    def plate(side: float) -> float:
+        field = integrate.quad(lambda r: 1.0 / (gap - side * r * angle), lever - half, lever + half)[0]
+        return 8.8541878e-12 * width * float(field)
+
+    at_rest = 8.8541878e-12 * width * 2.0 * half / gap
+    ((first, second),) = pair(GapCapacitorPair(capacitance=at_rest, gap=gap, lever=lever), [angle])
+    assert (first - second) / (plate(1.0) - plate(-1.0)) == pytest.approx(1.0, rel=near)
+    assert (first - second) * (plate(1.0) - plate(-1.0)) > 0.0
+    assert math.isclose(first, plate(1.0), rel_tol=near)

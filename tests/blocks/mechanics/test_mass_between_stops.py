@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.blocks import MassSpringDamper, Pulse
+from proofmass.blocks import MassSpringDamper, Pulse, Step
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.mechanics.mass_between_stops import (
     MassBetweenStops,
@@ -80,3 +80,29 @@ def test_a_shock_presses_it_against_the_stop_and_lets_it_go() -> None:
 def test_what_cannot_be_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ModelError):
         MassBetweenStops(**wrong)
+
+
+@pytest.mark.derivation(
+    MassBetweenStops,
+    equation="m x'' + c x' + k x = F between the stops, v -> -e v at both",
+    source="a ball that falls by h and bounces: impacts at sqrt(2 h / g) (1 + 2 e + 2 e^2 + ...), a geometric series",
+    convention="e is of speeds, not of energies; places of stops from rest, not from the start",
+)
+def test_a_ball_that_bounces() -> None:
+    g, height, e, mass = 9.80665, 1.2e-3, 0.6, 2e-6
+    free = {"mass": mass, "damping": 0.0, "stiffness": 0.0, "restitution": e, "sticking_speed": 0.011}
+    ball = MassBetweenStops(lowest=-0.4e-3, highest=5e-3, initial_displacement=0.8e-3, **free)
+    graph = Graph(
+        name="ball",
+        rate="4 kHz",
+        blocks={"weight": Step(amplitude=-mass * g, unit="N"), "ball": ball},
+        wires=["weight.output -> ball.force"],
+        probes=["ball.last_impact", "ball.contact", "ball.displacement"],
+    )
+    result = simulate(graph, samples=240, engine="python")
+    fall = np.sqrt(2.0 * height / g)  # at 153 mm/s; the sixth impact rebounds with 7 mm/s and sticks
+    impacts = fall * (1.0 + 2.0 * np.cumsum([0.0, *e ** np.arange(1.0, 6.0)]))
+    assert np.unique(result["ball.last_impact"].values)[1:] == pytest.approx(impacts, rel=1e-8)
+    resting = result["ball.contact"].values == -1
+    assert np.flatnonzero(resting)[0] / 4e3 == pytest.approx(impacts[-1], abs=1.0 / 4e3)
+    assert (result["ball.displacement"].values[resting] == -0.4e-3).all()

@@ -8,8 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from proofmass.blocks import Step
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.mechanics.mass_spring_damper import MassSpringDamper, State, derivative, displacement, velocity
+from proofmass.graphs.model.build import Graph
+from proofmass.runner.run.simulate import simulate
 
 displacements = st.integers(-(10**6), 10**6).map(lambda n: 1e-11 * n)
 velocities = st.integers(-(10**6), 10**6).map(lambda n: 1e-6 * n)
@@ -62,3 +65,29 @@ def test_outputs_read_the_state_and_no_input() -> None:
 def test_what_cannot_be_is_refused(wrong: dict[str, float]) -> None:
     with pytest.raises(ModelError, match="must be >"):
         MassSpringDamper(**wrong)
+
+
+@pytest.mark.derivation(
+    MassSpringDamper,
+    equation="m x'' + c x' + k x = F",
+    source="logarithmic decrement and damped period of a free swing, and the weight that k holds at rest",
+    convention="c = m w0 / Q = 2 zeta sqrt(k m): of the velocity, not half of it; F acts on the mass",
+)
+def test_the_decrement_of_a_free_swing() -> None:
+    mass, stiffness, damping = 3e-6, 12.0, 9e-4
+    zeta = damping / (2.0 * math.sqrt(stiffness * mass))
+    swing = math.sqrt(stiffness / mass) * math.sqrt(1.0 - zeta**2)
+    graph = Graph(
+        name="swing",
+        rate=40.0 * swing / (2.0 * math.pi),
+        blocks={
+            "push": Step(amplitude=2e-4, unit="N"),
+            "mass": MassSpringDamper(mass=mass, damping=damping, stiffness=stiffness),
+        },
+        wires=["push.output -> mass.force"],
+        probes=["mass.displacement"],
+    )
+    moved = simulate(graph, samples=200, engine="python")["mass.displacement"].values - 2e-4 / stiffness
+    decrement = 2.0 * math.pi * zeta / math.sqrt(1.0 - zeta**2)
+    assert moved[40:] == pytest.approx(math.exp(-decrement) * moved[:-40], rel=1e-9, abs=1e-16)
+    assert moved[0] == pytest.approx(-2e-4 / stiffness)

@@ -83,3 +83,29 @@ def test_two_modes_rest_where_two_modes_do() -> None:
 def test_what_is_no_structure_is_refused(changes: dict[str, Any], text: str) -> None:
     with pytest.raises(ModelError, match=text):
         block(**changes)
+
+
+@pytest.mark.derivation(
+    ModalReducedOrderModel,
+    equation="M x'' + C x' + K x = B F, y = R x, by the lowest modes",
+    source="closed form of a chain of equal masses between walls: w_k = 2 sqrt(k / m) sin(k pi / (2 n + 2))",
+    convention="shapes of modal mass 1; a step of F moves a point by twice its rest without damping",
+)
+def test_a_chain_of_equal_masses_between_walls() -> None:
+    """Mass 2 is pushed and mass 4 is read: sum over k of 2 / (n + 1) sin sin (1 - cos w_k t) / (m w_k^2)."""
+    size, mass, spring, period = 5, 4e-9, 1.5, 7e-6
+    chain = spring * (2.0 * np.eye(size) - np.eye(size, k=1) - np.eye(size, k=-1))
+    rod = ModalReducedOrderModel(
+        mass=(mass * np.eye(size)).ravel().tolist(),
+        damping=[0.0] * size**2,
+        stiffness=chain.ravel().tolist(),
+        entry=[0.0, 1.0, 0.0, 0.0, 0.0],
+        readout=[0.0, 0.0, 0.0, 1.0, 0.0],
+        modes=size,
+    )
+    k, t = np.arange(1, size + 1), np.arange(60)[:, None] * period
+    w = 2.0 * np.sqrt(spring / mass) * np.sin(k * np.pi / (2 * size + 2))
+    shapes = 2.0 / (size + 1) * np.sin(2 * k * np.pi / (size + 1)) * np.sin(4 * k * np.pi / (size + 1))
+    expected = 1e-6 * (shapes * (1.0 - np.cos(w * t)) / (mass * w**2)).sum(axis=1)
+    found = drive(rod, [{"force": [1e-6]}] * 60, period)
+    assert distance([row["displacement"][0] for row in found], expected) < 1e-10

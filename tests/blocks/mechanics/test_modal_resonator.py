@@ -42,3 +42,32 @@ def test_against_scipy(output: str) -> None:
 def test_lists_of_unlike_length_are_refused() -> None:
     with pytest.raises(ModelError, match="1 numbers, as frequencies has"):
         ModalResonator(frequencies=(1.0,))
+
+
+@pytest.mark.derivation(
+    ModalResonator,
+    equation="m_i (q_i'' + w_i / Q_i q_i' + w_i^2 q_i) = a_i F, displacement = sum of b_i q_i",
+    source="d'Alembert's solution of a rod with one free end: a step of pull and its echoes",
+    convention="modal mass belongs to the shape: half the rod's where the free end moves by 1; f in Hz, not rad/s",
+)
+@pytest.mark.parametrize("place", [1.0, 0.25])
+def test_a_rod_that_is_pulled_at_its_end(place: float) -> None:
+    """A step F of pull sends a wave of the speed F c / (E A) along; its echoes add up, ten times the length."""
+    length, speed, area_modulus, pull, count = 0.03, 6000.0, 2e4, 5.0, 60
+    k = 2.0 * np.arange(1, count + 1) - 1.0
+    ends = np.sin(k * np.pi / 2.0)
+    rod = ModalResonator(
+        frequencies=(k * speed / (4.0 * length)).tolist(),
+        qualities=[1e12] * count,
+        masses=[area_modulus / speed**2 * length / 2.0] * count,
+        force_shape=ends.tolist(),
+        readout_shape=np.sin(k * np.pi / 2.0 * place).tolist(),
+    )
+    period = length / speed / 40.0
+    found = response(rod, [pull] * 400, "displacement", "force", period)
+
+    t, expected = np.arange(400) * period * speed, np.zeros(400)
+    for echo in range(6):  # from the wall with the other sign, from the free end with its own
+        there, back = ((2 * echo + 1 - place) * length, (2 * echo + 1 + place) * length)
+        expected += (-1.0) ** echo * (np.maximum(t - there, 0.0) - np.maximum(t - back, 0.0))
+    assert distance(found, pull / area_modulus * expected) < 0.01

@@ -1,12 +1,14 @@
 """The gyroscope against scipy's matrix exponential, its scale factor, and what its errors look like."""
 
 import math
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy import linalg
 
 from proofmass.blocks import Constant, ModeCoupledGyroscope, Step
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
 
@@ -74,3 +76,67 @@ def test_rotation_is_held_and_the_rest_linear() -> None:
     assert ModeCoupledGyroscope.drivable("rotation")
     assert ModeCoupledGyroscope.linear
     assert math.isclose(ModeCoupledGyroscope().angular_gain, 1.0)
+
+
+def pushed(block: ModeCoupledGyroscope) -> np.ndarray:
+    """x, x', y, y' from the first tick after a push along x on."""
+    push: dict[str, Block] = {"push": Step(amplitude=1e-3, duration=25e-6, unit="N"), "gyro": block}
+    ports = ("drive_displacement", "drive_velocity", "sense_displacement", "sense_velocity")
+    graph = Graph(
+        name="pushed",
+        rate="40 kHz",
+        blocks=push,
+        wires=["push.output -> gyro.drive_force"],
+        probes=[f"gyro.{port}" for port in ports],
+    )
+    result = simulate(graph, samples=300, engine="python")
+    return np.array([result[f"gyro.{port}"].values for port in ports])[:, 1:]
+
+
+def swing(start: complex, speed: complex, w: float, decay: float, t: Any) -> Any:
+    """A free damped swing."""
+    free = math.sqrt(w * w - decay * decay)
+    return np.exp(-decay * t) * (start * np.cos(free * t) + (speed + decay * start) / free * np.sin(free * t))
+
+
+@pytest.mark.derivation(
+    ModeCoupledGyroscope,
+    equation="x'' + ... = Fx / m + 2 k W y', y'' + ... = Fy / m - 2 k W x'",
+    source="Foucault's pendulum: a swing that keeps its ellipse in a frame at rest, seen from a case that turns by W t",
+    convention="k = 1 of a mass that moves as a whole; the ellipse turns by -k W t in the plane of x and y",
+    wrong="the documents called k the part of the mass that turns, without what it is of a ring: n times Bryan's",
+)
+def test_foucaults_pendulum() -> None:
+    """At rest the spring is w^2 + W^2: the centrifugal force, which the block leaves out, comes off it again."""
+    w, turn, t = 2.0 * math.pi * 900.0, 150.0, np.arange(299) / 40_000.0
+    same = {"drive_frequency": 900.0, "sense_frequency": 900.0, "drive_quality": 1e15, "sense_quality": 1e15}
+    x, vx, y, vy = pushed(ModeCoupledGyroscope(rotation=turn, **same))
+    start, speed = x[0] + 1j * y[0], vx[0] + 1j * vy[0]
+    at_rest = swing(start, speed + 1j * turn * start, math.hypot(w, turn), 0.0, t)
+    assert x + 1j * y == pytest.approx(at_rest * np.exp(-1j * turn * t), abs=1e-9 * np.abs(x).max())
+
+
+@pytest.mark.derivation(
+    ModeCoupledGyroscope,
+    equation="kxy = 2 k m wx Wq, cxy = 2 k m Wd",
+    source="two swings that know nothing of each other, in axes of spring and damper that lean by 0.2 rad",
+    convention="Wq and Wd are rates of rotation whose force is as large; Q of each mode with its own frequency",
+)
+def test_a_suspension_that_leans() -> None:
+    lean, (soft, stiff), (less, more) = 0.2, (2.0 * math.pi * np.array([850.0, 960.0])), (40.0, 90.0)
+    axes = np.array([[math.cos(lean), -math.sin(lean)], [math.sin(lean), math.cos(lean)]])
+    spring, damper = axes @ np.diag([soft**2, stiff**2]) @ axes.T, axes @ np.diag([2 * less, 2 * more]) @ axes.T
+    wx, wy, gain = math.sqrt(spring[0, 0]), math.sqrt(spring[1, 1]), 0.7
+    block = ModeCoupledGyroscope(
+        drive_frequency=wx / (2.0 * math.pi),
+        sense_frequency=wy / (2.0 * math.pi),
+        drive_quality=wx / damper[0, 0],
+        sense_quality=wy / damper[1, 1],
+        angular_gain=gain,
+        quadrature_rate=spring[0, 1] / (2.0 * gain * wx),
+        damping_rate=damper[0, 1] / (2.0 * gain),
+    )
+    x, vx, y, vy = pushed(block)
+    start, speed, t = axes.T @ [x[0], y[0]], axes.T @ [vx[0], vy[0]], np.arange(299) / 40_000.0
+    own = [swing(start[i], speed[i], (soft, stiff)[i], (less, more)[i], t) for i in range(2)]
+    assert np.array([x, y]) == pytest.approx(axes @ np.array(own), abs=1e-9 * np.abs(x).max())

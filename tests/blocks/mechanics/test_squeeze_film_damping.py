@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from proofmass.blocks import SqueezeFilmDamping
@@ -37,3 +38,21 @@ def test_it_grows_towards_the_wall() -> None:
 def test_the_shorter_side_is_the_width() -> None:
     with pytest.raises(ModelError, match="at most length"):
         SqueezeFilmDamping(width=2e-3)
+
+
+@pytest.mark.derivation(
+    SqueezeFilmDamping,
+    equation="F = -b m L W^3 / h^3 v, b = 1 - 192 / pi^5 W / L sum of tanh(n pi L / (2 W)) / n^5 over odd n",
+    source="Reynolds' equation p_xx + p_yy = 12 m v / h^3 by a double sine series over the plate",
+    convention="v towards the wall; L and W are whole sides, not halves; both walls at rest twice that of one",
+)
+@pytest.mark.parametrize("width", [1.0e-3, 0.4e-3])
+def test_reynolds_equation_over_the_plate(width: float) -> None:
+    length, gap, viscosity, way = 1.0e-3, 3e-6, 18e-6, 1e-6
+    m, n = np.meshgrid(np.arange(1, 600, 2), np.arange(1, 600, 2))
+    series = 64.0 * length * width / np.pi**6 / (m**2 * n**2 * ((m / length) ** 2 + (n / width) ** 2))
+    walls = (gap - way) ** -3 + (gap + way) ** -3
+    expected = -12.0 * viscosity * 0.02 * float(series.sum()) * walls
+    block = SqueezeFilmDamping(length=length, width=width, gap=gap, viscosity=viscosity)
+    found = responses(block, "force", displacement=[way], velocity=[0.02])[0]
+    assert found == pytest.approx(expected, rel=2e-5)

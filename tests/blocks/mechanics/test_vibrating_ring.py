@@ -35,6 +35,12 @@ def turned(angle: float) -> np.ndarray:
     return np.array([[c, -s], [s, c]])
 
 
+@pytest.mark.derivation(
+    VibratingRing,
+    equation="stiffness w^2 -+ w dw about the modal angle t, damping 2/T +- D about the modal angle s",
+    source="diagonal matrices in turned axes and SciPy's matrix exponential",
+    convention="dw and D are differences between both axes, not deviations from the mean; angles in the modal plane",
+)
 @pytest.mark.parametrize("driven", [False, True])
 def test_against_matrices_of_principal_axes(driven: bool) -> None:
     """Stiffness and damping are diagonal in axes of their own; in the modal plane the rate counts n = 2 times."""
@@ -90,6 +96,13 @@ def wave(x: np.ndarray, y: np.ndarray, mode_number: int) -> float:
     return float(around[np.argmax((moves**2).sum(axis=1))])
 
 
+@pytest.mark.derivation(
+    VibratingRing,
+    equation="x'' - 2 n k W y' + ... = Fx / m, k = 2 / (n^2 + 1) of a thin ring",
+    source="Lagrangian of the inextensional ring, integrated around the shell and over time by SciPy",
+    convention="k between angles on the shell, n k in the modal plane",
+    wrong="S300: k stood in the modal plane, so that waves turned half as far at n = 2",
+)
 @pytest.mark.defect("S300", before="a wave turned on the shell by half of Bryan's factor", after="by Bryan's factor")
 @pytest.mark.parametrize("mode_number", [2, 3, 4])
 def test_the_wave_of_a_thin_ring(mode_number: int) -> None:

@@ -8,6 +8,7 @@ import pytest
 from proofmass.blocks import Constant, Photodetector
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.functions import drive
 from tests.by_hand.responses import response
 
 
@@ -38,3 +39,27 @@ def test_without_noise_it_is_a_straight_line() -> None:
         2e-9,
         2e-9,
     ]
+
+
+@pytest.mark.defect(
+    "S675",
+    before="intensity noise of the dark current too: 5.7 times the noise of 1 uA in the dark, at 1e-11 1/Hz",
+    after="intensity noise of the light alone",
+)
+@pytest.mark.derivation(
+    Photodetector,
+    equation="s^2 = (2 e I + L^2 r) fs / 2, I = L + dark_current, L = responsivity power",
+    source="Poisson's law of the electrons in a tick, and a light whose power wavers by r fs / 2 of its square",
+    convention="one-sided densities, fs / 2 the band; s is rms; r is of power, not of the field, and of light alone",
+    wrong="S675: the dark current had intensity noise too",
+)
+@pytest.mark.parametrize("power", [0.0, 2e-6])
+def test_electrons_are_counted_and_light_wavers(power: float) -> None:
+    charge, rate, dark, relative = 1.602176634e-19, 1e6, 1e-6, 1e-11
+    light = 0.8 * power
+    electrons = (light + dark) / rate / charge
+    shot = charge * rate * math.sqrt(electrons)  # A: Poisson's deviation is the root of the mean
+    wavering = light * math.sqrt(relative * rate / 2.0)
+    block = Photodetector(responsivity=0.8, dark_current=dark, intensity_noise=relative)
+    (row,) = drive(block, [{"power": power}], 1.0 / rate, normal=1.0)
+    assert row["current"] - (light + dark) == pytest.approx(math.hypot(shot, wavering), rel=1e-9)

@@ -15,6 +15,12 @@ def sine(amplitude: float, samples: int) -> list[float]:
     return [amplitude * math.sin(2.0 * math.pi * 5000.37 * PERIOD * n) for n in range(samples)]
 
 
+@pytest.mark.derivation(
+    AutomaticGainControl,
+    equation="g[n+1] = g (1 + T / tau (1 - pi |y| / (2 setpoint)))",
+    source="solution of g' = g / tau (1 - g A / setpoint), the logistic curve, from 0.02 to 40 of input",
+    convention="the setpoint is the peak of the output sine, neither rms nor mean; tau is that of small deviations",
+)
 @pytest.mark.parametrize("amplitude", [0.02, 1.0, 40.0])
 def test_it_settles_on_the_logistic_curve(amplitude: float) -> None:
     block = AutomaticGainControl(setpoint=2.0, time_constant=0.05)
@@ -32,3 +38,9 @@ def test_the_settled_output_has_the_set_amplitude() -> None:
 
 def test_silence_drives_it_to_its_highest_gain() -> None:
     assert response(AutomaticGainControl(highest=50.0), [0.0] * 1000, "gain", period=0.01)[-1] == 50.0
+
+
+def test_the_set_amplitude_is_the_peak() -> None:
+    block = AutomaticGainControl(setpoint=2.0, time_constant=0.05, initial=2.0 / 0.7)
+    output = np.array(response(block, sine(0.7, 6000), period=PERIOD))[-3000:]
+    assert (output.max(), output.min()) == (pytest.approx(2.0, rel=5e-3), pytest.approx(-2.0, rel=5e-3))

@@ -1,5 +1,8 @@
 """The counter: exact where periods are whole ticks, and its resolution where they are not."""
 
+import itertools
+from fractions import Fraction
+
 import numpy as np
 import pytest
 
@@ -62,3 +65,32 @@ def test_the_first_gate_opens_after_the_first_rise() -> None:
     )
     assert next(n for n, row in enumerate(rows) if row["measurements"]) == 42
     assert rows[-1]["frequency"] == pytest.approx(4.0 / (40 * PERIOD), rel=1e-12)
+
+
+@pytest.mark.derivation(
+    FrequencyCounter,
+    equation="reciprocal: cycles / time between their edges; gated: edges / gate",
+    source="ticks of all rises of a square wave by exact fractions, grouped by hand",
+    convention="whole periods, not half ones; from rise to rise; a gate of 700 ticks",
+)
+@pytest.mark.parametrize("frequency", [Fraction(8765, 10), Fraction(12_345, 7)])
+def test_rises_in_exact_fractions(frequency: Fraction) -> None:
+    """The wave starts 7/10 into a turn, so low; reciprocal counts begin at the second rise."""
+    tick, gate = Fraction(1, 100_000), 700
+    turns = [frequency * tick * n + Fraction(7, 10) for n in range(6000)]
+    bits = [{"signal": turn % 1 < Fraction(1, 2)} for turn in turns]
+    rises = [n for n, (a, b) in enumerate(itertools.pairwise(turns), 1) if a // 1 != b // 1]
+    expected, begin = [], 1
+    for k in range(2, len(rises)):
+        if rises[k] - rises[begin] >= gate:
+            expected.append(float((k - begin) / ((rises[k] - rises[begin]) * tick)))
+            begin = k
+    rows = drive(FrequencyCounter(gate=0.007), bits, 1e-5)
+    finished = {row["measurements"]: row["frequency"] for row in rows}
+    assert [finished[n] for n in range(1, max(finished) + 1)] == pytest.approx(expected[: max(finished)], rel=1e-12)
+    assert len(expected) - max(finished) in (0, 1)
+    rows = drive(FrequencyCounter(gate=0.007, reciprocal=False), bits, 1e-5)
+    finished = {row["measurements"]: row["frequency"] for row in rows}
+    gates = [sum(rises[0] + gate * i < n <= rises[0] + gate * (i + 1) for n in rises) for i in range(len(finished) - 1)]
+    counted = [0.007 * finished[n] for n in range(1, len(finished))]
+    assert counted == pytest.approx(gates, rel=1e-12)

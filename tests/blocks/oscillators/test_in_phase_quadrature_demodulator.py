@@ -38,3 +38,23 @@ def test_its_filters_against_scipy() -> None:
     i, q = demodulated(u.tolist(), 8000.0, 300.0)
     assert distance(i, signal.sosfilt(sections, 2.0 * u * np.sin(phases))) < 1e-11
     assert distance(q, signal.sosfilt(sections, 2.0 * u * np.cos(phases))) < 1e-11
+
+
+@pytest.mark.derivation(
+    InPhaseQuadratureDemodulator,
+    equation="i, q = low-pass of 2 u sine, 2 u cosine",
+    source="two side tones of a carrier, one above and one below, at the corner: half of their power is left",
+    convention="i and q are peaks, 1 for a carrier of 1; q leads by a quarter turn; the corner is that of -3.01 dB",
+)
+def test_side_tones_at_the_corner() -> None:
+    """u = (3 + 0.6 cos m) sin(f + 0.5) + 0.4 sin m cos(f + 0.5): swings of 0.6 and 0.4 at the corner."""
+    n = 40_000
+    carrier, modulation = (2.0 * math.pi * f * PERIOD * np.arange(n) for f in (12_500.0, 100.0))
+    u = (3.0 + 0.6 * np.cos(modulation)) * np.sin(carrier + 0.5) + 0.4 * np.sin(modulation) * np.cos(carrier + 0.5)
+    i, q = demodulated(u.tolist(), 12_500.0, 100.0)
+    whole = (i + 1j * q)[-n // 2 :] * np.exp(-0.5j)
+    lines = np.fft.fft(whole) / len(whole)
+    swing = 100 * len(whole) // 100_000
+    along, across = lines[swing] + np.conj(lines[-swing]), lines[swing] - np.conj(lines[-swing])
+    assert lines[0] == pytest.approx(3.0, rel=1e-4)
+    assert (abs(along), abs(across)) == pytest.approx((0.6 / math.sqrt(2.0), 0.4 / math.sqrt(2.0)), rel=1e-3)

@@ -5,7 +5,9 @@ import math
 from fractions import Fraction
 
 import mpmath
+import numpy as np
 import pytest
+from scipy import special
 
 from proofmass.blocks import NumericallyControlledOscillator
 from tests.by_hand.functions import drive
@@ -63,3 +65,31 @@ def test_each_tick_rounds_by_as_much_as_is_said(frequency: float) -> None:
         turns = Fraction(frequency) * Fraction(PERIOD) * k
         apart = Fraction(rows[k]["phase"]) / Fraction(2.0 * math.pi) - turns
         assert abs(apart - round(apart)) <= k * Fraction(1, 2**52) + Fraction(1, 2**53)
+
+
+@pytest.mark.derivation(
+    NumericallyControlledOscillator,
+    equation="turns[n+1] = turns[n] + T (frequency + gain control[n]), sine = amplitude sin(2 pi turns)",
+    source="side lines of a frequency modulation are Bessel functions of its swing over its rate",
+    convention="frequency and gain in Hz, not rad/s; amplitude is the peak; lead in rad",
+)
+def test_side_lines_of_frequency_modulation_are_bessel_functions() -> None:
+    """1024 Hz of 32,768 a second swung by 48 Hz at 32 Hz: 1.5 of index, a line each 32 Hz."""
+    rate, swing, modulation, lead = 32_768, 48.0, 32.0, 0.7
+    block = NumericallyControlledOscillator(frequency=1024.0, gain=16.0, amplitude=2.5, lead=lead)
+    control = [swing / 16.0 * math.cos(2.0 * math.pi * modulation * n / rate) for n in range(1024)]
+    rows = drive(block, [{"control": u} for u in control], 1.0 / rate)
+    lines, led = (np.fft.rfft([row[name] for row in rows]) / 512.0 for name in ("sine", "leading_sine"))
+    sides = np.arange(-4, 5)
+    expected = 2.5 * np.abs(special.jv(sides, swing / modulation))
+    assert np.abs(lines[32 + sides]) == pytest.approx(expected, abs=2e-4)
+    assert np.angle(led[32] / lines[32]) == pytest.approx(lead, abs=1e-3)
+    ahead = np.arctan2([row["leading_sine"] for row in rows], [row["leading_cosine"] for row in rows])
+    apart = np.exp(1j * (ahead - lead - [row["phase"] for row in rows]))
+    assert apart == pytest.approx(np.ones(1024), abs=1e-12)
+
+
+def test_a_phase_beyond_half_a_turn_is_within_it() -> None:
+    for begun in (4.0, -5.0, 100.0):
+        (row,) = drive(NumericallyControlledOscillator(initial_phase=begun), [{"control": 0.0}], PERIOD)
+        assert row["phase"] == pytest.approx(math.atan2(math.sin(begun), math.cos(begun)), rel=1e-12)

@@ -28,6 +28,12 @@ def test_against_flip_flops_on_random_bits() -> None:
     assert responses(PhaseFrequencyDetector(), reference=reference, signal=signal) == flip_flops(reference, signal)
 
 
+@pytest.mark.derivation(
+    PhaseFrequencyDetector,
+    equation="output = level (up - down); its mean is level d / (2 pi)",
+    source="area of the pulses between the edges of two square waves, counted",
+    convention="per turn, not per half turn: level / (2 pi) per rad; positive where the reference is ahead",
+)
 @pytest.mark.parametrize("late", [1, 300, 900])
 def test_its_mean_is_the_phase_within_a_turn(late: int) -> None:
     reference = [n % 1000 < 500 for n in range(20_000)]

@@ -37,3 +37,20 @@ def test_averages_of_any_signal() -> None:
     u = np.array(signal[:-1])
     along = [2.0 * (u * reference).reshape(-1, ratio).mean(axis=1) for reference in (sine, cosine)]
     assert np.array(values) == pytest.approx(np.transpose(along), abs=1e-14)
+
+
+@pytest.mark.derivation(
+    SynchronousDemodulator,
+    equation="i = 2 / N sum of s sin, q = 2 / N sum of s cos over N ticks",
+    source="least squares of a sine and a cosine, by NumPy; its covariance gives sqrt(2 / N) of white noise",
+    convention="peaks, not rms; q of a carrier that leads is positive; the mean of N ticks is given after them",
+)
+def test_least_squares_of_a_carrier_in_noise() -> None:
+    ratio, per_period = 30, 6
+    sine, cosine = (np.array(reference) for reference in references(ratio + 1, per_period))
+    signal = 1.3 * np.sin(2.0 * np.pi * np.arange(ratio + 1) / per_period - 0.9) + noise(ratio + 1)
+    columns = np.transpose([sine, cosine])[:ratio]
+    fitted = np.linalg.lstsq(columns, signal[:ratio])[0]
+    assert both(SynchronousDemodulator(ratio=ratio), signal.tolist(), per_period)[ratio] == pytest.approx(tuple(fitted))
+    deviations = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
+    assert deviations == pytest.approx(np.full(2, math.sqrt(2.0 / ratio)))

@@ -8,6 +8,12 @@ from proofmass.blocks import XorPhaseDetector
 from tests.by_hand.responses import responses
 
 
+@pytest.mark.derivation(
+    XorPhaseDetector,
+    equation="output = level if the bits differ, else -level; its mean is level (2 |d| / pi - 1)",
+    source="overlap of two square waves, counted over two periods",
+    convention="from -level to level, half the swing; 2 level / pi per rad; zero in quadrature",
+)
 @pytest.mark.parametrize("late", [0, 50, 100, 250, 400, 500])
 def test_its_mean_against_the_closed_form(late: int) -> None:
     """Square waves of 1000 ticks, one `late` ticks behind the other."""

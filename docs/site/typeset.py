@@ -1,0 +1,42 @@
+"""Equations of docstrings as HTML: Greek letters, powers, indices, roots and dots in print, prose as prose.
+
+x_i' = w^2 sqrt(m / k)    becomes    x with the index i, w with the exponent 2, and a root
+"""
+
+import re
+from html import escape
+
+_GREEK = {"alpha": "α", "beta": "β", "gamma": "γ", "delta": "δ", "epsilon": "ε", "eta": "η", "theta": "θ"}
+_GREEK |= {"kappa": "κ", "lambda": "λ", "mu": "μ", "rho": "ρ", "sigma": "σ", "tau": "τ", "phi": "φ", "psi": "ψ"}
+_GREEK |= {"omega": "ω", "Omega": "Ω", "pi": "π", "zeta": "ζ", "eps0": "ε<sub>0</sub>", "mu0": "μ<sub>0</sub>"}
+_WORD = re.compile(rf"\b({'|'.join(sorted(_GREEK, key=len, reverse=True))})\b")
+_POWER = re.compile(r"\^(-?\w+|\([^()]*\))")
+_INDEX = re.compile(r"(?<=[A-Za-z\]])_(\d+|[a-z]|\([^()]*\))(?![\w])")
+_ROOT = re.compile(r"\bsqrt\(")
+_SIGNS = ((" -+ ", " ∓ "), (" +- ", " ± "), ("+-", "±"), (" >= ", " ≥ "), (" <= ", " ≤ "), ("->", "→"), (" != ", " ≠ "))
+
+
+def typeset(text: str) -> str:
+    """Return the equation of a block, prose and formulas, as HTML: paragraphs, and indented lines set apart."""
+    blocks = re.split(r"\n\s*\n", text.strip("\n"))
+    return "\n".join(_set(block) for block in blocks if block.strip())
+
+
+def _set(block: str) -> str:
+    apart = all(line.startswith("    ") for line in block.splitlines())
+    lines = "<br>".join(_formulas(line.strip()) for line in block.splitlines())
+    return f'<p class="{"display" if apart else "prose"}">{lines}</p>'
+
+
+def _formulas(line: str) -> str:
+    """Return a line with its signs in print.
+
+    >>> _formulas("w^2 = 4 pi^2 x_1 / sqrt(m k)")
+    'w<sup>2</sup> = 4 π<sup>2</sup> x<sub>1</sub> / √(m k)'
+    """
+    for plain, printed in _SIGNS:
+        line = line.replace(plain, printed)
+    line = _ROOT.sub("√(", escape(line, quote=False))
+    line = _POWER.sub(lambda power: f"<sup>{power[1].strip('()').replace('-', '−')}</sup>", line)
+    line = _INDEX.sub(lambda index: f"<sub>{index[1].strip('()')}</sub>", line)
+    return _WORD.sub(lambda word: _GREEK[word[1]], line)
