@@ -60,7 +60,7 @@ def cards(items: Iterable[Exhibit], above: str = "../") -> Iterator[str]:
         picture = f"{above}{THUMBNAILS}/{diagram_of(item)}.svg"
         yield (
             f'<a href="{above}gallery/{item.name}.html"><img src="{picture}" alt="" loading="lazy">'
-            f"<b>{item.name}</b><span>{escape(item.title)}</span></a>"
+            f"<b>{item.name.replace('_', '_<wbr>')}</b><span>{escape(item.title)}</span></a>"
         )
     yield from ("</div>", "```", "")
 

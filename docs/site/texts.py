@@ -42,4 +42,4 @@ def texts_of_pages(html: Path) -> Iterator[tuple[str, str]]:
 def write_texts(html: Path) -> None:
     """Write the script into the built site."""
     texts = json.dumps({name: text for name, text in texts_of_pages(html) if text}, ensure_ascii=False)
-    (html / "_static" / SCRIPTS[0]).write_text(f"const textsOfPages = {texts};\n", encoding="utf-8")
+    (html / "_static" / SCRIPTS[0]).write_text(f"window.textsOfPages = {texts};\n", encoding="utf-8")
