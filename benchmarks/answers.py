@@ -49,15 +49,17 @@ def margins_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
 
 
 def noise_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
-    """Yield a line for each probe that noise may reach, and whether it has an answer."""
+    """Yield a line for each probe that is one number, and whether it has an answer; silence is one."""
     points = OperatingPoints(planned)
     for probe in planned.probes:
-        signal = ".".join(probe.node)
+        signal, port = ".".join(probe.node), type(planned.blocks[probe.node[0]]).outputs[probe.node[1]]
+        if port.shape or port.dtype is bool:
+            continue
         try:
             found = budget_at(points, signal)
             yield f"{signal}: rms {found.rms:.4g} {found.unit}", True
         except ModelError as error:
-            yield f"{signal}: {_reason(error)}", False
+            yield f"{signal}: {_reason(error)}", error.problems[0].message.startswith("no noise reaches")
 
 
 def _reason(error: ModelError) -> str:

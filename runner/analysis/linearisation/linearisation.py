@@ -187,16 +187,20 @@ class OperatingPoints:
     def answered(self, ask: Callable[[Linearisation], _Answer], first: int = 0) -> _Answer:
         """Return what is answered at the operating point, or at the first one that has an answer.
 
-        `first` is the base tick with which the search begins. Raises `ModelError`.
+        `first` is the base tick with which the search begins. Raises `ModelError`: that of the first point after the
+        start where there is one, since a start may grow, be open or silent that a run leaves behind.
         """
-        refused: ModelError | None = None
+        none: list[ModelError] = []  # where there is no such point
+        refused: list[ModelError] = []
         for about in self._about(first):
+            if not isinstance(about, Linearisation):
+                none.append(about)
+                continue
             try:
-                return ask(about if isinstance(about, Linearisation) else _raised(about))
+                return ask(about)
             except ModelError as error:
-                refused = refused or error
-        assert refused is not None
-        raise refused
+                refused.append(error)
+        raise [*refused[1:], *refused, *none][0]
 
     def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up."""
@@ -262,10 +266,6 @@ class OperatingPoints:
 
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
-
-
-def _raised(error: ModelError) -> Linearisation:
-    raise error
 
 
 def _starts_up(system: OpenLoop) -> bool:
