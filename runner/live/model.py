@@ -8,15 +8,20 @@ from html import escape
 from pathlib import Path
 from typing import Any
 
+from proofmass.blocks.declaration.catalog import facts
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import display, prefix
-from proofmass.blocks.declaration.units import short_unit
+from proofmass.blocks.declaration.units import short_unit, spellings
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.rates import write_seconds
 from proofmass.runner.live.bundle import permission, plots, script, styles
 from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.live.named_values import named_values
 from proofmass.runner.live.sliders import fixed_parameters, sliders
+from proofmass.runner.live.verdicts import required_measures
 from proofmass.runner.output.page import LivePart
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
@@ -37,9 +42,10 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     chosen = tuple(slider for slider in moving if slider.node in loop.varied)
     named = named_values(graph, {slider.node: slider for slider in chosen})
     fixed = (*named.fixed, *fixed_parameters(plan, chosen))
+    every = (*named.sliders, *chosen)
     carried = loop.as_data()
     units = (
-        {slider.unit for slider in (*named.sliders, *chosen)}
+        {slider.unit for slider in every}
         | {wire["unit"] for wire in carried["wires"]}
         | {probe["unit"] for probe in carried["probes"]}
         | {made["unit"] for made in carried["measures"]}
@@ -50,12 +56,50 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
         "loop": carried,
-        "sliders": [slider.as_data() for slider in (*named.sliders, *chosen)],
+        "sliders": [slider.as_data() for slider in every],
         "named": named.as_data(),
         "fixed": [parameter.as_data() for parameter in fixed],
         "units": {unit: scales_of(unit) for unit in sorted(units)},
         "options": _method_options(graph, plan),
+        "order": [probe.signal for probe in graph.probes],
+        "duration": write_seconds(graph.duration) if graph.duration is not None and ticks is None else "",
+        "blocks": blocks_of(plan),
+        "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
+        "spelled": {unit: _spelled(unit) for unit in sorted({"s"} | {slider.shown_in for slider in every})},
+        "required": required_measures(plan.graph),
     }
+
+
+def blocks_of(plan: Plan) -> dict[str, dict[str, Any]]:
+    """Return the kind of each block, and the signals at its ports: those that come in, then its own."""
+    drivers = plan.schedule.drivers
+    return {
+        name: {
+            "kind": type(block).__name__,
+            "inputs": {
+                port: ".".join(drivers[name, port])
+                for port in (*type(block).inputs, *type(block).parameters)
+                if (name, port) in drivers
+            },
+            "outputs": [f"{name}.{port}" for port in type(block).outputs],
+        }
+        for name, block in plan.blocks.items()
+        if not name.startswith(f"{MEASURES}.")
+    }
+
+
+def about(kind: type[Block]) -> dict[str, str]:
+    """Return what a block is and its equation, as `proofmass blocks` says it."""
+    known = facts(kind)
+    return {key: known[key] for key in ("doc", "equation")}
+
+
+def _spelled(unit: str) -> list[dict[str, Any]]:
+    """Return forms of units that a field takes, each with the names that may stand at its places and their factors."""
+    return [
+        {"form": form, "names": [{name: [*map(str, f.as_integer_ratio())] for name, f in one.items()} for one in names]}
+        for form, names in spellings(unit)
+    ]
 
 
 def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:

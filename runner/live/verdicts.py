@@ -1,0 +1,100 @@
+"""Verdicts of a graph for the strip of a live page: its loops, their limits, its requirements.
+
+Those of measures are decided on the page, which has the measures of its run; the others ask an analysis.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.requirements import asked, quantity_of
+from proofmass.graphs.model.flatten import FlatGraph
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO, REQUIREMENTS
+from proofmass.graphs.model.quantities import MeasureOf, YieldOf
+from proofmass.graphs.model.requirements import Requirement
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+_SLOW = "proofmass verify answers this: it takes many runs"
+
+
+def required_measures(flat: FlatGraph) -> list[dict[str, Any]]:
+    """Return the requirements of measures, with the limits in the units of these."""
+    required = {name: one for name, one in flat.root.requirements.items() if _is_of_a_run(flat, one)}
+    return [
+        {"id": name, "text": one.text, "measure": one.quantity, **_limits(*asked(flat, one)[1:])}
+        for name, one in required.items()
+    ]
+
+
+def verdicts(graph: Graph) -> list[dict[str, Any]]:
+    """Return what is known of each loop, its limits and each requirement that is none of a run.
+
+    `met` is None where there is no answer; `why` says why.
+    """
+    planned = plan(graph)
+    return [*_of_loops(planned), *_of_requirements(graph, planned)]
+
+
+def _of_loops(planned: Plan) -> Iterator[dict[str, Any]]:
+    # start-up time: a page is there before its first margins
+    from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+    from proofmass.runner.analysis.margins.margins import Margins
+    from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
+
+    for name, answer in margins_or_reasons(OperatingPoints(planned, AUTO)).items():
+        if not isinstance(answer, Margins):
+            yield {"id": name, "met": None, "value": "no verdict", "why": _why(answer)}
+            continue
+        data = answer.as_data()
+        figures = ((data["gain_margin_db"], "dB", 2), (data["phase_margin_deg"], "deg", 1))
+        texts = [f"{value:.{digits}f} {unit}" for value, unit, digits in figures if value is not None]
+        met = {"stable": True, "unstable": False}.get(answer.verdict)
+        yield {"id": name, "met": met, "value": ", ".join([answer.verdict, *texts * answer.stable]), "why": str(answer)}
+        loop = planned.graph.loops.get(name)
+        for key, limit in (loop.requirements if loop else {}).items():
+            peak, unit = key == "sensitivity_peak", REQUIREMENTS[key]
+            value = attained(answer, key) if answer.stable else math.nan
+            kept = value <= limit if peak else value >= limit
+            shown = f"{value:.4g} {unit}" if answer.stable else answer.verdict
+            about = f"{shown} {_sign(not kept, peak)} {limit:g} {unit}"
+            yield {"id": f"{name} {key.replace('_', ' ')}", "met": kept, "value": about, "why": ""}
+
+
+def _of_requirements(graph: Graph, planned: Plan) -> Iterator[dict[str, Any]]:
+    # start-up time: as above
+    from proofmass.runner.verification.verify import Measurements, finding_of
+
+    measurements = Measurements(graph, None)
+    for name, requirement in graph.requirements.items():
+        if _is_of_a_run(planned.graph, requirement):
+            continue
+        if requirement.tolerances or isinstance(quantity_of(planned.graph, requirement), YieldOf):
+            yield {"id": name, "met": None, "value": "not asked here", "why": _SLOW}
+            continue
+        finding = finding_of(measurements, name, requirement)
+        met = None if finding.reason else finding.met
+        most = finding.value > finding.at_most or math.isinf(finding.at_least)
+        limit = finding.at_most if most else finding.at_least
+        unit = "" if finding.unit == "1" else f" {finding.unit}"
+        about = f"{finding.value:.5g} {_sign(not met, most)} {limit:g}{unit}"
+        yield {"id": name, "met": met, "value": about, "why": finding.reason or finding.text}
+
+
+def _is_of_a_run(flat: FlatGraph, requirement: Requirement) -> bool:
+    return isinstance(quantity_of(flat, requirement), MeasureOf) and not requirement.tolerances
+
+
+def _sign(missed: bool, most: bool) -> str:
+    """Return how a value stands to its limit."""
+    return (">" if most else "<") if missed else ("≤" if most else "≥")
+
+
+def _limits(low: float, high: float) -> Mapping[str, float | None]:
+    return {"at_least": low if math.isfinite(low) else None, "at_most": high if math.isfinite(high) else None}
+
+
+def _why(error: ModelError) -> str:
+    return "; ".join(f"{one.message}: {one.got}" if one.got else one.message for one in error.problems)
