@@ -234,7 +234,7 @@ def spellings(own: str) -> tuple[tuple[str, tuple[dict[str, Fraction], ...]], ..
         return {name: unit(form.replace("?", name)).factor / factor for name in _fitting(form, r"\?", wanted)}
 
     whole = choices("?")
-    forms = [("?", (whole,))] if whole else []
+    forms: list[tuple[str, tuple[dict[str, Fraction], ...]]] = [("?", (whole,))] if whole else []
     places = list(_WORD.finditer(own))
     if places and places[0][0] != own:
         names = tuple(choices(f"{own[: found.start()]}?{own[found.end() :]}") for found in places)

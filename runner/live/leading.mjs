@@ -1,6 +1,7 @@
 // A walk through the ticks: start where the cursor is, one tick or many, play and pause, parameters changed on the way.
 
 import { element } from "./controls.mjs";
+import { timeText } from "./figures.mjs";
 
 const FRAMES = 250; // of a run that plays from end to end
 
@@ -69,6 +70,6 @@ export class Leading {
     const end = message.sound ? "" : "; a number is not finite, or does not fit its format";
     const poked = this.poked ? "; parameters were changed on the way, so these are not the bits of one run" : "";
     const done = message.tick === message.ticks ? ", the last" : "";
-    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${Number(this.timeOf(Math.max(0, message.tick - 1)).toPrecision(9))} s${poked}${end}`;
+    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${timeText(this.timeOf(Math.max(0, message.tick - 1)))}${poked}${end}`;
   }
 }
