@@ -30,6 +30,8 @@ export class Charts {
     this.height = height;
     this.marked = NaN; // seconds that were looked at
     this.stretch = ""; // of which spectra are
+    /** @type {[number, number]} */
+    this.range = [0, 1]; // seconds that all plots show
     this.units = units;
     this.zoomed = zoomed;
     this.looked = looked;
@@ -167,7 +169,7 @@ class Chart {
       height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
-      scales: { x: { time: false, distr: spectrum ? 3 : 1 }, y: { distr: spectrum ? 3 : 1 } },
+      scales: { x: { time: false, distr: spectrum ? 3 : 1, ...(time && { range: () => this.all.range }) }, y: { distr: spectrum ? 3 : 1 } },
       axes: [
         { ...axis, ...(label && { label, labelSize: 18, labelFont: FONT }), size: 26, space: time ? 90 : 50, values: labels },
         { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },

@@ -12,6 +12,7 @@ import { nearest, quantity, textIn } from "./quantities.mjs";
  */
 
 const STEPS = 1000;
+const SHOWN = 6; // digits in a diagram
 const DIGITS = 4, ENDS = 3; // of what a slider sets, and of the ends of its range
 
 export class Controls {
@@ -49,7 +50,10 @@ export class Controls {
   /** Sliders that are not where the graph has them, each with its value in words. */
   moved() {
     const changed = [...this.controls.values()].filter(({ value, slider }) => value !== slider.value);
-    return changed.map(({ slider, field }) => ({ slider, text: slider.printed === "1" ? field.value : `${field.value} ${slider.printed}` }));
+    return changed.map(({ slider, field }) => {
+      const number = field.value.length > SHOWN + 2 ? String(Number(Number(field.value).toPrecision(SHOWN))) : field.value;
+      return { slider, text: slider.printed === "1" ? number : `${number} ${slider.printed}` };
+    });
   }
 
   /** Why a parameter is out of bounds; empty where all are within them. @param {Record<string, number>} values */

@@ -55,10 +55,10 @@ export function timeLabels(at) {
   return at.map((value) => (value === 0 ? "0" : `${(value / size).toFixed(digits)} ${unit}`.replace("-", "−")));
 }
 
-/** A time in the unit that fits. @param {number} seconds */
-export function timeText(seconds) {
+/** A time in the unit that fits. @param {number} seconds @param {number} digits */
+export function timeText(seconds, digits = 9) {
   const [size, unit] = TIMES.find(([size]) => Math.abs(seconds) >= size * (1 - 1e-9)) ?? TIMES[0];
-  return `${String(Number((seconds / size).toPrecision(9))).replace("-", "−")} ${unit}`;
+  return `${String(Number((seconds / size).toPrecision(digits))).replace("-", "−")} ${unit}`;
 }
 
 /**

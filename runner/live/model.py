@@ -3,6 +3,8 @@
 import dataclasses
 import json
 import math
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from functools import cache
 from html import escape
 from pathlib import Path
@@ -12,11 +14,12 @@ from proofmass.blocks.declaration.catalog import facts
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import display, prefix
-from proofmass.blocks.declaration.units import short_unit, spellings
+from proofmass.blocks.declaration.units import short_unit, spellings, unit
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.rates import write_seconds
+from proofmass.runner.analysis.linearisation.linearise import loops_of
 from proofmass.runner.live.bundle import permission, plots, script, styles
 from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.live.named_values import named_values
@@ -59,13 +62,14 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "sliders": [slider.as_data() for slider in every],
         "named": named.as_data(),
         "fixed": [parameter.as_data() for parameter in fixed],
-        "units": {unit: scales_of(unit) for unit in sorted(units)},
+        "units": {name: scales_of(name) for name in sorted(units)},
         "options": _method_options(graph, plan),
         "order": [probe.signal for probe in graph.probes],
         "duration": write_seconds(graph.duration) if graph.duration is not None and ticks is None else "",
         "blocks": blocks_of(plan),
         "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
-        "spelled": {unit: _spelled(unit) for unit in sorted({"s"} | {slider.shown_in for slider in every})},
+        "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),
+        "loops": list(loops_of(plan)),
         "required": required_measures(plan.graph),
     }
 
@@ -94,12 +98,25 @@ def about(kind: type[Block]) -> dict[str, str]:
     return {key: known[key] for key in ("doc", "equation")}
 
 
-def _spelled(unit: str) -> list[dict[str, Any]]:
-    """Return forms of units that a field takes, each with the names that may stand at its places and their factors."""
-    return [
-        {"form": form, "names": [{name: [*map(str, f.as_integer_ratio())] for name, f in one.items()} for one in names]}
-        for form, names in spellings(unit)
-    ]
+def _spelled(units: Iterable[tuple[str, str]]) -> dict[str, list[dict[str, Any]]]:
+    """Return the forms of units that a field takes: by the unit that it shows, from this one and the parameter's own.
+
+    A form has, for each place in it, the names that may stand there and their factors.
+    """
+    spelled = dict[str, list[dict[str, Any]]]()
+    for shown, own in units:
+        forms = spelled.setdefault(shown, [])
+        for of in (shown, own):
+            times = unit(of).factor / unit(shown).factor
+            for form, (first, *others) in spellings(of):
+                if form not in [known["form"] for known in forms]:
+                    names = [{name: factor * times for name, factor in first.items()}, *others]
+                    forms.append({"form": form, "names": [_exact(one) for one in names]})
+    return spelled
+
+
+def _exact(factors: Mapping[str, Fraction]) -> dict[str, list[str]]:
+    return {name: [str(part) for part in factor.as_integer_ratio()] for name, factor in factors.items()}
 
 
 def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:

@@ -62,9 +62,14 @@ export class Picked {
   }
 }
 
-/** @param {string} text  as the file of the block says it */
+/** @param {string} text  as the file of the block says it: paragraphs, formulas indented, names in backquotes */
 function equationOf(text) {
   const made = element("div", { className: "equation" });
-  made.append(...text.split(/\n\s*\n/).map((part) => element("p", { textContent: part })));
+  for (const part of text.split(/\n\s*\n/)) {
+    const line = element("p");
+    const words = part.replace(/\n(?!\s)/g, " ").split("`");
+    line.append(...words.map((word, i) => (i % 2 ? element("code", { textContent: word }) : word)));
+    made.append(line);
+  }
   return made;
 }

@@ -24,7 +24,11 @@ class Saving:
     def save(self, changes: Mapping[str, float | int | str]) -> None:
         """Write parameters into the file; raises `ModelError` where one cannot be edited in place."""
         before = self.path.read_bytes()
-        after = edited(before.decode(), changes, str(self.path)).encode()
+        try:
+            after = edited(before.decode(), changes, str(self.path)).encode()
+        except ValueError as error:
+            hint = "cure the file first; the sliders stay as they are"
+            raise ModelError([Problem(message=f"not TOML: {error}", file=str(self.path), hint=hint)]) from None
         write_whole(self.path, after)
         self._done = [*self._done, (before, after)][-_MOST:]
 

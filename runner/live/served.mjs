@@ -33,7 +33,7 @@ export class Served {
     this.changes = {}; // of what the loop does not take anew
     /** @type {any} */
     this.study = null; // as it stands
-    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths), long: (/** @type {any} */ wish) => void this.send("/long", wish).catch(() => {}), judge: (/** @type {State} */ state) => this.judge(state) };
+    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths), long: (/** @type {any} */ wish) => void this.send("/long", wish).catch(() => {}), judge: (/** @type {State} */ state, /** @type {boolean} */ thorough) => this.judge(state, thorough) };
     this.view = new View(place, makeChannel, (state) => this.changed(state), process);
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
@@ -190,12 +190,13 @@ export class Served {
     void this.send("/change", { changes: this.changes }).catch(() => {});
   }
 
-  /** @param {State} state */
-  async judge(state) {
-    const answer = await this.post("/verdicts", state);
+  /** @param {State} state @param {boolean} thorough */
+  async judge(state, thorough) {
+    const answer = await this.send("/verdicts", { state, thorough });
     if (!answer.ok) return null;
-    const { verdicts, problems = [] } = await answer.json();
-    return verdicts ?? problems.map((/** @type {Problem} */ { key, message }) => ({ id: key || "loops", met: null, value: message, why: "" }));
+    const { verdicts, more = false, problems = [] } = await answer.json();
+    const why = problems.map((/** @type {Problem} */ one) => ({ id: one.key || "loops", met: null, value: one.message, why: "" }));
+    return { verdicts: verdicts ?? why, more };
   }
 
   /** Write what the sliders say into the file. */

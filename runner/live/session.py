@@ -206,11 +206,12 @@ class Session:
         state = read_state(data)
         if state is None or self._graph is None or question not in (*TABS, _VERDICTS):
             return None
-        with self._judging if question == _VERDICTS else self._computing:
+        thorough = isinstance(data, dict) and data.get("thorough") is True
+        with self._judging if question == _VERDICTS and not thorough else self._computing:
             try:
                 graph = with_parameters(self._graph, state["values"]) if state["values"] else self._graph
                 if question == _VERDICTS:
-                    return {_VERDICTS: verdicts(graph)}
+                    return verdicts(graph, thorough)._asdict()
                 return TABS[question](graph)._asdict()
             except ModelError as error:
                 return {"problems": [problem.as_data() for problem in error.problems]}

@@ -9,6 +9,7 @@ import { shown } from "./figures.mjs";
  * @typedef {{id: string, text: string, measure: string, at_least: number | null, at_most: number | null}} Required
  */
 
+const AT_REST = 300; // milliseconds without a change, after which a full answer is asked for
 const WORDS = { true: "kept", false: "missed", null: "no answer" };
 
 export class Strip {
@@ -23,7 +24,8 @@ export class Strip {
     this.judged = []; // by the process
     /** @type {Verdict[]} */
     this.measured = []; // by the run of the page
-    this.asking = this.again = false; // whether the process is asked, and shall be again
+    this.asking = false;
+    this.number = 0; // of the newest question
   }
 
   /** Requirements of measures against a run. @param {Required[]} required @param {Record<string, number>} values
@@ -40,26 +42,40 @@ export class Strip {
     this.show();
   }
 
-  /** @param {Verdict[]} verdicts */
-  judge(verdicts) {
-    this.judged = verdicts;
+  /** Name the loops before anything is known of them. @param {string[]} loops @param {string} value @param {string} why */
+  expect(loops, value, why) {
+    const known = new Set(this.judged.map(({ id }) => id));
+    if (loops.some((id) => !known.has(id))) this.judged = loops.map((id) => ({ id, met: null, value, why }));
     this.show();
   }
 
-  /** Ask for verdicts; while that goes on the newest question waits.
-   * @param {(state: any) => Promise<Verdict[] | null>} judge @param {() => any} state */
-  async ask(judge, state) {
+  /** Ask for verdicts: at once, while that goes on the newest question waits; in full when nothing has moved.
+   * @param {(thorough: boolean) => Promise<{verdicts: Verdict[], more: boolean} | null>} judge */
+  async ask(judge) {
+    const number = ++this.number;
+    clearTimeout(this.still);
     this.bar.classList.add("waiting"); // they are those of other values
-    this.again = this.asking;
     if (this.asking) return;
     this.asking = true;
-    do {
-      this.again = false;
-      const verdicts = await judge(state()).catch(() => null);
-      if (verdicts) this.judge(verdicts);
-    } while (this.again);
+    const answer = await judge(false).catch(() => null);
     this.asking = false;
-    this.bar.classList.remove("waiting");
+    if (answer) this.judge(answer);
+    if (number !== this.number) return void this.ask(judge);
+    if (!answer?.more) return void this.bar.classList.remove("waiting");
+    this.still = setTimeout(async () => {
+      const whole = await judge(true).catch(() => null);
+      if (number !== this.number) return;
+      this.bar.classList.remove("waiting");
+      if (whole) this.judge(whole);
+    }, AT_REST);
+  }
+
+  /** Take verdicts; what only a full answer has stays as it was until then.
+   * @param {{verdicts: Verdict[], more: boolean}} answer */
+  judge({ verdicts, more }) {
+    const ids = new Set(verdicts.map(({ id }) => id));
+    this.judged = more ? [...verdicts, ...this.judged.filter(({ id }) => !ids.has(id))] : verdicts;
+    this.show();
   }
 
   show() {

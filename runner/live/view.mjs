@@ -20,10 +20,11 @@ import { parametersOf } from "./values.mjs";
  *   units: Record<string, import("./figures.mjs").Scales>, options: string[], named: import("./values.mjs").Named,
  *   order: string[], duration: string, blocks: Record<string, import("./picked.mjs").Block>,
  *   kinds: Record<string, import("./picked.mjs").Kind>, spelled: Record<string, import("./quantities.mjs").Spelled>,
- *   required: import("./strip.mjs").Required[], drawings?: string}} Model
+ *   loops: string[], required: import("./strip.mjs").Required[], drawings?: string}} Model
  * @typedef {{values: Record<string, number>, seed: string, duration: string}} State  of the controls
  * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>,
- *   long: (wish: any) => void, judge: (state: State) => Promise<import("./strip.mjs").Verdict[] | null>}} Process
+ *   long: (wish: any) => void, judge: (state: State, thorough: boolean) =>
+ *   Promise<{verdicts: import("./strip.mjs").Verdict[], more: boolean} | null>}} Process
  *   that takes what the loop does not take anew, draws, does long runs, and knows margins
  */
 
@@ -166,7 +167,10 @@ export class View {
   }
 
   judge() {
-    if (this.process) void this.strip.ask(this.process.judge, () => this.state);
+    const { loops = [] } = this.model ?? {};
+    if (this.process) this.strip.expect(loops, "computing", "");
+    else this.strip.expect(loops, "not asked here", "A report computes no margins: proofmass margins and proofmass live do.");
+    if (this.process) void this.strip.ask((thorough) => /** @type {Process} */ (this.process).judge(this.state, thorough));
   }
 
   /** Parameters of a run: those that were set, and those that follow from named values. */
@@ -339,7 +343,7 @@ export class View {
     if (message.kind === "failed") this.say(message.text, true);
     else if (message.kind === "progress") this.progress(message.part);
     else if (message.kind === "pictures") this.draw(message.pictures);
-    else if (message.kind === "wires") for (const charts of [this.charts, this.picked.charts]) charts?.drawWires(message.pictures);
+    else if (message.kind === "wires") this.draw([], message.pictures);
     else if (message.kind === "peek") this.diagrams?.show(message.wires, this.timeOf(message.tick));
     else if (message.kind === "seeds") this.seeds.hear(message);
     else if (message.kind === "walk" && this.leading.on) this.walked(message);
@@ -347,9 +351,13 @@ export class View {
     else if (message.kind === "done" && message.number === this.number) this.done(message);
   }
 
-  /** @param {any} pictures */
-  draw(pictures) {
-    const stretch = this.zoom ? `${timeText(this.zoom[0])} to ${timeText(this.zoom[1])}` : "";
+  /** @param {any} pictures  of probes @param {any} wires  that are recorded besides */
+  draw(pictures, wires = []) {
+    const { first, last } = this.view(), stretch = this.zoom ? `${timeText(first, 3)} to ${timeText(last, 3)}` : "";
+    for (const charts of [this.charts, this.picked.charts]) {
+      if (charts) charts.range = [first, Math.max(last, Number.MIN_VALUE)];
+      charts?.drawWires(wires);
+    }
     this.charts?.draw(pictures, this.spectra, stretch);
   }
 
