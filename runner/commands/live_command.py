@@ -53,7 +53,7 @@ def serve_live(request: LiveRequest) -> int:
 
 def _refuse_to_edit(path: Path) -> None:
     """Raise `ModelError` for a graph that no page may write."""
-    problem = Problem(message="cannot be edited", key="--edit", file=str(path))
+    problem = Problem(message="cannot be edited in place", key="--edit", file=str(path))
     if path.resolve() in (file.resolve() for file in library_files().values()):
         hint = "copy the graph of the library first, proofmass new"
         raise ModelError([dataclasses.replace(problem, got="a graph of the library", hint=hint)])

@@ -19,12 +19,11 @@ from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.rates import write_seconds
-from proofmass.runner.analysis.linearisation.linearise import loops_of
 from proofmass.runner.live.bundle import permission, plots, script, styles
 from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.live.named_values import named_values
 from proofmass.runner.live.sliders import fixed_parameters, sliders
-from proofmass.runner.live.verdicts import required_measures
+from proofmass.runner.live.verdicts import loop_names, required_measures
 from proofmass.runner.output.page import LivePart
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
@@ -69,7 +68,7 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "blocks": blocks_of(plan),
         "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
         "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),
-        "loops": list(loops_of(plan)),
+        "loops": loop_names(plan),
         "required": required_measures(plan.graph),
     }
 

@@ -243,7 +243,7 @@ class Session:
         except ModelError as error:
             return {"problems": [problem.as_data() for problem in error.problems]}
         except OSError as error:
-            problem = Problem(message=f"cannot be written: {error.strerror}", file=str(self.path))
+            problem = Problem(message=f"cannot be edited in place: {error.strerror}", file=str(self.path))
             return {"problems": [problem.as_data()]}
         with self._lock:
             self._changes = {}  # the file has them

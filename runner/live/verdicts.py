@@ -41,6 +41,14 @@ class Verdicts(NamedTuple):
     more: bool
 
 
+def loop_names(planned: Plan) -> list[str]:
+    """Return the loops of a graph that have margins, if there are any."""
+    try:
+        return list(loops_of(planned))
+    except ModelError:
+        return []
+
+
 def verdicts(graph: Graph, thorough: bool) -> Verdicts:
     """Return what is known of each loop, its limits and each requirement that is none of a run.
 
@@ -48,8 +56,9 @@ def verdicts(graph: Graph, thorough: bool) -> Verdicts:
     answer looks for other operating points, and asks the requirements. `met` is None where there is no answer.
     """
     planned = plan(graph)
-    loops = list(_of_loops(planned, thorough))
-    unsure = any(one["met"] is not True for one in loops if one["id"] in loops_of(planned))
+    names = loop_names(planned)
+    loops = list(_of_loops(planned, thorough)) if names else []
+    unsure = any(one["met"] is not True for one in loops if one["id"] in names)
     required = any(not _is_of_a_run(planned.graph, one) for one in graph.requirements.values())
     rest = list(_of_requirements(graph, planned)) if thorough and required else []
     more = not thorough and (required or unsure)
