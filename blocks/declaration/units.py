@@ -24,7 +24,8 @@ PREFIXES = {
 
 _OF_COMMON = ("G", "M", "k", "m", "u", "n", "p", "f")  # prefixes in hints
 
-_MOST_DIGITS, _PLAIN = 17, 16  # of a float; characters of a number without a power of ten
+_MOST_DIGITS = 17  # of a float
+_LEAST_PLAIN, _MOST_PLAIN = -4, 11  # powers of ten of numbers that are written without one
 
 _LIKE = 0.55  # least likeness of a name to the one that was meant
 
@@ -262,14 +263,19 @@ def decimal_in(value: float, factor: Fraction) -> str:
 
     >>> decimal_in(9.80665, Fraction("9.80665")), decimal_in(5.043e-8, Fraction(1, 10**9))
     ('1', '50.43')
+    >>> decimal_in(-1.25e-5, Fraction(1)), decimal_in(6.5e15, Fraction(1)), decimal_in(0.0, Fraction(1))
+    ('-1.25e-5', '6.5e15', '0')
     """
     exact = Fraction(value) / factor
     for digits in range(1, _MOST_DIGITS + 1):
         text = f"{Decimal(exact.numerator) / Decimal(exact.denominator):.{digits}g}"
         if float(Fraction(text) * factor) == value:
             break
-    plain = format(Decimal(text), "f")
-    return plain if len(plain) <= _PLAIN else f"{Decimal(text):g}".replace("e+", "e")
+    number = Decimal(text).normalize()
+    power = number.adjusted()
+    if not number or _LEAST_PLAIN <= power <= _MOST_PLAIN:
+        return format(number, "f")
+    return f"{number.scaleb(-power).normalize():f}e{power}"
 
 
 def _likeliest(word: str, names: list[str]) -> str:

@@ -1,12 +1,12 @@
 // Fields and sliders: one for each parameter, folded by block, and what the command line is told about them.
 
-import { nearest, quantity, textIn } from "./quantities.mjs";
+import { nearest, numberIn, quantity, textIn } from "./quantities.mjs";
 
 /**
  * @typedef {import("./quantities.mjs").Spelled} Spelled
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: number, low: number, high: number,
  *   logarithmic: boolean, above: number | null, at_least: number | null, below: number | null,
- *   at_most: number | null, named: boolean, drawn: string, shown: string, printed: string, factor: [string, string]}} Slider
+ *   at_most: number | null, named: boolean, written: string, drawn: string, shown: string, printed: string, factor: [string, string]}} Slider
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string, named: boolean,
  *   choices: string[], whole: boolean}} Fixed
  */
@@ -121,7 +121,8 @@ class Control {
   /** @param {number} value */
   show(value) {
     this.value = value;
-    this.field.value = textIn(value, this.slider.factor);
+    const own = value === this.slider.value ? numberIn(this.slider.written) : "";
+    this.field.value = own || textIn(value, this.slider.factor);
     this.field.setCustomValidity("");
     this.range.value = String(this.stepOf(value));
     this.row.classList.toggle("changed", value !== this.slider.value);

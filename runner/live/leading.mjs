@@ -20,6 +20,7 @@ export class Leading {
     this.ended = ended;
     this.on = this.playing = this.poked = false;
     this.ticks = 1;
+    this.tick = 0; // that was reached
     this.bar = element("div", { className: "buttons walk", hidden: true });
     this.step("Tick", "Go on by one tick", 1);
     this.step("10 ticks", "Go on by ten ticks", 10);
@@ -66,6 +67,7 @@ export class Leading {
   hear(message) {
     this.playing = message.playing;
     this.ticks = message.ticks;
+    this.tick = message.tick;
     this.player.textContent = message.playing ? "Pause" : "Play";
     const end = message.sound ? "" : "; a number is not finite, or does not fit its format";
     const poked = this.poked ? "; parameters were changed on the way, so these are not the bits of one run" : "";

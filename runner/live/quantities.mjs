@@ -3,7 +3,7 @@
 /** @typedef {{form: string, names: Record<string, [string, string]>[]}[]} Spelled  units that a field takes */
 /** @typedef {[bigint, bigint]} Exact  numerator and denominator, which is positive */
 
-const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?)\s*(.*?)$/i;
+const NUMBER = /^([+-]?(?:\d+\.?\d*|\.\d+)(?:e[+-]?\d{1,3})?)\s*((?![.\d]).*?)$/i;
 const WORD = /(?<![A-Za-zµμΩ])(?!sqrt\b)[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*/gu;
 const LONGEST_DECIMAL = 17; // of a float
 const KEPT = 70; // bits of a quotient, more than a float has
@@ -42,9 +42,10 @@ export function textIn(value, factor) {
   if (!value || !Number.isFinite(value)) return String(value || 0);
   const [times, over] = factor.map(BigInt), size = ofFloat(Math.abs(value)), sign = value < 0 ? "-" : "";
   const exact = /** @type {Exact} */ ([size[0] * over, size[1] * times]);
-  const power = Math.floor(Math.log10(nearest(exact)));
+  const power = String(exact[0]).length - String(exact[1]).length, above = 10n ** BigInt(Math.abs(power));
+  const reached = power < 0 ? exact[0] * above >= exact[1] : exact[0] >= exact[1] * above;
   for (let digits = 1; ; digits++) {
-    const places = digits - 1 - power, ten = 10n ** BigInt(Math.abs(places));
+    const places = digits - (reached ? 1 : 0) - power, ten = 10n ** BigInt(Math.abs(places));
     const [top, bottom] = places > 0 ? [exact[0] * ten, exact[1]] : [exact[0], exact[1] * ten];
     const figures = (2n * top + bottom) / (2n * bottom);
     /** @type {Exact} */
@@ -53,10 +54,15 @@ export function textIn(value, factor) {
   }
 }
 
+/** The number of a text such as "5e-5 kg/s", as it stands there. @param {string} text */
+export function numberIn(text) {
+  return NUMBER.exec(text.trim())?.[1] ?? "";
+}
+
 /** Digits and their power of ten as a number. @param {string} figures @param {number} power */
 function laid(figures, power) {
   const short = figures.replace(/0+$/, "") || "0", point = figures.length + power;
-  if (point > 12 || point < -5) return `${short[0]}${short.length > 1 ? `.${short.slice(1)}` : ""}e${point - 1}`;
+  if (point > 12 || point < -3) return `${short[0]}${short.length > 1 ? `.${short.slice(1)}` : ""}e${point - 1}`;
   if (point <= 0) return `0.${"0".repeat(-point)}${short}`;
   if (point >= short.length) return short + "0".repeat(point - short.length);
   return `${short.slice(0, point)}.${short.slice(point)}`;

@@ -5,7 +5,8 @@ import { shown } from "./figures.mjs";
 
 /**
  * @typedef {import("./figures.mjs").Scales} Scales
- * @typedef {{id: string, met: boolean | null, value: string, why: string}} Verdict  null: there is no answer
+ * @typedef {{id: string, met: boolean | null, value: string, why: string, asked?: boolean}} Verdict
+ *   of which `met` is null where there is no answer, or none is asked for
  * @typedef {{id: string, text: string, measure: string, at_least: number | null, at_most: number | null}} Required
  */
 
@@ -43,9 +44,9 @@ export class Strip {
   }
 
   /** Name the loops before anything is known of them. @param {string[]} loops @param {string} value @param {string} why */
-  expect(loops, value, why) {
+  expect(loops, value, why, asked = true) {
     const known = new Set(this.judged.map(({ id }) => id));
-    if (loops.some((id) => !known.has(id))) this.judged = loops.map((id) => ({ id, met: null, value, why }));
+    if (loops.some((id) => !known.has(id))) this.judged = loops.map((id) => ({ id, met: null, value, why, asked }));
     this.show();
   }
 
@@ -94,7 +95,8 @@ export class Strip {
   }
 
   /** @param {HTMLElement} chip @param {Verdict} verdict */
-  write(chip, { id, met, value, why }) {
+  write(chip, { id, met, value, why, asked = true }) {
+    chip.dataset.asked = String(asked);
     chip.dataset.met = String(met);
     chip.dataset.of = id;
     chip.title = `${id}: ${WORDS[/** @type {"true"} */ (String(met))]}, ${value}${why ? `. ${why}` : ""}`;

@@ -8,6 +8,7 @@ from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.checks.requirements import asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
@@ -117,14 +118,14 @@ def _of_requirements(graph: Graph, planned: Plan) -> Iterator[dict[str, Any]]:
         if _is_of_a_run(planned.graph, requirement):
             continue
         if requirement.tolerances or isinstance(quantity_of(planned.graph, requirement), YieldOf):
-            yield {"id": name, "met": None, "value": "not asked here", "why": _SLOW}
+            yield {"id": name, "met": None, "value": "not asked here", "why": _SLOW, "asked": False}
             continue
         finding = finding_of(measurements, name, requirement)
         met = None if finding.reason else finding.met
         most = finding.value > finding.at_most or math.isinf(finding.at_least)
         limit = finding.at_most if most else finding.at_least
-        unit = "" if finding.unit == "1" else f" {finding.unit}"
-        about = f"{finding.value:.5g} {_sign(not met, most)} {limit:g}{unit}"
+        value, wanted = (in_print(number, finding.unit, 5) for number in (finding.value, limit))
+        about = f"{value} {_sign(not met, most)} {wanted}"
         yield {"id": name, "met": met, "value": about, "why": finding.reason or finding.text}
 
 

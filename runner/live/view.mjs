@@ -4,10 +4,12 @@ import { Charts } from "./charts.mjs";
 import { Controls, element, labelled, nameOf } from "./controls.mjs";
 import { Diagrams, carriedDrawings } from "./diagrams.mjs";
 import { timeText } from "./figures.mjs";
+import { Fields } from "./fields.mjs";
 import { Leading } from "./leading.mjs";
 import { TOO_LONG, askForLong } from "./long.mjs";
 import { measureTable } from "./measures.mjs";
 import { Picked } from "./picked.mjs";
+import { arrange, takeIn } from "./places.mjs";
 import { ticksOf } from "./quantities.mjs";
 import { command, copy, toml } from "./said.mjs";
 import { SEEDS, Seeds } from "./seeds.mjs";
@@ -28,6 +30,7 @@ import { parametersOf } from "./values.mjs";
  *   that takes what the loop does not take anew, draws, does long runs, and knows margins
  */
 
+const SHORT_WALK = 20; // ticks that are shown at least
 const SETTLED = 250; // milliseconds without a change, after which bits are hashed
 
 export class View {
@@ -68,9 +71,6 @@ export class View {
     this.main = element("div", { className: "main" });
     this.place.append(this.map, this.side, this.main);
     if (!process) takeIn(place, this.map);
-    const fields = element("div", { className: "fields" });
-    this.duration = labelled(fields, "duration", "run-duration");
-    this.seed = labelled(fields, "seed", "run-seed");
     this.filter = labelled(this.side, "find", "run-find");
     this.filter.type = "search";
     this.list = element("div", { className: "blocks" });
@@ -90,11 +90,11 @@ export class View {
     this.table = element("div", { className: "wide measures" });
     this.seeds = new Seeds(this);
     this.plots = element("div", { className: "plots" });
-    this.top.append(this.buttons, fields, this.status);
+    this.top.append(this.buttons);
+    this.fields = new Fields(this.top, this);
+    this.top.append(this.status);
     this.leading = new Leading(this.main, this.channel, () => this.startOfWalk(), (tick) => this.timeOf(tick), () => this.run());
     this.main.append(this.seeds.place, this.plots, this.table, this.bits);
-    this.duration.addEventListener("change", () => this.changeDuration());
-    this.seed.addEventListener("change", () => this.changeSeed());
     this.filter.addEventListener("input", () => Controls.filter(this.list, this.filter.value));
     document.addEventListener("keydown", (event) => event.key === "Escape" && this.picked.path && this.pick(""));
   }
@@ -132,7 +132,7 @@ export class View {
     this.show();
     this.lookAtDiagrams();
     const wanted = old ? picked : asked;
-    this.pick(wanted in model.blocks ? wanted : "");
+    this.pick(Object.keys(model.blocks).some((name) => `${name}.`.startsWith(`${wanted}.`)) ? wanted : "");
     this.judge();
     const plotted = [...this.plotted];
     this.plotted.clear();
@@ -149,6 +149,7 @@ export class View {
     const { loop, units, drawings } = this.model, { unfolded, overlay = "", values, seconds } = this.diagrams ?? {};
     const draw = this.process?.draw ?? carriedDrawings(drawings);
     this.diagrams = new Diagrams(loop.wires, units, (name) => this.plot(name), (path) => this.pick(path), draw);
+    arrange(this.place);
     this.diagrams.pick(this.picked.path);
     this.diagrams.tell(this.controls?.moved() ?? []);
     if (unfolded?.size) void this.diagrams.unfold(unfolded);
@@ -161,6 +162,7 @@ export class View {
     if (!this.model) return;
     this.picked.open(path, this.model, (range) => this.zoomTo(range), (time) => this.peek(time));
     Controls.pick(this.list, path);
+    this.place.classList.toggle("picking", path !== "");
     /** @type {HTMLElement} */ (this.filter.parentElement).hidden = path !== "";
     this.diagrams?.pick(path);
     this.record();
@@ -169,7 +171,7 @@ export class View {
   judge() {
     const { loops = [] } = this.model ?? {};
     if (this.process) this.strip.expect(loops, "computing", "");
-    else this.strip.expect(loops, "not asked here", "A report computes no margins: proofmass margins and proofmass live do.");
+    else this.strip.expect(loops, "not asked here", "A report computes no margins: proofmass margins and proofmass live do.", false);
     if (this.process) void this.strip.ask((thorough) => /** @type {Process} */ (this.process).judge(this.state, thorough));
   }
 
@@ -181,8 +183,7 @@ export class View {
   show() {
     this.controls?.show(this.state.values, this.parameters());
     this.diagrams?.tell(this.controls?.moved() ?? []);
-    this.duration.value = this.state.duration;
-    this.seed.value = this.state.seed;
+    this.fields.show(this.state);
   }
 
   /** Take over what another window says. @param {State} state */
@@ -210,23 +211,6 @@ export class View {
     this.told(state);
     this.run();
     this.judge();
-  }
-
-  changeDuration() {
-    const wrong = this.ticksIn(this.duration.value) === null;
-    this.duration.setCustomValidity(wrong ? 'a time, such as "50 ms" or "0.5"' : "");
-    if (wrong) this.duration.reportValidity();
-    else {
-      this.zoom = null;
-      this.change({ ...this.state, duration: this.duration.value.trim() });
-    }
-  }
-
-  changeSeed() {
-    const wrong = !/^\d{1,18}$/.test(this.seed.value.trim());
-    this.seed.setCustomValidity(wrong ? "a whole number, such as 7" : "");
-    if (wrong) this.seed.reportValidity();
-    else this.change({ ...this.state, seed: this.seed.value.trim() });
   }
 
   reset() {
@@ -353,7 +337,9 @@ export class View {
 
   /** @param {any} pictures  of probes @param {any} wires  that are recorded besides */
   draw(pictures, wires = []) {
-    const { first, last } = this.view(), stretch = this.zoom ? `${timeText(first, 3)} to ${timeText(last, 3)}` : "";
+    const { first, last: end } = this.view(), stretch = this.zoom ? `${timeText(first, 3)} to ${timeText(end, 3)}` : "";
+    const walked = this.leading.on && !this.zoom ? this.timeOf(Math.max(SHORT_WALK, this.leading.tick)) : end;
+    const last = Math.min(end, walked);
     for (const charts of [this.charts, this.picked.charts]) {
       if (charts) charts.range = [first, Math.max(last, Number.MIN_VALUE)];
       charts?.drawWires(wires);
@@ -423,14 +409,4 @@ export class View {
 export function durationOf(model) {
   const [top, bottom] = model.loop.rate;
   return model.duration || String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
-}
-
-/** Take the diagram of a report into its live part, and put what the report says first after that.
- * @param {HTMLElement} place @param {HTMLElement} map */
-function takeIn(place, map) {
-  const drawing = document.querySelector("svg.proofmass")?.parentElement, section = drawing?.closest("section");
-  while (place.previousElementSibling && place.previousElementSibling.localName !== "h1") place.after(place.previousElementSibling);
-  if (!drawing) return;
-  map.append(drawing);
-  section?.remove();
 }
