@@ -116,6 +116,7 @@ class Chart {
     this.figure.title = "Arrows move, + and − zoom, 0 shows all";
     this.figure.addEventListener("keydown", (event) => this.key(event));
     this.caption = document.createElement("figcaption");
+    this.caption.append(strong(probe.signal));
     this.figure.append(this.caption);
     place.append(this.figure);
     /** @type {any} */
@@ -164,6 +165,8 @@ class Chart {
     const before = { ...line, stroke: colour("--soft"), width: 1 };
     const label = time ? undefined : spectrum ? "frequency in Hz" : "entry";
     const labels = (/** @type {any} */ _, /** @type {number[]} */ at) => (time ? timeLabels(at) : at.map(tick));
+    const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map((value) => (Number.isInteger(Math.log10(value)) ? value : null));
+    if (spectrum) Object.assign(axis, { filter: decades, grid: { ...axis.grid, filter: decades } });
     const options = {
       width: Math.max(200, this.all.place.clientWidth),
       height: this.all.height,

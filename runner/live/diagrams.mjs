@@ -176,6 +176,7 @@ class DiagramMap {
     this.drawing.replaceWith(next);
     this.drawing = next;
     this.begin();
+    next.dispatchEvent(new Event("drawn", { bubbles: true }));
   }
 
   async unfoldAll() {

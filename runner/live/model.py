@@ -64,7 +64,9 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "units": {name: scales_of(name) for name in sorted(units)},
         "options": _method_options(graph, plan),
         "order": [probe.signal for probe in graph.probes],
-        "duration": write_seconds(graph.duration) if graph.duration is not None and ticks is None else "",
+        "duration": write_seconds(graph.duration)
+        if graph.duration is not None and ticks in (None, plan.ticks())
+        else "",
         "blocks": blocks_of(plan),
         "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
         "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),

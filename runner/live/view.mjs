@@ -71,6 +71,7 @@ export class View {
     this.main = element("div", { className: "main" });
     this.place.append(this.map, this.side, this.main);
     if (!process) takeIn(place, this.map);
+    this.map.addEventListener("drawn", () => arrange(place));
     this.filter = labelled(this.side, "find", "run-find");
     this.filter.type = "search";
     this.list = element("div", { className: "blocks" });
@@ -170,7 +171,7 @@ export class View {
 
   judge() {
     const { loops = [] } = this.model ?? {};
-    if (this.process) this.strip.expect(loops, "computing", "");
+    if (this.process) this.strip.expect(loops, "computing", "", false);
     else this.strip.expect(loops, "not asked here", "A report computes no margins: proofmass margins and proofmass live do.", false);
     if (this.process) void this.strip.ask((thorough) => /** @type {Process} */ (this.process).judge(this.state, thorough));
   }
