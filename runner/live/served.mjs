@@ -9,6 +9,7 @@ import { View } from "./view.mjs";
 const AGAIN = 1000; // milliseconds from one try to the next
 const OFTEN = 50; // milliseconds between what other windows are told
 const SILENCE = 6000; // milliseconds without a sign of life
+const KEPT_ALIVE = 6e4; // bytes, of which browsers allow 64 KiB
 const STILL = 300; // milliseconds without a change, after which a tab is computed anew
 
 /**
@@ -269,7 +270,9 @@ export class Served {
   send(path, data) {
     if (!this.proved) return Promise.reject(new Error("unproved"));
     const headers = { "X-Proofmass-Token": this.token, "Content-Type": "application/json" };
-    return fetch(path, { method: "POST", headers, body: JSON.stringify({ ...data, window: this.window }) });
+    const body = JSON.stringify({ ...data, window: this.window });
+    const keepalive = path === "/state" && body.length < KEPT_ALIVE; // so that a window that closes is still heard
+    return fetch(path, { method: "POST", keepalive, headers, body });
   }
 }
 
