@@ -11,7 +11,20 @@ _FOLDER = Path(__file__).parent
 _MODULES = (
     *("modules", "formulas", "engine", "figures", "quantities", "values", "gestures", "beside", "worker", "charts"),
     *("controls", "diagrams", "picked", "strip"),
-    *("histograms", "measures", "leading", "long", "said", "seeds", "fields", "places", "view", "served", "page"),
+    *(
+        "histograms",
+        "measures",
+        "leading",
+        "long",
+        "said",
+        "seeds",
+        "fields",
+        "places",
+        "plotted",
+        "view",
+        "served",
+        "page",
+    ),
 )
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)

@@ -58,7 +58,10 @@ export class Diagrams {
   /** Show which block is open. @param {string} path */
   pick(path) {
     this.picked = path;
-    for (const map of this.maps) map.dress();
+    for (const map of this.maps) {
+      map.dress();
+      map.bringIntoView(path);
+    }
   }
 
   /** Write into the blocks what the sliders say. @param {{slider: import("./controls.mjs").Slider, text: string}[]} moved */
@@ -286,6 +289,17 @@ class DiagramMap {
       if (group) return /** @type {SVGGElement} */ (group);
     }
     return null;
+  }
+
+  /** Scroll the map, not the page, to a block that is out of sight. @param {string} path */
+  bringIntoView(path) {
+    const group = path && this.groupOf(path);
+    if (!group) return;
+    const block = group.getBoundingClientRect(), seen = this.place.getBoundingClientRect();
+    if (block.left < seen.left || block.right > seen.right)
+      this.place.scrollLeft += (block.left + block.right - seen.left - seen.right) / 2;
+    if (block.top < seen.top || block.bottom > seen.bottom)
+      this.place.scrollTop += (block.top + block.bottom - seen.top - seen.bottom) / 2;
   }
 
   /** @param {SVGGElement} group @param {string} text */

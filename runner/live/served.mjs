@@ -47,6 +47,7 @@ export class Served {
     document.addEventListener("keydown", (event) => {
       if (event.key !== "s" || !(event.ctrlKey || event.metaKey) || this.saver.hidden) return;
       event.preventDefault();
+      if (document.activeElement instanceof HTMLElement) document.activeElement.blur(); // takes what is typed there
       void this.save();
     });
     this.tab = "";

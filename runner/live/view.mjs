@@ -8,6 +8,7 @@ import { Fields } from "./fields.mjs";
 import { Leading } from "./leading.mjs";
 import { TOO_LONG, askForLong } from "./long.mjs";
 import { measureTable } from "./measures.mjs";
+import { plot } from "./plotted.mjs";
 import { Picked } from "./picked.mjs";
 import { arrange, takeIn } from "./places.mjs";
 import { ticksOf } from "./quantities.mjs";
@@ -137,7 +138,7 @@ export class View {
     this.judge();
     const plotted = [...this.plotted];
     this.plotted.clear();
-    for (const name of plotted) this.plot(name);
+    for (const name of plotted) plot(this, name);
     if (this.leading.on) this.leading.toggle();
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
@@ -149,7 +150,7 @@ export class View {
     if (!this.model) return;
     const { loop, units, drawings } = this.model, { unfolded, overlay = "", values, seconds } = this.diagrams ?? {};
     const draw = this.process?.draw ?? carriedDrawings(drawings);
-    this.diagrams = new Diagrams(loop.wires, units, (name) => this.plot(name), (path) => this.pick(path), draw);
+    this.diagrams = new Diagrams(loop.wires, units, (name) => plot(this, name), (path) => this.pick(path), draw);
     arrange(this.place);
     this.diagrams.pick(this.picked.path);
     this.diagrams.tell(this.controls?.moved() ?? []);
@@ -245,20 +246,6 @@ export class View {
   startOfWalk() {
     this.channel.postMessage({ kind: "record", names: [] });
     return { tick: this.peeked ?? 0, settings: this.settings(), view: this.view() };
-  }
-
-  /** Plot a wire, or no longer. @param {string} name */
-  plot(name) {
-    const wire = this.model?.loop.wires.find((one) => one.name === name);
-    if (!wire || !this.charts) return;
-    if (this.charts.charts.has(name) && !this.plotted.has(name)) return this.charts.charts.get(name)?.figure.scrollIntoView({ block: "nearest" });
-    if (this.plotted.delete(name)) this.charts.drop(name);
-    else {
-      this.plotted.add(name);
-      this.charts.add({ signal: name, unit: wire.unit, doc: wire.doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null }, () => this.plot(name));
-      this.say(`${name} is plotted; click it again to take it away`);
-    }
-    this.record();
   }
 
   record() {
