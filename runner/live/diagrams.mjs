@@ -88,7 +88,10 @@ export class Diagrams {
     }
     if (!text) return;
     this.unfolded = wanted;
-    for (const map of this.maps) map.replace(text);
+    for (const map of this.maps) {
+      map.replace(text);
+      map.bringIntoView(newest);
+    }
   }
 
   /** @param {string} name */
@@ -114,7 +117,7 @@ class DiagramMap {
     this.place = /** @type {HTMLElement} */ (drawing.parentElement);
     this.width = this.height = this.zoom = 1;
     this.x = this.y = this.moved = 0;
-    this.bar = this.place.querySelector(".map-bar") ?? this.makeBar();
+    this.bar = /** @type {HTMLElement} */ (this.place.querySelector(".map-bar") ?? this.makeBar());
     this.bar.replaceChildren();
     for (const [text, title, factor] of /** @type {[string, string, number][]} */ ([["+", "Zoom in", STEP], ["−", "Zoom out", 1 / STEP], ["fit", "Show all of it", 0]]))
       this.button(text, title, () => this.zoomAt(factor));
@@ -296,10 +299,12 @@ class DiagramMap {
     const group = path && this.groupOf(path);
     if (!group) return;
     const block = group.getBoundingClientRect(), seen = this.place.getBoundingClientRect();
-    if (block.left < seen.left || block.right > seen.right)
-      this.place.scrollLeft += (block.left + block.right - seen.left - seen.right) / 2;
-    if (block.top < seen.top || block.bottom > seen.bottom)
-      this.place.scrollTop += (block.top + block.bottom - seen.top - seen.bottom) / 2;
+    const off = (/** @type {number[]} */ [first, last], /** @type {number[]} */ [from, to]) => {
+      if (first >= from && last <= to) return 0;
+      return last - first > to - from ? first - from : (first + last - from - to) / 2; // its start, or its middle
+    };
+    this.place.scrollLeft += off([block.left, block.right], [seen.left, seen.right]);
+    this.place.scrollTop += off([block.top, block.bottom], [seen.top + this.bar.offsetHeight, seen.bottom]);
   }
 
   /** @param {SVGGElement} group @param {string} text */
