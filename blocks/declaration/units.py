@@ -266,7 +266,7 @@ def decimal_in(value: float, factor: Fraction) -> str:
     >>> decimal_in(-1.25e-5, Fraction(1)), decimal_in(6.5e15, Fraction(1)), decimal_in(0.0, Fraction(1))
     ('-1.25e-5', '6.5e15', '0')
     """
-    exact = Fraction(value) / factor
+    exact, text = Fraction(value) / factor, "0"
     for digits in range(1, _MOST_DIGITS + 1):
         text = f"{Decimal(exact.numerator) / Decimal(exact.denominator):.{digits}g}"
         if float(Fraction(text) * factor) == value:
