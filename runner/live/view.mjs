@@ -31,6 +31,7 @@ import { parametersOf } from "./values.mjs";
  *   that takes what the loop does not take anew, draws, does long runs, and knows margins
  */
 
+const TRACES_FIRST = 100; // milliseconds that verdicts of a new graph wait
 const SHORT_WALK = 20; // ticks that are shown at least
 const SETTLED = 250; // milliseconds without a change, after which bits are hashed
 
@@ -53,8 +54,7 @@ export class View {
     this.spectra = false;
     this.frozen = false;
     this.number = 0; // of the newest wish for a run
-    this.waiting = false; // for a run
-    this.again = false; // wanted while one was under way
+    this.waiting = this.again = false; // for a run; another one is wanted after it
     /** @type {Record<string, number>} */
     this.measures = {};
     /** @type {Record<string, number>} */
@@ -62,10 +62,9 @@ export class View {
     /** @type {Set<string>} */
     this.plotted = new Set(); // wires that are recorded besides the probes
     this.note = ""; // of what was saved, until something changes
-    place.replaceChildren();
-    this.place.hidden = false;
     this.top = element("div", { className: "top" });
-    this.place.append(this.top);
+    place.replaceChildren(this.top);
+    place.hidden = false;
     this.strip = new Strip(this.place, (text) => this.say(text));
     this.map = element("div", { className: "map" });
     this.side = element("div", { className: "side" });
@@ -135,7 +134,8 @@ export class View {
     this.lookAtDiagrams();
     const wanted = old ? picked : asked;
     this.pick(Object.keys(model.blocks).some((name) => `${name}.`.startsWith(`${wanted}.`)) ? wanted : "");
-    this.judge();
+    this.strip.bar.classList.toggle("waiting", this.process !== null);
+    setTimeout(() => this.judge(), TRACES_FIRST);
     const plotted = [...this.plotted];
     this.plotted.clear();
     for (const name of plotted) plot(this, name);
