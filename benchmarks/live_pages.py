@@ -192,6 +192,7 @@ def frames(browser: Any, folder: Path, rounds: int) -> list[dict[str, Any]]:
         told = page.evaluate(_DRAG, 120)
         work.append((_thread_seconds(client) - before) / max(1, told["drawn"]))
         rates.append(1000.0 * told["drawn"] / told["milliseconds"])
+        page.wait_for_selector(".status:has-text('ticks in')")
         spent.append(float(re.findall(r"in ([\d.]+) ms", page.inner_text("#live .status"))[0]) / 1000.0)
     page.context.close()
     note = f"s of the page, {POINTS:,} points; {max(rates):.0f} frames a second were drawn here"
