@@ -165,16 +165,18 @@ class Chart {
     const before = { ...line, stroke: colour("--soft"), width: 1 };
     const label = time ? undefined : spectrum ? "frequency in Hz" : "entry";
     const labels = (/** @type {any} */ _, /** @type {number[]} */ at) => (time ? timeLabels(at) : at.map(tick));
-    const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map((value) => (Number.isInteger(Math.log10(value)) ? value : null));
+    const whole = (/** @type {number} */ value) => (Number.isInteger(Math.log10(value)) ? value : null);
+    const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(whole);
     if (spectrum) Object.assign(axis, { filter: decades, grid: { ...axis.grid, filter: decades } });
+    const distr = spectrum ? 3 : 1, named = label && { label, labelSize: 18, labelFont: FONT };
     const options = {
       width: Math.max(200, this.all.place.clientWidth),
       height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
-      scales: { x: { time: false, distr: spectrum ? 3 : 1, ...(time && { range: () => this.all.range }) }, y: { distr: spectrum ? 3 : 1 } },
+      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr } },
       axes: [
-        { ...axis, ...(label && { label, labelSize: 18, labelFont: FONT }), size: 26, space: time ? 90 : 50, values: labels },
+        { ...axis, ...named, size: 26, space: time ? 90 : 50, values: labels },
         { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
       ],
       series: [{}, ...(data.length > 2 ? [before] : []), line],

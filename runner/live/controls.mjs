@@ -6,7 +6,8 @@ import { nearest, numberIn, quantity, textIn } from "./quantities.mjs";
  * @typedef {import("./quantities.mjs").Spelled} Spelled
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: number, low: number, high: number,
  *   logarithmic: boolean, above: number | null, at_least: number | null, below: number | null,
- *   at_most: number | null, named: boolean, written: string, drawn: string, shown: string, printed: string, factor: [string, string]}} Slider
+ *   at_most: number | null, named: boolean, written: string, drawn: string, shown: string, printed: string,
+ *   factor: [string, string]}} Slider
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string, named: boolean,
  *   choices: string[], whole: boolean}} Fixed
  */
@@ -51,7 +52,8 @@ export class Controls {
   moved() {
     const changed = [...this.controls.values()].filter(({ value, slider }) => value !== slider.value);
     return changed.map(({ slider, field }) => {
-      const number = field.value.length > SHOWN + 2 ? String(Number(Number(field.value).toPrecision(SHOWN))) : field.value;
+      const long = field.value.length > SHOWN + 2;
+      const number = long ? String(Number(Number(field.value).toPrecision(SHOWN))) : field.value;
       return { slider, text: slider.printed === "1" ? number : `${number} ${slider.printed}` };
     });
   }

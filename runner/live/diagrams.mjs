@@ -64,7 +64,8 @@ export class Diagrams {
     }
   }
 
-  /** Write into the blocks what the sliders say. @param {{slider: import("./controls.mjs").Slider, text: string}[]} moved */
+  /** Write into the blocks what the sliders say.
+   * @param {{slider: import("./controls.mjs").Slider, text: string}[]} moved */
   tell(moved) {
     this.moved = moved;
     for (const map of this.maps) map.tell();
@@ -275,8 +276,9 @@ class DiagramMap {
       const { block, parameter, drawn } = slider, group = this.groupOf(block);
       if (!group) continue;
       const own = group.getAttribute("data-block") === block, path = group.getAttribute("data-block") ?? "";
-      const rows = own ? [.../** @type {NodeListOf<SVGTextElement>} */ (group.querySelectorAll(":scope > .setting"))] : [];
-      const known = [`${parameter} ${drawn}`, drawn], row = rows.find((one) => known.includes(one.dataset.was ?? one.textContent ?? ""));
+      /** @type {NodeListOf<SVGTextElement>} */
+      const settings = group.querySelectorAll(":scope > .setting"), known = [`${parameter} ${drawn}`, drawn];
+      const row = own && [...settings].find((one) => known.includes(one.dataset.was ?? one.textContent ?? ""));
       if (row) {
         row.dataset.was ??= row.textContent ?? "";
         row.textContent = row.dataset.was.startsWith(`${parameter} `) ? `${parameter} ${text}` : text;
@@ -309,7 +311,8 @@ class DiagramMap {
 
   /** @param {SVGGElement} group @param {string} text */
   below(group, text) {
-    const frame = /** @type {SVGGraphicsElement} */ (group.querySelector(":scope > .area") ?? group.querySelector(":scope > .box"));
+    const area = group.querySelector(":scope > .area") ?? group.querySelector(":scope > .box");
+    const frame = /** @type {SVGGraphicsElement} */ (area);
     const { x, y, width, height } = frame.getBBox(), above = group.querySelectorAll(":scope > text.now.below").length;
     const line = document.createElementNS("http://www.w3.org/2000/svg", "text");
     line.setAttribute("class", "setting now below");

@@ -23,7 +23,8 @@ export class Fields {
     });
   }
 
-  /** @param {HTMLInputElement} field @param {string} wrong  why it is refused; empty if it is right @param {() => void} taken */
+  /** @param {HTMLInputElement} field @param {string} wrong  why it is refused; empty if it is right
+   * @param {() => void} taken */
   take(field, wrong, taken) {
     field.setCustomValidity(wrong);
     if (wrong) field.reportValidity();

@@ -35,7 +35,8 @@ export function dragged(plot, ended) {
  * @returns {[number, number] | null | undefined} */
 export function moved(event, range, about) {
   const [first, last] = range, step = MOVE * (last - first);
-  const scaled = (/** @type {number} */ by) => /** @type {[number, number]} */ ([about + (first - about) * by, about + (last - about) * by]);
+  /** @param {number} by @returns {[number, number]} */
+  const scaled = (by) => [about + (first - about) * by, about + (last - about) * by];
   if (event.ctrlKey || event.metaKey || event.altKey) return undefined;
   if (event.key === "ArrowLeft") return first - step < 0 ? [0, last - first] : [first - step, last - step];
   if (event.key === "ArrowRight") return [first + step, last + step];
@@ -62,7 +63,8 @@ export function pinched(place, zoom) {
     fingers.set(event.pointerId, event);
     if (!before) return;
     const [a, b] = [...fingers.values()], box = place.getBoundingClientRect();
-    zoom(apart() / before, ((a.clientX + b.clientX) / 2 - box.left) / box.width, ((a.clientY + b.clientY) / 2 - box.top) / box.height);
+    const x = (a.clientX + b.clientX) / 2, y = (a.clientY + b.clientY) / 2;
+    zoom(apart() / before, (x - box.left) / box.width, (y - box.top) / box.height);
   });
   for (const end of ["pointerup", "pointercancel", "pointerleave"])
     place.addEventListener(end, (event) => fingers.delete(/** @type {PointerEvent} */ (event).pointerId));

@@ -72,6 +72,7 @@ export class Leading {
     const end = message.sound ? "" : "; a number is not finite, or does not fit its format";
     const poked = this.poked ? "; parameters were changed on the way, so these are not the bits of one run" : "";
     const done = message.tick === message.ticks ? ", the last" : "";
-    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${timeText(this.timeOf(Math.max(0, message.tick - 1)))}${poked}${end}`;
+    const at = timeText(this.timeOf(Math.max(0, message.tick - 1)));
+    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${at}${poked}${end}`;
   }
 }

@@ -37,7 +37,8 @@ export class Picked {
     this.head.hidden = this.more.hidden = !path;
     if (!path) return;
     const block = model.blocks[path], kind = block && model.kinds[block.kind];
-    const close = element("button", { type: "button", textContent: "×", className: "close", title: "Close the block (Escape)" });
+    const close = element("button", { type: "button", textContent: "×", className: "close" });
+    close.title = "Close the block (Escape)";
     close.addEventListener("click", this.closed);
     const title = named("strong", path, { className: "title" }), about = element("p", { className: "soft" });
     about.textContent = kind ? `${block.kind}. ${kind.doc.split("\n\n")[0]}` : "The blocks inside this subgraph.";
@@ -50,8 +51,9 @@ export class Picked {
    * @param {(range: [number, number] | null) => void} zoomed @param {(seconds: number) => void} looked */
   scope(block, model, zoomed, looked) {
     const wires = new Map(model.loop.wires.map((wire) => [wire.name, wire]));
-    const ports = [...Object.entries(block.inputs).map(([port, signal]) => [signal, `into ${port}`]), ...block.outputs.map((signal) => [signal, ""])];
-    const known = new Map(ports.filter(([signal]) => wires.has(signal)).map(([signal, about]) => [signal, about]));
+    const known = new Map(Object.entries(block.inputs).map(([port, signal]) => [signal, `into ${port}`]));
+    for (const signal of block.outputs) known.set(signal, known.get(signal) ?? "");
+    for (const signal of [...known.keys()]) if (!wires.has(signal)) known.delete(signal);
     this.signals = [...known.keys()];
     const probes = [...known].map(([signal, about]) => {
       const { unit, doc } = /** @type {Wire} */ (wires.get(signal));

@@ -7,7 +7,8 @@ const AROUND = 26; // pixels around a diagram
  * @param {HTMLElement} place @param {HTMLElement} map */
 export function takeIn(place, map) {
   const drawing = document.querySelector("svg.proofmass")?.parentElement, section = drawing?.closest("section");
-  for (let one = place.previousElementSibling; one && one.localName !== "h1"; one = place.previousElementSibling) place.after(one);
+  const before = [...(place.parentElement?.children ?? [])].filter((one) => one.matches("h1 ~ *:has(~ #live)"));
+  place.after(...before);
   if (!drawing) return;
   map.append(drawing);
   section?.remove();

@@ -10,7 +10,8 @@ export function plot(view, name) {
   else {
     const { unit, doc } = wire;
     plotted.add(name);
-    charts.add({ signal: name, unit, doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null }, () => plot(view, name));
+    const probe = { signal: name, unit, doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null };
+    charts.add(probe, () => plot(view, name));
     view.say(`${name} is plotted; click it again to take it away`);
   }
   view.record();

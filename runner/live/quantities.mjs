@@ -75,7 +75,9 @@ function factorOf(typed, spelled) {
   for (const { form: known, names } of spelled) {
     if (known.replace(/\s+/g, "") !== form || names.length !== words.length) continue;
     const factors = words.map((word, i) => names[i][word]?.map(BigInt));
-    if (factors.every(Boolean)) return [factors.reduce((all, one) => all * one[0], 1n), factors.reduce((all, one) => all * one[1], 1n)];
+    if (!factors.every(Boolean)) continue;
+    const times = (/** @type {number} */ side) => factors.reduce((all, one) => all * one[side], 1n);
+    return [times(0), times(1)];
   }
   return null;
 }

@@ -28,7 +28,7 @@ export class Seeds {
 
   /** @param {any} message */
   hear(message) {
-    const { seed } = this.view.state, last = BigInt(seed) + BigInt(Math.max(0, message.done - 1)), model = this.view.model;
+    const { model, state: { seed } } = this.view, last = BigInt(seed) + BigInt(Math.max(0, message.done - 1));
     const scales = (/** @type {string} */ name) => {
       const probe = model?.loop.probes.find(({ signal }) => name.endsWith(` ${signal}`));
       const of = model?.loop.measures.find((one) => one.name === name) ?? probe;

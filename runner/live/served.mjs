@@ -34,7 +34,13 @@ export class Served {
     this.changes = {}; // of what the loop does not take anew
     /** @type {any} */
     this.study = null; // as it stands
-    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths), long: (/** @type {any} */ wish) => void this.send("/long", wish).catch(() => {}), judge: (/** @type {State} */ state, /** @type {boolean} */ thorough) => this.judge(state, thorough) };
+    /** @type {import("./view.mjs").Process} */
+    const process = {
+      ask: (name, text) => this.change(name, text),
+      draw: (paths) => this.draw(paths),
+      long: (wish) => void this.send("/long", wish).catch(() => {}),
+      judge: (state, thorough) => this.judge(state, thorough),
+    };
     this.view = new View(place, makeChannel, (state) => this.changed(state), process);
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
@@ -52,7 +58,9 @@ export class Served {
     });
     this.tab = "";
     this.asked = 0; // number of the newest question
-    this.told = 0; // time when other windows were last told
+    /** @type {State | null} */
+    this.untold = null; // of the other windows
+    this.telling = false;
   }
 
   async begin() {
@@ -197,8 +205,8 @@ export class Served {
     const answer = await this.send("/verdicts", { state, thorough });
     if (!answer.ok) return null;
     const { verdicts, more = false, problems = [] } = await answer.json();
-    const why = problems.map((/** @type {Problem} */ one) => ({ id: one.key || "loops", met: null, value: one.message, why: "" }));
-    return { verdicts: verdicts ?? why, more };
+    const why = (/** @type {Problem} */ { key, message: value }) => ({ id: key || "loops", met: null, value, why: "" });
+    return { verdicts: verdicts ?? problems.map(why), more };
   }
 
   /** Write what the sliders say into the file. */
@@ -216,7 +224,8 @@ export class Served {
   async written(path, done) {
     try {
       const answer = await this.post(path, this.view.state);
-      const { problems } = answer.ok ? await answer.json() : { problems: [{ message: "The process does not write this.", file: "", line: 0, key: "" }] };
+      const refused = { problems: [{ message: "The process does not write this." }] };
+      const { problems } = answer.ok ? await answer.json() : refused;
       if (problems) this.complain(problems, "Nothing was written.");
       else this.view.note = `${done}; `;
     } catch {
@@ -230,15 +239,22 @@ export class Served {
     return answer.ok ? (await answer.json()).svg : "";
   }
 
-  /** @param {State} state */
+  /** Tell the other windows, one state after the other: what is told at once may come in another order.
+   * @param {State} state */
   changed(state) {
-    clearTimeout(this.telling);
-    const wait = Math.max(0, this.told + OFTEN - performance.now());
-    this.telling = setTimeout(() => {
-      this.told = performance.now();
-      void this.post("/state", state).catch(() => {});
-    }, wait);
+    this.untold = state;
+    if (!this.telling) void this.tell();
     this.later();
+  }
+
+  async tell() {
+    this.telling = true;
+    for (; this.untold; await new Promise((resume) => setTimeout(resume, OFTEN))) {
+      const state = this.untold;
+      this.untold = null;
+      await this.post("/state", state).catch(() => {});
+    }
+    this.telling = false;
   }
 
   later() {

@@ -7,10 +7,12 @@ import { shown } from "./figures.mjs";
  * @typedef {import("./figures.mjs").Scales} Scales
  * @typedef {{id: string, met: boolean | null, value: string, why: string, asked?: boolean}} Verdict
  *   of which `met` is null where there is no answer, or none is asked for
+ * @typedef {{verdicts: Verdict[], more: boolean}} Answer  of which there is more if it is asked for in full
  * @typedef {{id: string, text: string, measure: string, at_least: number | null, at_most: number | null}} Required
  */
 
 const AT_REST = 300; // milliseconds without a change, after which a full answer is asked for
+const NO_PROCESS = "A report computes no margins: proofmass margins and proofmass live do.";
 const WORDS = { true: "kept", false: "missed", null: "no answer" };
 
 export class Strip {
@@ -30,10 +32,11 @@ export class Strip {
   }
 
   /** Requirements of measures against a run. @param {Required[]} required @param {Record<string, number>} values
-   * @param {(measure: string) => Scales} scales */
+   * @param {Map<string, Scales>} scales  by measure */
   measure(required, values, scales) {
     this.measured = required.map(({ id, text, measure, at_least, at_most }) => {
-      const value = values[measure], known = Number.isFinite(value), of = scales(measure);
+      const value = values[measure], known = Number.isFinite(value);
+      const of = scales.get(measure) ?? [{ exponent: 0, text: "" }];
       const above = at_most !== null && value > at_most, most = above || at_least === null;
       const missed = above || (at_least !== null && value < at_least), limit = most ? at_most : at_least;
       const sign = missed ? (most ? ">" : "<") : most ? "≤" : "≥";
@@ -43,15 +46,25 @@ export class Strip {
     this.show();
   }
 
-  /** Name the loops before anything is known of them. @param {string[]} loops @param {string} value @param {string} why */
-  expect(loops, value, why, asked = true) {
+  /** Show the loops, and ask for their verdicts where there is a process.
+   * @param {string[]} loops @param {((thorough: boolean) => Promise<Answer | null>) | null} judge */
+  look(loops, judge) {
+    if (judge) this.expect(loops, "computing", "");
+    else this.expect(loops, "not asked here", NO_PROCESS);
+    if (judge) void this.ask(judge);
+  }
+
+  /** Name the loops before anything is known of them.
+   * @param {string[]} loops @param {string} value @param {string} why */
+  expect(loops, value, why) {
     const known = new Set(this.judged.map(({ id }) => id));
-    if (loops.some((id) => !known.has(id))) this.judged = loops.map((id) => ({ id, met: null, value, why, asked }));
+    const unknown = loops.map((id) => ({ id, met: null, value, why, asked: false }));
+    if (loops.some((id) => !known.has(id))) this.judged = unknown;
     this.show();
   }
 
   /** Ask for verdicts: at once, while that goes on the newest question waits; in full when nothing has moved.
-   * @param {(thorough: boolean) => Promise<{verdicts: Verdict[], more: boolean} | null>} judge */
+   * @param {(thorough: boolean) => Promise<Answer | null>} judge */
   async ask(judge) {
     const number = ++this.number;
     clearTimeout(this.still);
@@ -72,7 +85,7 @@ export class Strip {
   }
 
   /** Take verdicts; what only a full answer has stays as it was until then.
-   * @param {{verdicts: Verdict[], more: boolean}} answer */
+   * @param {Answer} answer */
   judge({ verdicts, more }) {
     const ids = new Set(verdicts.map(({ id }) => id));
     this.judged = more ? [...verdicts, ...this.judged.filter(({ id }) => !ids.has(id))] : verdicts;

@@ -27,7 +27,7 @@ import { parametersOf } from "./values.mjs";
  * @typedef {{values: Record<string, number>, seed: string, duration: string}} State  of the controls
  * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>,
  *   long: (wish: any) => void, judge: (state: State, thorough: boolean) =>
- *   Promise<{verdicts: import("./strip.mjs").Verdict[], more: boolean} | null>}} Process
+ *   Promise<import("./strip.mjs").Answer | null>}} Process
  *   that takes what the loop does not take anew, draws, does long runs, and knows margins
  */
 
@@ -79,7 +79,7 @@ export class View {
     this.side.append(this.list, this.picked.more);
     this.buttons = element("div", { className: "buttons run" });
     this.freezing = this.button("Freeze", "Keep this run to compare with", () => this.freeze(!this.frozen));
-    this.kind = this.button("Spectra", "Show amplitude densities of what is seen", () => this.showSpectra(!this.spectra));
+    this.kind = this.button("Spectra", "Show densities of what is seen", () => this.showSpectra(!this.spectra));
     this.many = this.button("Seeds", `Show the measures of ${SEEDS} seeds`, () => this.seeds.show(!this.seeds.on));
     this.walking = this.button("Walk", "Go through the run tick by tick, from the time that was clicked", () => this.leading.toggle());
     this.button("Reset", "Go back to the values of the graph", () => this.reset());
@@ -110,17 +110,18 @@ export class View {
 
   /** Show a graph; values of parameters that it still has stay as they were set. @param {Model} model */
   open(model) {
-    const old = this.model, names = new Set(model.sliders.map(nameOf)), picked = this.picked.path;
+    const old = this.model, picked = this.picked.path, { sliders, fixed, spelled } = model;
     this.model = model;
-    const own = new Map(model.sliders.map((slider) => [nameOf(slider), slider.value]));
-    const kept = Object.entries(this.state.values).filter(([name, value]) => names.has(name) && own.get(name) !== value);
+    const own = new Map(sliders.map((slider) => [nameOf(slider), slider.value]));
+    const kept = Object.entries(this.state.values).filter(([name, value]) => (own.get(name) ?? value) !== value);
     const duration = (old && this.state.duration !== durationOf(old)) ? this.state.duration : durationOf(model);
     const seed = old && this.state.seed !== old.seed ? this.state.seed : model.seed;
     this.state = { values: Object.fromEntries(kept), seed, duration };
     const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
     const open = new Set(old ? [...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent) : [asked]);
     this.list.replaceChildren();
-    this.controls = new Controls(this.list, model.sliders, model.fixed, model.spelled, (name, value) => this.set(name, value), this.process?.ask ?? null);
+    const set = (/** @type {string} */ name, /** @type {number} */ value) => this.set(name, value);
+    this.controls = new Controls(this.list, sliders, fixed, spelled, set, this.process?.ask ?? null);
     for (const group of this.list.querySelectorAll("details")) {
       const block = group.querySelector("summary")?.textContent ?? "";
       group.open = open.has(block) || (!old && block === "values");
@@ -171,10 +172,8 @@ export class View {
   }
 
   judge() {
-    const { loops = [] } = this.model ?? {};
-    if (this.process) this.strip.expect(loops, "computing", "", false);
-    else this.strip.expect(loops, "not asked here", "A report computes no margins: proofmass margins and proofmass live do.", false);
-    if (this.process) void this.strip.ask((thorough) => /** @type {Process} */ (this.process).judge(this.state, thorough));
+    const { process, model } = this;
+    this.strip.look(model?.loops ?? [], process && ((thorough) => process.judge(this.state, thorough)));
   }
 
   /** Parameters of a run: those that were set, and those that follow from named values. */
@@ -360,7 +359,8 @@ export class View {
     this.draw(message.pictures);
     this.showMeasures();
     const short = message.ticks < message.wanted && !message.fault ? "; the memory of a page holds no more" : "";
-    const ran = `${this.note}${message.ticks.toLocaleString("en")} ticks in ${Number(message.milliseconds.toPrecision(3))} ms${short}`;
+    const taken = `${Number(message.milliseconds.toPrecision(3))} ms`;
+    const ran = `${this.note}${message.ticks.toLocaleString("en")} ticks in ${taken}${short}`;
     this.status.dataset.loop = String(message.loop); // milliseconds in the loop itself
     this.say(message.fault ? `stopped: ${message.fault} (${ran})` : ran, Boolean(message.fault));
     if (this.again) {
@@ -388,8 +388,10 @@ export class View {
   showMeasures() {
     if (!this.model) return;
     const { loop: { measures }, units, required } = this.model;
-    this.strip.measure(required, this.measures, (name) => units[measures.find((one) => one.name === name)?.unit ?? "1"]);
-    if (measures.length) this.table.replaceChildren(measureTable(measures, this.model.units, this.measures, this.frozen ? this.before : null));
+    const scales = new Map(measures.map(({ name, unit }) => [name, units[unit]]));
+    this.strip.measure(required, this.measures, scales);
+    const before = this.frozen ? this.before : null;
+    if (measures.length) this.table.replaceChildren(measureTable(measures, units, this.measures, before));
   }
 }
 
