@@ -1,6 +1,7 @@
 """Live pages in the system's Chromium: `python -m benchmarks.live_pages [--json]`.
 
 - From a save of a graph of 31 blocks to new traces on the page: with another wiring, and with other numbers alone.
+- From a slider that is set to verdicts of its loops: the margins of the tutorial's loop, of another gain each time.
 - What a page works for each frame while a slider is dragged, of traces with 100,000 points.
 - Workload W1, a million samples of the closed-loop accelerometer: the run on the page over the native one.
 
@@ -34,6 +35,7 @@ POINTS, SAMPLES = 100_000, 1_000_000
 LIMITS = {
     "save, other wiring": 1.0,
     "save, other numbers": 0.3,
+    "slider to verdicts": 0.5,
     "work of a frame": 0.016,
     "W1, page over native": 1.6,
 }
@@ -45,6 +47,19 @@ _DONE = """() => new Promise(resolve => {
     requestAnimationFrame(() => resolve(Date.now()));
   });
   watch.observe(status, {childList: true});
+})"""
+_JUDGED = """(place) => new Promise(resolve => {
+  const range = document.querySelector("[aria-label='pid.integral, slider']");
+  const chip = document.querySelector('.chip[data-of=main] span'), began = performance.now();
+  const watch = new MutationObserver(() => {
+    if (chip.textContent === before) return;
+    watch.disconnect();
+    requestAnimationFrame(() => resolve(performance.now() - began));
+  });
+  const before = chip.textContent;
+  watch.observe(chip, {childList: true, characterData: true, subtree: true});
+  range.value = String(place);
+  range.dispatchEvent(new Event('input'));
 })"""
 _DRAG = """(frames) => new Promise(resolve => {
   const range = document.querySelector("[aria-label='pickoff.gain, slider']");
@@ -82,6 +97,7 @@ def main() -> None:
         browser = made.chromium.launch(executable_path=CHROMIUM, args=FLAGS)
         rows = [
             *saves(browser, Path(folder), arguments.rounds),
+            verdicts(browser, arguments.rounds),
             *frames(browser, Path(folder), arguments.rounds),
             in_the_browser(browser, Path(folder), arguments.rounds),
         ]
@@ -148,6 +164,22 @@ def _seconds(page: Any, file: Path, text: str) -> float:
     return float(ended / 1000.0 - began)
 
 
+def verdicts(browser: Any, rounds: int) -> dict[str, Any]:
+    """Seconds from a move of a slider until the margins of the loop for it are in the strip."""
+    process = Process(library_file("closed_loop_accelerometer.toml"))
+    try:
+        page = browser.new_page(viewport={"width": 1400, "height": 900})
+        page.goto(process.url)
+        page.wait_for_selector(".chip[data-of=main]:has-text('stable')", timeout=60_000)
+        page.wait_for_selector(".strip:not(.waiting)", timeout=60_000)
+        page.click("summary:text-is('pid')")
+        seconds = [page.evaluate(_JUDGED, 520 + 10 * number) / 1000.0 for number in range(rounds + 1)][1:]
+        page.close()
+    finally:
+        process.kill()
+    return row("slider to verdicts", seconds, "s, margins of the closed-loop accelerometer")
+
+
 def frames(browser: Any, folder: Path, rounds: int) -> list[dict[str, Any]]:
     """Work of the page's own thread for each frame that is drawn while a slider moves."""
     page = _report(browser, folder, POINTS)
@@ -160,6 +192,7 @@ def frames(browser: Any, folder: Path, rounds: int) -> list[dict[str, Any]]:
         told = page.evaluate(_DRAG, 120)
         work.append((_thread_seconds(client) - before) / max(1, told["drawn"]))
         rates.append(1000.0 * told["drawn"] / told["milliseconds"])
+        page.wait_for_selector(".status:has-text('ticks in')")
         spent.append(float(re.findall(r"in ([\d.]+) ms", page.inner_text("#live .status"))[0]) / 1000.0)
     page.context.close()
     note = f"s of the page, {POINTS:,} points; {max(rates):.0f} frames a second were drawn here"

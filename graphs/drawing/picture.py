@@ -92,7 +92,7 @@ def picture_of(flat: FlatGraph, graph: Graph, path: str) -> Picture:
     for name, port in (*(end for wire in wires for end in wire), *probes):
         if name in reached:
             reached[name].add(port)
-    boxes = {name: _block(flat, f"{path}{name}", block) for name, block in graph.blocks.items()}
+    boxes = {name: box_of(flat, f"{path}{name}", block) for name, block in graph.blocks.items()}
     boxes |= {name: _subgraph(flat, graph, path, name, ports) for name, ports in reached.items()}
     rates = {name: part.rate for name, part in graph.subgraphs.items() if part.rate is not None}
     return Picture(graph.name, graph.rate, {**graph.rates, **rates}, dict(sorted(boxes.items())), wires, probes)
@@ -115,7 +115,8 @@ def outside(graph: Graph, signal: str) -> str:
     return f"{head}.{names[0] if names else tail}"
 
 
-def _block(flat: FlatGraph, path: str, block: Block) -> Box:
+def box_of(flat: FlatGraph, path: str, block: Block) -> Box:
+    """Return a block of the flat graph as a diagram shows it."""
     kind = type(block)
     return Box(
         kind.__name__,

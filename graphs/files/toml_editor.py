@@ -13,8 +13,8 @@ from proofmass.graphs.model.graph import split
 _VALUE = r"""(?:"(?:[^"\\]|\\.)*"|'[^']*'|[^"'\[{#\s][^"'\[{#\n]*?)"""
 
 
-def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") -> str:
-    """The text of a graph file with parameters and values set: numbers, or strings with a unit.
+def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<text>") -> str:
+    """The text of a graph file with parameters and values set: numbers, true or false, or strings with a unit.
 
     They are named as in the file: `block.parameter`, `part.exported` or `part.block.parameter` of a graph that is a
     block, or the name of a value. The block must have a table of its own, `[blocks.NAME]`. A parameter that is not
@@ -25,7 +25,8 @@ def edited(text: str, changes: Mapping[str, float | str], file: str = "<text>") 
     tables = tomllib.loads(text)
     for key, value in changes.items():
         path = _path(tables, key)
-        written = f'"{value}"' if isinstance(value, str) else repr(float(value))
+        number = str(value).lower() if isinstance(value, bool | int | str) else repr(float(value))
+        written = f'"{value}"' if isinstance(value, str) else number
         table = tables
         for step in path[:-1]:
             if not isinstance(table.get(step), dict):

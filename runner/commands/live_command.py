@@ -1,11 +1,15 @@
 """The command `live`: a graph in the browser, anew after every save."""
 
+import dataclasses
 import threading
 import time
 import webbrowser
+from pathlib import Path
 
 import click
 
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.answers import print_problem
@@ -27,10 +31,12 @@ def serve_live(request: LiveRequest) -> int:
     def load() -> Graph:
         return graph_of(request.graph, request.own, request.changes, request.probes)
 
+    if request.edit:
+        _refuse_to_edit(request.graph)
     source = request.study or (request.graph if has_study(request.graph) else None)
     more = tuple(file for file in (request.own, source) if file is not None)
     study = None if source is None else live_study(source, lambda: read_study(source, own_blocks(request.own)))
-    session = Session(request.graph, load, more, study)
+    session = Session(request.graph, load, more, study, request.edit)
     _report(session)
     server = LiveServer(session)
     click.echo(f"{request.graph} is live at {server.url}\nCtrl-C ends it.")
@@ -43,6 +49,16 @@ def serve_live(request: LiveRequest) -> int:
     server.shutdown()
     server.server_close()
     return DONE
+
+
+def _refuse_to_edit(path: Path) -> None:
+    """Raise `ModelError` for a graph that no page may write."""
+    problem = Problem(message="cannot be edited in place", key="--edit", file=str(path))
+    if path.resolve() in (file.resolve() for file in library_files().values()):
+        hint = "copy the graph of the library first, proofmass new"
+        raise ModelError([dataclasses.replace(problem, got="a graph of the library", hint=hint)])
+    if path.suffix != ".toml":
+        raise ModelError([dataclasses.replace(problem, expected="a TOML file", hint="change it in your editor")])
 
 
 def _report(session: Session) -> None:

@@ -4,6 +4,7 @@ import { numbers } from "./engine.mjs";
 import { envelope } from "./figures.mjs";
 
 const TOLD = 120; // milliseconds from one message to the next
+const AWAY = 12; // milliseconds that newer wishes wait for
 const FRAME = 40; // milliseconds of a frame of a walk
 const LONGEST = 4e6; // ticks of which wires are recorded
 
@@ -26,7 +27,7 @@ export async function recorded(engine, settings, names, wanted) {
     const sound = engine.advance(tick + 1);
     wires.forEach((wire, i) => (values[i][tick] = engine.wire(wire)));
     if (!sound) break;
-    if (tick % 1024 === 1023 && performance.now() - told > TOLD) {
+    if (tick % 1024 === 1023 && performance.now() - told > AWAY) {
       await turn();
       told = performance.now();
       if (!wanted()) return null;

@@ -9,8 +9,22 @@ from pathlib import Path
 _FOLDER = Path(__file__).parent
 # each imports those before it
 _MODULES = (
-    *("modules", "formulas", "engine", "figures", "values", "beside", "worker", "charts", "controls", "diagrams"),
-    *("histograms", "measures", "leading", "long", "view", "served", "page"),
+    *("modules", "formulas", "engine", "figures", "quantities", "values", "gestures", "beside", "worker", "charts"),
+    *("controls", "diagrams", "picked", "strip"),
+    *(
+        "histograms",
+        "measures",
+        "leading",
+        "long",
+        "said",
+        "seeds",
+        "fields",
+        "places",
+        "plotted",
+        "view",
+        "served",
+        "page",
+    ),
 )
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)

@@ -1,6 +1,7 @@
 // One plot for each probe: the trace, a frozen run behind it, zoom by dragging, a cursor that all plots share.
 
-import { scaleFor, shown, timeLabels } from "./figures.mjs";
+import { scaleFor, shown, timeLabels, timeText } from "./figures.mjs";
+import { dragged, moved } from "./gestures.mjs";
 
 /**
  * @typedef {import("./figures.mjs").Scales} Scales
@@ -9,7 +10,7 @@ import { scaleFor, shown, timeLabels } from "./figures.mjs";
  *   frozenX: Float64Array | null}} Picture
  */
 
-const HEIGHT = 190; // pixels
+const HEIGHT = 170; // pixels
 const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif';
 
 /** @param {string} name */
@@ -24,8 +25,13 @@ export class Charts {
    * @param {(range: [number, number] | null) => void} zoomed
    * @param {(seconds: number) => void} looked  at a time, by a click
    */
-  constructor(place, probes, units, zoomed, looked) {
+  constructor(place, probes, units, zoomed, looked, height = HEIGHT) {
     this.place = place;
+    this.height = height;
+    this.marked = NaN; // seconds that were looked at
+    this.stretch = ""; // of which spectra are
+    /** @type {[number, number]} */
+    this.range = [0, 1]; // seconds that all plots show
     this.units = units;
     this.zoomed = zoomed;
     this.looked = looked;
@@ -44,16 +50,38 @@ export class Charts {
     return Math.max(100, Math.round(this.place.clientWidth * devicePixelRatio));
   }
 
-  /** @param {Picture[]} pictures @param {boolean} spectra */
-  draw(pictures, spectra) {
+  /** Mark a time in all plots. @param {number} seconds */
+  mark(seconds) {
+    this.marked = seconds;
+    this.charts.forEach((chart) => chart.plot?.redraw(false));
+  }
+
+  /** @param {[number, number]} range  of frequencies */
+  zoomSpectra(range) {
+    const [min, max] = range;
+    this.charts.forEach((chart) => chart.isSpectrum() && chart.plot?.setScale("x", { min, max }));
+  }
+
+  /** Pictures of wires that are recorded besides the probes. @param {Picture[]} pictures */
+  drawWires(pictures) {
+    for (const picture of pictures) {
+      const chart = this.charts.get(picture.signal);
+      if (chart?.recorded) chart.draw(picture, false);
+    }
+  }
+
+  /** @param {Picture[]} pictures @param {boolean} spectra @param {string} stretch  of which spectra are */
+  draw(pictures, spectra, stretch = "") {
     const changed = spectra !== this.spectra;
     this.spectra = spectra;
+    this.stretch = stretch;
     for (const picture of pictures) this.charts.get(picture.signal)?.draw(picture, changed);
   }
 
   /** Plot one more signal. @param {Probe} probe @param {() => void} closed  hears that it shall go */
   add(probe, closed) {
     const chart = new Chart(this.place, probe, this);
+    chart.recorded = true;
     const close = Object.assign(document.createElement("button"), { type: "button", className: "close", textContent: "×", title: `Take ${probe.signal} away` });
     close.addEventListener("click", closed);
     chart.figure.append(close);
@@ -82,8 +110,13 @@ class Chart {
   constructor(place, probe, all) {
     this.probe = probe;
     this.all = all;
+    this.recorded = false; // tick by tick, besides the probes
     this.figure = document.createElement("figure");
+    this.figure.tabIndex = 0;
+    this.figure.title = "Arrows move, + and − zoom, 0 shows all";
+    this.figure.addEventListener("keydown", (event) => this.key(event));
     this.caption = document.createElement("figcaption");
+    this.caption.append(strong(probe.signal));
     this.figure.append(this.caption);
     place.append(this.figure);
     /** @type {any} */
@@ -97,7 +130,7 @@ class Chart {
 
   /** Whether densities are shown; of wires that are recorded besides the probes there are none. */
   isSpectrum() {
-    return this.all.spectra && !this.probe.shape.length && !this.figure.querySelector(".close");
+    return this.all.spectra && !this.probe.shape.length && !this.recorded;
   }
 
   /** @param {Picture} picture @param {boolean} anew */
@@ -107,7 +140,8 @@ class Chart {
     const { exponent, text } = scaleFor(this.all.units[this.probe.unit], most);
     const unit = this.isSpectrum() ? `${text || "1"}/√Hz` : text;
     this.factor = 10 ** -exponent;
-    this.caption.replaceChildren(strong(this.probe.signal), unit ? ` in ${unit}` : "", soft(this.probe.doc));
+    const of = this.isSpectrum() && this.all.stretch ? `${this.all.stretch}. ` : "";
+    this.caption.replaceChildren(strong(this.probe.signal), unit ? ` in ${unit}` : "", soft(of + this.probe.doc));
     const data = this.data(picture);
     if (!this.plot || anew || this.plot.series.length !== data.length) this.make(data);
     else this.plot.setData(data, true);
@@ -129,22 +163,27 @@ class Chart {
     const axis = { stroke: colour("--soft"), font: FONT, grid: { stroke: colour("--rule"), width: 1 }, ticks: { show: false } };
     const line = { stroke: colour("--blue"), width: 1.25, points: { show: false }, spanGaps: false };
     const before = { ...line, stroke: colour("--soft"), width: 1 };
-    const label = time ? "time" : spectrum ? "frequency in Hz" : "entry";
+    const label = time ? undefined : spectrum ? "frequency in Hz" : "entry";
     const labels = (/** @type {any} */ _, /** @type {number[]} */ at) => (time ? timeLabels(at) : at.map(tick));
+    const whole = (/** @type {number} */ value) => (Number.isInteger(Math.log10(value)) ? value : null);
+    const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(whole);
+    if (spectrum) Object.assign(axis, { filter: decades, grid: { ...axis.grid, filter: decades } });
+    const distr = spectrum ? 3 : 1, named = label && { label, labelSize: 18, labelFont: FONT };
     const options = {
       width: Math.max(200, this.all.place.clientWidth),
-      height: HEIGHT,
+      height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
-      scales: { x: { time: false, distr: spectrum ? 3 : 1 }, y: { distr: spectrum ? 3 : 1 } },
+      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr } },
       axes: [
-        { ...axis, label, labelSize: 18, labelFont: FONT, size: 26, space: time ? 90 : 50, values: labels },
+        { ...axis, ...named, size: 26, space: time ? 90 : 50, values: labels },
         { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
       ],
       series: [{}, ...(data.length > 2 ? [before] : []), line],
       hooks: {
         setSelect: [(/** @type {any} */ plot) => this.select(plot, time)],
         setCursor: [(/** @type {any} */ plot) => this.read(plot)],
+        draw: [(/** @type {any} */ plot) => time && this.drawMark(plot)],
       },
     };
     this.plot = new uPlot(options, data, this.figure);
@@ -152,7 +191,8 @@ class Chart {
       const at = this.plot.cursor.left;
       if (time && at >= 0) this.all.looked(this.plot.posToVal(at, "x"));
     });
-    this.plot.over.addEventListener("dblclick", () => time && this.all.zoomed(null));
+    this.plot.over.addEventListener("dblclick", () => (time ? this.all.zoomed(null) : this.all.repaint()));
+    dragged(this.plot, () => this.select(this.plot, time));
   }
 
   /** @param {any} plot @param {boolean} time */
@@ -161,7 +201,33 @@ class Chart {
     const range = [plot.posToVal(plot.select.left, "x"), plot.posToVal(plot.select.left + plot.select.width, "x")];
     plot.setSelect({ left: 0, width: 0, top: 0, height: 0 }, false);
     if (time) this.all.zoomed(/** @type {[number, number]} */ (range));
-    else plot.setScale("x", { min: range[0], max: range[1] });
+    else this.all.zoomSpectra(/** @type {[number, number]} */ (range));
+  }
+
+  /** @param {KeyboardEvent} event */
+  key(event) {
+    const { min, max } = this.plot?.scales.x ?? {};
+    if (this.isSpectrum() || this.probe.shape.length || !(max > min)) return;
+    const about = this.all.marked > min && this.all.marked < max ? this.all.marked : (min + max) / 2;
+    const range = moved(event, [min, max], about);
+    if (range === undefined) return;
+    event.preventDefault();
+    this.all.zoomed(range);
+  }
+
+  /** A line at the time that was looked at. @param {any} plot */
+  drawMark(plot) {
+    const { min, max } = plot.scales.x, { left, top, width, height } = plot.bbox;
+    if (!(this.all.marked >= min && this.all.marked <= max)) return;
+    const x = left + ((this.all.marked - min) / (max - min)) * width;
+    plot.ctx.save();
+    plot.ctx.strokeStyle = colour("--orange");
+    plot.ctx.lineWidth = devicePixelRatio;
+    plot.ctx.beginPath();
+    plot.ctx.moveTo(x, top);
+    plot.ctx.lineTo(x, top + height);
+    plot.ctx.stroke();
+    plot.ctx.restore();
   }
 
   /** The value under the cursor, beside the name. @param {any} plot */
@@ -172,15 +238,18 @@ class Chart {
       this.reading.textContent = "";
       return;
     }
-    const value = plot.data[plot.data.length - 1][at];
-    const text = value === null || Number.isNaN(value) ? "" : shown(value / this.factor, this.all.units[this.probe.unit]);
-    const x = plot.data[0][at];
-    const unit = this.isSpectrum() ? " Hz" : this.probe.shape.length ? "" : " s";
-    this.reading.textContent = text && `${text} at ${Number(x.toPrecision(9))}${unit}`;
+    const values = plot.data[plot.data.length - 1], value = values[at], x = plot.data[0][at];
+    const said = (/** @type {number} */ one) => shown(one / this.factor, this.all.units[this.probe.unit]);
+    if (value === null || value === undefined || Number.isNaN(value)) return void (this.reading.textContent = "");
+    const time = !this.isSpectrum() && !this.probe.shape.length;
+    const place = time ? timeText(x) : `${Number(x.toPrecision(9))}${this.isSpectrum() ? " Hz" : ""}`;
+    const from = time && this.all.marked >= plot.data[0][0] ? plot.valToIdx(this.all.marked) : -1;
+    const since = from < 0 ? "" : `, Δ ${said(value - values[from])} in ${timeText(x - plot.data[0][from])}`;
+    this.reading.textContent = `${said(value)} at ${place}${since}`;
   }
 
   resize() {
-    this.plot?.setSize({ width: Math.max(200, this.all.place.clientWidth), height: HEIGHT });
+    this.plot?.setSize({ width: Math.max(200, this.all.place.clientWidth), height: this.all.height });
   }
 
   remake() {

@@ -1,34 +1,37 @@
 // Fields and sliders: one for each parameter, folded by block, and what the command line is told about them.
 
-import { numberOf, scaleFor, shifted } from "./figures.mjs";
+import { nearest, numberIn, quantity, textIn } from "./quantities.mjs";
 
 /**
- * @typedef {import("./figures.mjs").Scales} Scales
+ * @typedef {import("./quantities.mjs").Spelled} Spelled
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: number, low: number, high: number,
  *   logarithmic: boolean, above: number | null, at_least: number | null, below: number | null,
- *   at_most: number | null, named: boolean}} Slider
+ *   at_most: number | null, named: boolean, written: string, drawn: string, shown: string, printed: string,
+ *   factor: [string, string]}} Slider
  * @typedef {{block: string, parameter: string, unit: string, doc: string, value: string, named: boolean,
  *   choices: string[], whole: boolean}} Fixed
  */
 
 const STEPS = 1000;
-const DIGITS = 4; // of what a slider sets
+const SHOWN = 6; // digits in a diagram
+const DIGITS = 4, ENDS = 3; // of what a slider sets, and of the ends of its range
 
 export class Controls {
   /**
    * @param {HTMLElement} place @param {Slider[]} sliders @param {Fixed[]} fixed
-   * @param {Record<string, Scales>} units @param {(name: string, value: number) => void} changed
+   * @param {Record<string, Spelled>} spelled @param {(name: string, value: number) => void} changed
    * @param {((name: string, text: string) => void) | null} asked  of a process, for what the loop does not take anew
    */
-  constructor(place, sliders, fixed, units, changed, asked = null) {
+  constructor(place, sliders, fixed, spelled, changed, asked = null) {
     /** @type {Map<string, Control>} */
     this.controls = new Map();
     const blocks = [...new Set([...sliders, ...fixed].map(({ block }) => block))].sort();
     for (const block of blocks) {
       const group = element("details", { className: "block", open: !block }), body = element("div");
+      group.dataset.of = block;
       group.append(named("summary", block || "values"), body);
       for (const slider of sliders.filter((one) => one.block === block)) {
-        const control = new Control(slider, units[slider.unit], changed);
+        const control = new Control(slider, spelled[slider.shown], changed);
         this.controls.set(nameOf(slider), control);
         body.append(control.row);
       }
@@ -45,6 +48,16 @@ export class Controls {
     for (const [name, control] of this.controls) control.show(values[name] ?? following[name] ?? control.slider.value);
   }
 
+  /** Sliders that are not where the graph has them, each with its value in words. */
+  moved() {
+    const changed = [...this.controls.values()].filter(({ value, slider }) => value !== slider.value);
+    return changed.map(({ slider, field }) => {
+      const long = field.value.length > SHOWN + 2;
+      const number = long ? String(Number(Number(field.value).toPrecision(SHOWN))) : field.value;
+      return { slider, text: slider.printed === "1" ? number : `${number} ${slider.printed}` };
+    });
+  }
+
   /** Why a parameter is out of bounds; empty where all are within them. @param {Record<string, number>} values */
   wrong(values) {
     for (const [name, value] of Object.entries(values)) {
@@ -52,6 +65,16 @@ export class Controls {
       if (why) return `${name} ${why}`;
     }
     return "";
+  }
+
+  /** Show the controls of one block, or of those inside a subgraph; all for an empty name. @param {HTMLElement} place
+   * @param {string} path */
+  static pick(place, path) {
+    for (const group of place.querySelectorAll("details")) {
+      const of = group.dataset.of ?? "", inside = of === path || of.startsWith(`${path}.`);
+      group.hidden = path !== "" && !inside;
+      if (path) group.open = inside;
+    }
   }
 
   /** Show the blocks and parameters whose name holds a text; all for an empty one. @param {HTMLElement} place
@@ -69,28 +92,39 @@ export class Controls {
 }
 
 class Control {
-  /** @param {Slider} slider @param {Scales} scales @param {(name: string, value: number) => void} changed */
-  constructor(slider, scales, changed) {
+  /** @param {Slider} slider @param {Spelled} spelled @param {(name: string, value: number) => void} changed */
+  constructor(slider, spelled, changed) {
     this.slider = slider;
-    const { exponent, text } = scaleFor(scales, Math.abs(slider.value || slider.high));
-    this.exponent = exponent;
+    this.spelled = spelled;
+    this.value = slider.value;
+    this.unit = nearest([BigInt(slider.factor[0]), BigInt(slider.factor[1])]); // of the field, in that of the value
     const name = nameOf(slider);
     this.row = element("div", { className: "parameter" });
     this.row.dataset.name = name.toLowerCase();
     const label = named("label", slider.parameter, { title: slider.doc, htmlFor: name });
-    this.field = element("input", { id: name, type: "text", inputMode: "decimal", autocomplete: "off", spellcheck: false });
+    this.field = element("input", { id: name, type: "text", autocomplete: "off", spellcheck: false });
     const range = element("input", { type: "range", min: "0", max: String(STEPS), step: "1" });
     range.setAttribute("aria-label", `${name}, slider`);
     this.range = range;
-    this.row.append(label, this.field, named("span", text, { className: "unit" }), range);
+    const ends = element("div", { className: "ends" });
+    ends.append(...[slider.low, slider.high].map((end) => element("span", { textContent: this.short(end) })));
+    const unit = slider.shown === "1" ? "" : slider.shown;
+    this.row.append(label, this.field, named("span", unit, { className: "unit" }), range, ends);
     range.addEventListener("input", () => this.set(this.valueAt(Number(range.value)), changed));
     this.field.addEventListener("change", () => this.typed(changed));
     this.show(slider.value);
   }
 
+  /** An end of the range. @param {number} value */
+  short(value) {
+    return String(Number((value / this.unit).toPrecision(ENDS))).replace("-", "−");
+  }
+
   /** @param {number} value */
   show(value) {
-    this.field.value = shifted(value, this.exponent);
+    this.value = value;
+    const own = value === this.slider.value ? numberIn(this.slider.written) : "";
+    this.field.value = own || textIn(value, this.slider.factor);
     this.field.setCustomValidity("");
     this.range.value = String(this.stepOf(value));
     this.row.classList.toggle("changed", value !== this.slider.value);
@@ -104,18 +138,20 @@ class Control {
 
   /** @param {(name: string, value: number) => void} changed */
   typed(changed) {
-    const value = numberOf(this.field.value, this.exponent);
-    const wrong = Number.isFinite(value) ? outside(this.slider, value) : "is not a number";
-    this.field.setCustomValidity(wrong && `${this.slider.parameter} ${wrong}`);
+    const { slider } = this, read = quantity(this.field.value, slider.shown, slider.factor, this.spelled);
+    const value = typeof read === "string" ? NaN : nearest(read);
+    const wrong = typeof read === "string" ? read : outside(slider, value);
+    this.field.setCustomValidity(wrong && `${slider.parameter} ${wrong}`);
     if (wrong) this.field.reportValidity();
     else this.set(value, changed);
   }
 
-  /** @param {number} step */
+  /** A value with few digits in the unit of the field. @param {number} step */
   valueAt(step) {
-    const { low, high, logarithmic } = this.slider, part = step / STEPS;
+    const { low, high, logarithmic, factor } = this.slider, part = step / STEPS;
     const value = logarithmic ? low * (high / low) ** part : low + (high - low) * part;
-    const tidy = Number(value.toPrecision(DIGITS));
+    const read = quantity((value / this.unit).toPrecision(DIGITS), "", factor, []);
+    const tidy = typeof read === "string" ? value : nearest(read);
     return outside(this.slider, tidy) ? this.inside(value) : tidy;
   }
 
@@ -135,11 +171,12 @@ class Control {
 
 /** Why a value is out of bounds; empty where it is within them. @param {Slider} slider @param {number} value */
 function outside(slider, value) {
-  const { above, at_least, below, at_most } = slider;
-  if (above !== null && !(value > above)) return `must be above ${above}`;
-  if (at_least !== null && !(value >= at_least)) return `must be at least ${at_least}`;
-  if (below !== null && !(value < below)) return `must be below ${below}`;
-  return at_most !== null && !(value <= at_most) ? `must be at most ${at_most}` : "";
+  const { above, at_least, below, at_most, shown } = slider;
+  const said = (/** @type {number} */ end) => (end && shown !== "1" ? `${textIn(end, slider.factor)} ${shown}` : end);
+  if (above !== null && !(value > above)) return `must be above ${said(above)}`;
+  if (at_least !== null && !(value >= at_least)) return `must be at least ${said(at_least)}`;
+  if (below !== null && !(value < below)) return `must be below ${said(below)}`;
+  return at_most !== null && !(value <= at_most) ? `must be at most ${said(at_most)}` : "";
 }
 
 /** An integer or a choice, which the process takes and compiles anew. @param {Fixed} one @param {(text: string) => void} asked */
@@ -183,7 +220,7 @@ export function asToml(values, sliders) {
   for (const [name, value] of Object.entries(values)) {
     const slider = sliders.find((one) => nameOf(one) === name);
     if (!slider) continue;
-    const text = slider.unit === "1" ? String(value) : `"${value} ${slider.unit}"`;
+    const number = textIn(value, slider.factor), text = slider.shown === "1" ? number : `"${number} ${slider.shown}"`;
     tables.set(slider.block, [...(tables.get(slider.block) ?? []), `${slider.parameter} = ${text}`]);
   }
   return [...tables].map(([block, lines]) => `[${block ? `blocks.${block}` : "values"}]\n${lines.join("\n")}\n`).join("\n");

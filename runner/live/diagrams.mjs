@@ -2,13 +2,14 @@
 
 import { element } from "./controls.mjs";
 import { unpacked } from "./modules.mjs";
-import { shown } from "./figures.mjs";
+import { shown, timeText } from "./figures.mjs";
+import { pinched } from "./gestures.mjs";
 
 const STEP = 1.25; // of one zoom
 const CLOSEST = 8;
 const SLACK = 4; // pixels that a click may move
 const OVERLAYS = ["rates", "loops", "formats"];
-const READY = "drag to move, Ctrl and wheel to zoom, click a wire to plot it";
+const READY = "click a block to open it, a wire to plot it; drag to move, Ctrl and wheel to zoom";
 
 /** @typedef {import("./figures.mjs").Scales} Scales */
 /** @typedef {import("./engine.mjs").Wire} Wire */
@@ -26,13 +27,18 @@ export class Diagrams {
   /**
    * @param {Wire[]} wires @param {Record<string, Scales>} units
    * @param {(name: string) => void} probed  hears of a wire that is clicked
+   * @param {(path: string) => void} opened  hears of a block or a subgraph that is clicked
    * @param {(paths: string[]) => Promise<string>} draw  the diagram with these subgraphs unfolded; empty for none
    */
-  constructor(wires, units, probed, draw) {
+  constructor(wires, units, probed, opened, draw) {
     this.wires = new Map(wires.map((wire) => [wire.name, wire]));
     this.units = units;
     this.probed = probed;
+    this.opened = opened;
     this.draw = draw;
+    this.picked = ""; // path of the block that is open
+    /** @type {{slider: import("./controls.mjs").Slider, text: string}[]} */
+    this.moved = [];
     /** @type {Record<string, number>} */
     this.values = {};
     this.seconds = NaN;
@@ -47,6 +53,22 @@ export class Diagrams {
     this.values = values;
     this.seconds = seconds;
     for (const map of this.maps) map.write();
+  }
+
+  /** Show which block is open. @param {string} path */
+  pick(path) {
+    this.picked = path;
+    for (const map of this.maps) {
+      map.dress();
+      map.bringIntoView(path);
+    }
+  }
+
+  /** Write into the blocks what the sliders say.
+   * @param {{slider: import("./controls.mjs").Slider, text: string}[]} moved */
+  tell(moved) {
+    this.moved = moved;
+    for (const map of this.maps) map.tell();
   }
 
   /** Fold or unfold a subgraph; what is inside it folds with it. @param {string} path */
@@ -67,7 +89,10 @@ export class Diagrams {
     }
     if (!text) return;
     this.unfolded = wanted;
-    for (const map of this.maps) map.replace(text);
+    for (const map of this.maps) {
+      map.replace(text);
+      map.bringIntoView(newest);
+    }
   }
 
   /** @param {string} name */
@@ -80,7 +105,7 @@ export class Diagrams {
   about(name) {
     const wire = this.wires.get(name), value = this.values[name];
     if (!wire) return name;
-    const now = value === undefined ? "" : ` = ${shown(value, this.units[wire.unit], 6)} at ${Number(this.seconds.toPrecision(9))} s`;
+    const now = value === undefined ? "" : ` = ${shown(value, this.units[wire.unit], 6)} at ${timeText(this.seconds)}`;
     return `${name}${now}${wire.doc ? `: ${wire.doc}` : ""}`;
   }
 }
@@ -93,7 +118,7 @@ class DiagramMap {
     this.place = /** @type {HTMLElement} */ (drawing.parentElement);
     this.width = this.height = this.zoom = 1;
     this.x = this.y = this.moved = 0;
-    this.bar = this.place.querySelector(".map-bar") ?? this.makeBar();
+    this.bar = /** @type {HTMLElement} */ (this.place.querySelector(".map-bar") ?? this.makeBar());
     this.bar.replaceChildren();
     for (const [text, title, factor] of /** @type {[string, string, number][]} */ ([["+", "Zoom in", STEP], ["−", "Zoom out", 1 / STEP], ["fit", "Show all of it", 0]]))
       this.button(text, title, () => this.zoomAt(factor));
@@ -135,10 +160,20 @@ class DiagramMap {
     drawing.addEventListener("pointermove", (event) => this.move(event));
     drawing.addEventListener("pointerover", (event) => this.hover(event));
     drawing.addEventListener("click", (event) => this.click(event));
-    for (const fold of drawing.querySelectorAll("[data-fold]")) fold.addEventListener("keydown", (event) => {
-      if (["Enter", " "].includes(/** @type {KeyboardEvent} */ (event).key)) this.click(event);
+    pinched(drawing, (factor, across, down) => this.zoomAt(factor, across, down));
+    drawing.setAttribute("role", "group"); // of buttons: a picture has none
+    for (const block of drawing.querySelectorAll("[data-block]")) {
+      block.setAttribute("tabindex", "0");
+      block.setAttribute("role", "button");
+      block.setAttribute("aria-label", `block ${block.getAttribute("data-block")}`);
+    }
+    drawing.addEventListener("keydown", (event) => {
+      if (!["Enter", " "].includes(event.key)) return;
+      event.preventDefault();
+      this.click(event);
     });
     this.write();
+    this.tell();
   }
 
   /** Draw anew. @param {string} text */
@@ -148,6 +183,7 @@ class DiagramMap {
     this.drawing.replaceWith(next);
     this.drawing = next;
     this.begin();
+    next.dispatchEvent(new Event("drawn", { bubbles: true }));
   }
 
   async unfoldAll() {
@@ -165,6 +201,8 @@ class DiagramMap {
   /** Show the overlay that is chosen. */
   dress() {
     for (const name of OVERLAYS) this.drawing.classList.toggle(name, name === this.all.overlay);
+    for (const block of this.drawing.querySelectorAll("[data-block]"))
+      block.classList.toggle("picked", block.getAttribute("data-block") === this.all.picked);
     this.overlays.forEach((made, i) => made.setAttribute("aria-pressed", String(OVERLAYS[i] === this.all.overlay)));
   }
 
@@ -197,7 +235,9 @@ class DiagramMap {
     if (!event.buttons) return;
     this.moved += Math.abs(event.movementX) + Math.abs(event.movementY);
     if (this.zoom === 1) {
+      if (event.pointerType === "touch") return; // the browser scrolls
       this.place.scrollLeft -= event.movementX; // a picture wider than the page
+      this.place.scrollTop -= event.movementY;
       return;
     }
     const scale = this.width / this.zoom / this.drawing.getBoundingClientRect().width;
@@ -219,12 +259,72 @@ class DiagramMap {
     const target = /** @type {Element} */ (event.target);
     const fold = target.closest("[data-fold]")?.getAttribute("data-fold");
     const signal = target.closest("[data-signal]")?.getAttribute("data-signal");
+    const block = target.closest("[data-block]")?.getAttribute("data-block");
     if (fold) void this.all.turn(fold);
     else if (signal) this.all.probed(signal);
+    else if (block) this.all.opened(block);
+  }
+
+  /** Write the numbers of sliders that were moved over those of the file, or below a block that does not show them. */
+  tell() {
+    for (const old of /** @type {NodeListOf<SVGTextElement>} */ (this.drawing.querySelectorAll(".now"))) {
+      if (old.dataset.was === undefined) old.remove();
+      else old.textContent = old.dataset.was;
+      old.classList.remove("now");
+    }
+    for (const { slider, text } of this.all.moved) {
+      const { block, parameter, drawn } = slider, group = this.groupOf(block);
+      if (!group) continue;
+      const own = group.getAttribute("data-block") === block, path = group.getAttribute("data-block") ?? "";
+      /** @type {NodeListOf<SVGTextElement>} */
+      const settings = group.querySelectorAll(":scope > .setting"), known = [`${parameter} ${drawn}`, drawn];
+      const row = own && [...settings].find((one) => known.includes(one.dataset.was ?? one.textContent ?? ""));
+      if (row) {
+        row.dataset.was ??= row.textContent ?? "";
+        row.textContent = row.dataset.was.startsWith(`${parameter} `) ? `${parameter} ${text}` : text;
+        row.classList.add("now");
+      } else this.below(group, `${own ? "" : `${block.slice(path.length + 1)}.`}${parameter} ${text}`);
+    }
+  }
+
+  /** The block, or the subgraph around it that is folded. @param {string} path */
+  groupOf(path) {
+    for (let name = path; name; name = name.slice(0, Math.max(0, name.lastIndexOf(".")))) {
+      const group = this.drawing.querySelector(`[data-block="${CSS.escape(name)}"]`);
+      if (group) return /** @type {SVGGElement} */ (group);
+    }
+    return null;
+  }
+
+  /** Scroll the map, not the page, to a block that is out of sight. @param {string} path */
+  bringIntoView(path) {
+    const group = path && this.groupOf(path);
+    if (!group) return;
+    const block = group.getBoundingClientRect(), seen = this.place.getBoundingClientRect();
+    const off = (/** @type {number[]} */ [first, last], /** @type {number[]} */ [from, to]) => {
+      if (first >= from && last <= to) return 0;
+      return last - first > to - from ? first - from : (first + last - from - to) / 2; // its start, or its middle
+    };
+    this.place.scrollLeft += off([block.left, block.right], [seen.left, seen.right]);
+    this.place.scrollTop += off([block.top, block.bottom], [seen.top + this.bar.offsetHeight, seen.bottom]);
+  }
+
+  /** @param {SVGGElement} group @param {string} text */
+  below(group, text) {
+    const area = group.querySelector(":scope > .area") ?? group.querySelector(":scope > .box");
+    const frame = /** @type {SVGGraphicsElement} */ (area);
+    const { x, y, width, height } = frame.getBBox(), above = group.querySelectorAll(":scope > text.now.below").length;
+    const line = document.createElementNS("http://www.w3.org/2000/svg", "text");
+    line.setAttribute("class", "setting now below");
+    line.setAttribute("x", String(x + width / 2));
+    line.setAttribute("y", String(y + height + 13 * (above + 1)));
+    line.setAttribute("text-anchor", "middle");
+    line.textContent = text;
+    group.append(line);
   }
 
   time() {
-    return `values at ${Number(this.all.seconds.toPrecision(9))} s`;
+    return `values at ${timeText(this.all.seconds)}`;
   }
 
   write() {

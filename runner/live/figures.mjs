@@ -55,6 +55,12 @@ export function timeLabels(at) {
   return at.map((value) => (value === 0 ? "0" : `${(value / size).toFixed(digits)} ${unit}`.replace("-", "−")));
 }
 
+/** A time in the unit that fits. @param {number} seconds @param {number} digits */
+export function timeText(seconds, digits = 9) {
+  const [size, unit] = TIMES.find(([size]) => Math.abs(seconds) >= size * (1 - 1e-9)) ?? TIMES[0];
+  return `${String(Number((seconds / size).toPrecision(digits))).replace("-", "−")} ${unit}`;
+}
+
 /**
  * Amplitude density by Welch's method: Hann windows that overlap by half, eight of which fit side by side.
  * @param {Float64Array} values @param {number} rate  in Hz
@@ -136,41 +142,10 @@ function plain(scales) {
   return scales.find(({ exponent }) => exponent === 0) ?? scales[0];
 }
 
-/** A number in a prefixed unit as text: the shortest digits that read back exactly. @param {number} value
- * @param {number} exponent */
-export function shifted(value, exponent) {
-  if (value === 0) return "0";
-  const [digits, power] = value.toExponential().split("e");
-  const [sign, whole] = digits.startsWith("-") ? ["-", digits.slice(1)] : ["", digits];
-  const figures = whole.replace(".", ""), point = Number(power) - exponent + 1;
-  if (point > 12 || point < -5) return `${sign}${whole}e${point - 1}`;
-  if (point <= 0) return `${sign}0.${"0".repeat(-point)}${figures}`;
-  if (point >= figures.length) return `${sign}${figures}${"0".repeat(point - figures.length)}`;
-  return `${sign}${figures.slice(0, point)}.${figures.slice(point)}`;
-}
-
-/** The number that a text in a prefixed unit stands for, rounded once; NaN for what is none. @param {string} text
- * @param {number} exponent */
-export function numberOf(text, exponent) {
-  const parts = /^\s*([+-]?(?:\d+\.?\d*|\.\d+))(?:e([+-]?\d+))?\s*$/i.exec(text.replace("−", "-"));
-  return parts ? Number(`${parts[1]}e${Number(parts[2] ?? 0) + exponent}`) : NaN;
-}
-
 /** A number with so many digits and its unit. @param {number} value @param {Scales} scales @param {number} digits */
 export function shown(value, scales, digits = 6) {
   if (!Number.isFinite(value)) return "none";
   const { exponent, text } = scaleFor(scales, Math.abs(value));
   const number = Number((value / 10 ** exponent).toPrecision(digits));
   return `${String(number).replace("-", "−")}${text ? ` ${text}` : ""}`;
-}
-
-/** Ticks of a run from 0 to a time, both ends included; null for a text that is no time. @param {string} text
- * @param {[number, number]} rate  numerator and denominator in Hz */
-export function ticksOf(text, rate) {
-  const parts = /^\s*(\d*)\.?(\d*)(?:e([+-]?\d{1,3}))?\s*$/i.exec(text);
-  if (!parts || !(parts[1] + parts[2])) return null;
-  const power = BigInt(Number(parts[3] ?? 0) - parts[2].length);
-  const digits = BigInt(parts[1] + parts[2]) * BigInt(rate[0]);
-  const [top, bottom] = power >= 0n ? [digits * 10n ** power, 1n] : [digits, 10n ** -power];
-  return Number(top / (bottom * BigInt(rate[1]))) + 1;
 }

@@ -1,6 +1,7 @@
 // A walk through the ticks: start where the cursor is, one tick or many, play and pause, parameters changed on the way.
 
 import { element } from "./controls.mjs";
+import { timeText } from "./figures.mjs";
 
 const FRAMES = 250; // of a run that plays from end to end
 
@@ -19,6 +20,7 @@ export class Leading {
     this.ended = ended;
     this.on = this.playing = this.poked = false;
     this.ticks = 1;
+    this.tick = 0; // that was reached
     this.bar = element("div", { className: "buttons walk", hidden: true });
     this.step("Tick", "Go on by one tick", 1);
     this.step("10 ticks", "Go on by ten ticks", 10);
@@ -65,10 +67,12 @@ export class Leading {
   hear(message) {
     this.playing = message.playing;
     this.ticks = message.ticks;
+    this.tick = message.tick;
     this.player.textContent = message.playing ? "Pause" : "Play";
     const end = message.sound ? "" : "; a number is not finite, or does not fit its format";
     const poked = this.poked ? "; parameters were changed on the way, so these are not the bits of one run" : "";
     const done = message.tick === message.ticks ? ", the last" : "";
-    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${Number(this.timeOf(Math.max(0, message.tick - 1)).toPrecision(9))} s${poked}${end}`;
+    const at = timeText(this.timeOf(Math.max(0, message.tick - 1)));
+    this.line.textContent = `tick ${message.tick.toLocaleString("en")}${done} at ${at}${poked}${end}`;
   }
 }

@@ -17,7 +17,7 @@ export function hearLong(view, message) {
   if (of(message.state) !== of(view.state)) return;
   if (message.problems) return view.say(message.problems.map((/** @type {any} */ one) => one.message).join("; "), true);
   const pictures = message.pictures.map((/** @type {any} */ one) => ({ ...one, x: Float64Array.from(one.x), y: Float64Array.from(one.y), frozen: null, frozenX: null }));
-  view.charts?.draw(pictures, false);
+  view.draw(pictures);
   const part = `${message.done.toLocaleString("en")} of ${message.ticks.toLocaleString("en")} ticks by the process`;
   if (!message.measures) return view.say(`running: ${part}`);
   view.measures = message.measures;

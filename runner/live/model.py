@@ -3,20 +3,27 @@
 import dataclasses
 import json
 import math
+from collections.abc import Iterable, Mapping
+from fractions import Fraction
 from functools import cache
 from html import escape
 from pathlib import Path
 from typing import Any
 
+from proofmass.blocks.declaration.catalog import facts
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import display, prefix
-from proofmass.blocks.declaration.units import short_unit
+from proofmass.blocks.declaration.units import short_unit, spellings, unit
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.measures import MEASURES
+from proofmass.graphs.model.rates import write_seconds
 from proofmass.runner.live.bundle import permission, plots, script, styles
 from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.live.named_values import named_values
 from proofmass.runner.live.sliders import fixed_parameters, sliders
+from proofmass.runner.live.verdicts import loop_names, required_measures
 from proofmass.runner.output.page import LivePart
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
@@ -37,9 +44,10 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     chosen = tuple(slider for slider in moving if slider.node in loop.varied)
     named = named_values(graph, {slider.node: slider for slider in chosen})
     fixed = (*named.fixed, *fixed_parameters(plan, chosen))
+    every = (*named.sliders, *chosen)
     carried = loop.as_data()
     units = (
-        {slider.unit for slider in (*named.sliders, *chosen)}
+        {slider.unit for slider in every}
         | {wire["unit"] for wire in carried["wires"]}
         | {probe["unit"] for probe in carried["probes"]}
         | {made["unit"] for made in carried["measures"]}
@@ -50,12 +58,66 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "seed": str(graph.seed if seed is None else seed),
         "ticks": plan.ticks() if ticks is None else ticks,
         "loop": carried,
-        "sliders": [slider.as_data() for slider in (*named.sliders, *chosen)],
+        "sliders": [slider.as_data() for slider in every],
         "named": named.as_data(),
         "fixed": [parameter.as_data() for parameter in fixed],
-        "units": {unit: scales_of(unit) for unit in sorted(units)},
+        "units": {name: scales_of(name) for name in sorted(units)},
         "options": _method_options(graph, plan),
+        "order": [probe.signal for probe in graph.probes],
+        "duration": write_seconds(graph.duration)
+        if graph.duration is not None and ticks in (None, plan.ticks())
+        else "",
+        "blocks": blocks_of(plan),
+        "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
+        "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),
+        "loops": loop_names(plan),
+        "required": required_measures(plan.graph),
     }
+
+
+def blocks_of(plan: Plan) -> dict[str, dict[str, Any]]:
+    """Return the kind of each block, and the signals at its ports: those that come in, then its own."""
+    drivers = plan.schedule.drivers
+    return {
+        name: {
+            "kind": type(block).__name__,
+            "inputs": {
+                port: ".".join(drivers[name, port])
+                for port in (*type(block).inputs, *type(block).parameters)
+                if (name, port) in drivers
+            },
+            "outputs": [f"{name}.{port}" for port in type(block).outputs],
+        }
+        for name, block in plan.blocks.items()
+        if not name.startswith(f"{MEASURES}.")
+    }
+
+
+def about(kind: type[Block]) -> dict[str, str]:
+    """Return what a block is and its equation, as `proofmass blocks` says it."""
+    known = facts(kind)
+    return {key: known[key] for key in ("doc", "equation")}
+
+
+def _spelled(units: Iterable[tuple[str, str]]) -> dict[str, list[dict[str, Any]]]:
+    """Return the forms of units that a field takes: by the unit that it shows, from this one and the parameter's own.
+
+    A form has, for each place in it, the names that may stand there and their factors.
+    """
+    spelled = dict[str, list[dict[str, Any]]]()
+    for shown, own in units:
+        forms = spelled.setdefault(shown, [])
+        for of in (shown, own):
+            times = unit(of).factor / unit(shown).factor
+            for form, (first, *others) in spellings(of):
+                if form not in [known["form"] for known in forms]:
+                    names = [{name: factor * times for name, factor in first.items()}, *others]
+                    forms.append({"form": form, "names": [_exact(one) for one in names]})
+    return spelled
+
+
+def _exact(factors: Mapping[str, Fraction]) -> dict[str, list[str]]:
+    return {name: [str(part) for part in factor.as_integer_ratio()] for name, factor in factors.items()}
 
 
 def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:

@@ -88,6 +88,7 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
                 None,
                 None,
                 named=True,
+                written=value.written,
             )
             named.sliders.append(slider)
         else:

@@ -9,6 +9,7 @@ import { View } from "./view.mjs";
 const AGAIN = 1000; // milliseconds from one try to the next
 const OFTEN = 50; // milliseconds between what other windows are told
 const SILENCE = 6000; // milliseconds without a sign of life
+const KEPT_ALIVE = 6e4; // bytes, of which browsers allow 64 KiB
 const STILL = 300; // milliseconds without a change, after which a tab is computed anew
 
 /**
@@ -33,20 +34,33 @@ export class Served {
     this.changes = {}; // of what the loop does not take anew
     /** @type {any} */
     this.study = null; // as it stands
-    const process = { ask: (/** @type {string} */ name, /** @type {string} */ text) => this.change(name, text), draw: (/** @type {string[]} */ paths) => this.draw(paths), long: (/** @type {any} */ wish) => void this.send("/long", wish).catch(() => {}) };
+    /** @type {import("./view.mjs").Process} */
+    const process = {
+      ask: (name, text) => this.change(name, text),
+      draw: (paths) => this.draw(paths),
+      long: (wish) => void this.send("/long", wish).catch(() => {}),
+      judge: (state, thorough) => this.judge(state, thorough),
+    };
     this.view = new View(place, makeChannel, (state) => this.changed(state), process);
     this.bar = element("div", { className: "buttons tabs" });
     this.bar.setAttribute("role", "tablist");
     this.panel = element("div", { className: "panel", hidden: true });
-    this.diagram = element("div", { className: "diagram" });
-    this.view.main.prepend(this.bar);
+    this.view.top.prepend(this.bar);
     this.view.main.append(this.panel);
-    this.drawing = element("section");
-    this.drawing.append(element("h2", { textContent: "Block diagram" }), this.diagram);
-    body.append(this.drawing);
+    this.saver = this.view.button("Save", "Write the sliders into the file (Ctrl+S)", () => void this.save());
+    this.undoer = this.view.button("Undo save", "Take back what was saved last", () => void this.undo());
+    this.saver.hidden = this.undoer.hidden = true;
+    document.addEventListener("keydown", (event) => {
+      if (event.key !== "s" || !(event.ctrlKey || event.metaKey) || this.saver.hidden) return;
+      event.preventDefault();
+      if (document.activeElement instanceof HTMLElement) document.activeElement.blur(); // takes what is typed there
+      void this.save();
+    });
     this.tab = "";
     this.asked = 0; // number of the newest question
-    this.told = 0; // time when other windows were last told
+    /** @type {State | null} */
+    this.untold = null; // of the other windows
+    this.telling = false;
   }
 
   async begin() {
@@ -106,7 +120,7 @@ export class Served {
     else if (message.kind === "problems") this.complain(message.problems);
     else if (message.kind === "long") hearLong(this.view, message);
     else if (message.kind === "diagram") {
-      this.diagram.replaceChildren(drawn(message.svg));
+      this.view.map.replaceChildren(drawn(message.svg));
       this.view.lookAtDiagrams();
     } else if (message.kind === "study") this.showStudy(message);
     else if (message.kind === "state" && message.window !== this.window) this.follow(message.state);
@@ -119,6 +133,8 @@ export class Served {
     const head = document.querySelector("h1");
     if (head) head.textContent = message.model.name;
     this.changes = message.changes;
+    this.saver.hidden = this.undoer.hidden = message.undo === null;
+    this.undoer.disabled = !message.undo;
     this.view.open(message.model);
     this.bar.replaceChildren(...["", ...message.tabs].map((name) => this.tabButton(name)));
     this.showTab(message.tabs.includes(this.tab) ? this.tab : "");
@@ -130,11 +146,11 @@ export class Served {
     this.later();
   }
 
-  /** What is wrong with the file; the last good picture stays. @param {Problem[]} problems */
-  complain(problems) {
+  /** What is wrong with the file; the last good picture stays. @param {Problem[]} problems @param {string} about */
+  complain(problems, about = "Below is the graph as it was when it was last right.") {
     this.wrong.hidden = !problems.length;
     this.wrong.replaceChildren(...problems.map(problemOf));
-    if (problems.length) this.wrong.append(element("p", { className: "soft", textContent: "Below is the graph as it was when it was last right." }));
+    if (problems.length) this.wrong.append(element("p", { className: "soft", textContent: about }));
     this.view.place.classList.toggle("stale", problems.length > 0);
   }
 
@@ -158,7 +174,7 @@ export class Served {
     this.tab = name;
     for (const one of this.bar.children) one.setAttribute("aria-selected", String(/** @type {HTMLElement} */ (one).dataset.tab === name));
     for (const part of [this.view.plots, this.view.table]) part.hidden = name !== "";
-    this.view.histograms.hidden = name !== "" || !this.view.seeds;
+    this.view.seeds.place.hidden = name !== "" || !this.view.seeds.on;
     if (name) this.view.place.dataset.tab = name;
     else delete this.view.place.dataset.tab;
     this.panel.hidden = name === "";
@@ -184,21 +200,61 @@ export class Served {
     void this.send("/change", { changes: this.changes }).catch(() => {});
   }
 
+  /** @param {State} state @param {boolean} thorough */
+  async judge(state, thorough) {
+    const answer = await this.send("/verdicts", { state, thorough });
+    if (!answer.ok) return null;
+    const { verdicts, more = false, problems = [] } = await answer.json();
+    const why = (/** @type {Problem} */ { key, message: value }) => ({ id: key || "loops", met: null, value, why: "" });
+    return { verdicts: verdicts ?? problems.map(why), more };
+  }
+
+  /** Write what the sliders say into the file. */
+  async save() {
+    const values = Object.keys(this.view.state.values);
+    if (!values.length && !Object.keys(this.changes).length) return this.view.say("nothing is changed");
+    await this.written("/save", `saved: ${values.join(", ")}`);
+  }
+
+  undo() {
+    return this.written("/undo", "the last save is undone");
+  }
+
+  /** @param {string} path @param {string} done */
+  async written(path, done) {
+    try {
+      const answer = await this.post(path, this.view.state);
+      const refused = { problems: [{ message: "The process does not write this." }] };
+      const { problems } = answer.ok ? await answer.json() : refused;
+      if (problems) this.complain(problems, "Nothing was written.");
+      else this.view.note = `${done}; `;
+    } catch {
+      // the process is gone: the page says so
+    }
+  }
+
   /** The diagram with subgraphs unfolded. @param {string[]} paths */
   async draw(paths) {
     const answer = await this.send("/diagram", { unfolded: paths });
     return answer.ok ? (await answer.json()).svg : "";
   }
 
-  /** @param {State} state */
+  /** Tell the other windows, one state after the other: what is told at once may come in another order.
+   * @param {State} state */
   changed(state) {
-    clearTimeout(this.telling);
-    const wait = Math.max(0, this.told + OFTEN - performance.now());
-    this.telling = setTimeout(() => {
-      this.told = performance.now();
-      void this.post("/state", state).catch(() => {});
-    }, wait);
+    this.untold = state;
+    if (!this.telling) void this.tell();
     this.later();
+  }
+
+  async tell() {
+    this.telling = true;
+    for (; this.untold; await new Promise((resume) => setTimeout(resume, OFTEN))) {
+      const state = this.untold;
+      this.untold = null;
+      await this.post("/state", state).catch(() => {});
+    }
+    this.telling = false;
   }
 
   later() {
@@ -231,7 +287,9 @@ export class Served {
   send(path, data) {
     if (!this.proved) return Promise.reject(new Error("unproved"));
     const headers = { "X-Proofmass-Token": this.token, "Content-Type": "application/json" };
-    return fetch(path, { method: "POST", headers, body: JSON.stringify({ ...data, window: this.window }) });
+    const body = JSON.stringify({ ...data, window: this.window });
+    const keepalive = path === "/state" && body.length < KEPT_ALIVE; // so that a window that closes is still heard
+    return fetch(path, { method: "POST", keepalive, headers, body });
   }
 }
 

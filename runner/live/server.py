@@ -3,7 +3,8 @@
 Only 127.0.0.1 is listened to. A request must name this server as its host, and as its origin where it has one; all but
 the empty page need a token that only the address in the terminal has, anew at each start. A page has the server prove
 that it has the token before it sends it: after this process has ended, another one may listen to its port. Nothing that
-a browser sends is evaluated or written to a file, and the page may load nothing from elsewhere.
+a browser sends is evaluated, and the page may load nothing from elsewhere. With `--edit` the numbers of sliders are
+written into the graph file, by names and units that the file has; without it nothing is written.
 """
 
 import hmac
@@ -98,8 +99,10 @@ class _Handler(BaseHTTPRequestHandler):
         if self.path == "/long":
             accepted = self._live.session.long(data)
             return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        if self.path == "/diagram":
-            answer = self._live.session.drawing(data)
+        questions = {"/diagram": self._live.session.drawing, "/save": self._live.session.save}
+        questions["/undo"] = self._live.session.undo
+        if self.path in questions:
+            answer = questions[self.path](data)
         else:
             answer = self._live.session.answer(self.path.removeprefix("/"), data)
         if answer is None:

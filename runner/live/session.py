@@ -5,21 +5,26 @@ import queue
 import re
 import threading
 from collections.abc import Callable, Iterator, Mapping
+from fractions import Fraction
 from pathlib import Path
 from typing import Any, TypeGuard
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import decimal_in
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.live.long_run import Tell, long_run
 from proofmass.runner.live.model import live_model
+from proofmass.runner.live.saving import Saving
 from proofmass.runner.live.tabs import TABS
+from proofmass.runner.live.verdicts import verdicts
 from proofmass.runner.run.faults import RunError
 
-_SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}")
+_SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}( ?[a-zµμ]{1,5})?")
 _MOST_CHANGES = 10_000
 _MOST_TICKS = 10**12  # of a long run
+_VERDICTS = "verdicts"  # a question that is no tab
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
@@ -35,9 +40,11 @@ class Session:
         load: Callable[[], Graph],
         more_files: tuple[Path, ...] = (),
         study: Background | None = None,
+        edit: bool = False,
     ) -> None:
         self.path, self._study = path, study
-        self._changes: dict[str, object] = {}  # changes of parameters that need a new plan
+        self._saving = Saving(path) if edit else None
+        self._changes: dict[str, int | str] = {}  # changes of parameters that need a new plan
         self._study_stop = threading.Event()
         self._study_shown: dict[str, Any] | None = None
         self._long_wish: tuple[Any, ...] | None = None
@@ -50,7 +57,7 @@ class Session:
         self._problems: list[dict[str, Any]] = []
         self._state: dict[str, Any] | None = None
         self._listeners: set[queue.SimpleQueue[dict[str, Any]]] = set()
-        self._lock, self._computing = threading.Lock(), threading.Lock()
+        self._lock, self._computing, self._judging = threading.Lock(), threading.Lock(), threading.Lock()
 
     def reload(self) -> list[Problem]:
         """Read the graph, and show every window the new one, or what is wrong with it; returns the problems."""
@@ -60,6 +67,7 @@ class Session:
             graph = with_parameters(self._load(), self._changes) if self._changes else self._load()
             tabs = [*TABS, *["study"] * (self._study is not None)]
             shown = {"kind": "graph", "model": live_model(graph), "tabs": tabs}
+            shown["undo"] = None if self._saving is None else len(self._saving)
             shown["changes"] = {name: str(value) for name, value in self._changes.items()}
         except ModelError as error:
             problems = list(error.problems)
@@ -84,7 +92,7 @@ class Session:
         if not isinstance(changes, dict) or self._shown is None:
             return False
         known = {_name(fixed): fixed for fixed in self._shown["model"]["fixed"] if fixed["whole"] or fixed["choices"]}
-        read: dict[str, object] = {}
+        read: dict[str, int | str] = {}
         for name, text in changes.items():
             fixed = known.get(name)
             if fixed is None or not isinstance(text, str) or len(text) > _LONGEST_TEXT:
@@ -193,19 +201,55 @@ class Session:
             self._tell({"kind": "state", "state": state, "window": str(data.get("window", ""))[:40]})
         return True
 
-    def answer(self, tab: str, data: object) -> dict[str, Any] | None:
-        """The answer of a tab for the graph with changed parameters; None for what is no question."""
+    def answer(self, question: str, data: object) -> dict[str, Any] | None:
+        """The answer of a tab, or the verdicts, for the graph with changed parameters; None for what is no question."""
         state = read_state(data)
-        if state is None or tab not in TABS or self._graph is None:
+        if state is None or self._graph is None or question not in (*TABS, _VERDICTS):
             return None
-        with self._computing:
+        thorough = isinstance(data, dict) and data.get("thorough") is True
+        with self._judging if question == _VERDICTS and not thorough else self._computing:
             try:
                 graph = with_parameters(self._graph, state["values"]) if state["values"] else self._graph
-                return TABS[tab](graph)._asdict()
+                if question == _VERDICTS:
+                    return verdicts(graph, thorough)._asdict()
+                return TABS[question](graph)._asdict()
             except ModelError as error:
                 return {"problems": [problem.as_data() for problem in error.problems]}
             except RunError as error:
                 return {"problems": [Problem(message=str(error)).as_data()]}
+
+    def save(self, data: object) -> dict[str, Any] | None:
+        """Write the values of the sliders into the file; None for what is no state, or where nothing may be written.
+
+        Of what a browser sends only numbers are taken: names and units are those of the graph.
+        """
+        state = read_state(data)
+        if state is None or self._saving is None or self._shown is None:
+            return None
+        known = {_name(one): one for one in self._shown["model"]["sliders"]}
+        if not state["values"].keys() <= known.keys():
+            return None
+        texts = {name: quantity(known[name], value) for name, value in state["values"].items()}
+        saving = self._saving
+        return self._written(lambda: saving.save({**self._changes, **texts}))
+
+    def undo(self, data: object) -> dict[str, Any] | None:
+        """Take back the last save; None where nothing may be written."""
+        return self._written(self._saving.undo) if self._saving is not None and isinstance(data, dict) else None
+
+    def _written(self, write: Callable[[], None]) -> dict[str, Any]:
+        try:
+            write()
+        except ModelError as error:
+            return {"problems": [problem.as_data() for problem in error.problems]}
+        except OSError as error:
+            problem = Problem(message=f"cannot be edited in place: {error.strerror}", file=str(self.path))
+            return {"problems": [problem.as_data()]}
+        with self._lock:
+            self._changes = {}  # the file has them
+            if self._state:
+                self._state = {**self._state, "values": {}}
+        return {"undo": len(self._saving or ())}
 
     def _tell(self, message: dict[str, Any]) -> None:
         for heard in self._listeners:
@@ -229,11 +273,18 @@ def read_state(data: object) -> dict[str, Any] | None:
     return {"values": {name: float(value) for name, value in values.items()}, "seed": seed, "duration": duration}
 
 
+def quantity(slider: Mapping[str, Any], value: float) -> float | str:
+    """Return a value of a slider as the file has it: a number, or a text with the unit that it has there."""
+    top, bottom = slider["factor"]
+    number = decimal_in(value, Fraction(int(top), int(bottom)))
+    return value if slider["shown"] == "1" else f"{number} {slider['shown']}"
+
+
 def _name(fixed: Mapping[str, Any]) -> str:
     return f"{fixed['block']}.{fixed['parameter']}" if fixed["block"] else str(fixed["parameter"])
 
 
-def _value(fixed: Mapping[str, Any], text: str) -> object:
+def _value(fixed: Mapping[str, Any], text: str) -> int | str:
     """The value that a text stands for; the text itself where it is none, which the graph then refuses."""
     if fixed["whole"]:
         return int(text) if re.fullmatch(r"[+-]?\d{1,18}", text) else text

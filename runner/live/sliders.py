@@ -3,12 +3,16 @@
 import math
 from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.units import short_unit, split_quantity, unit, usual_unit
+from proofmass.graphs.drawing.picture import box_of
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.measures import MEASURES
@@ -36,6 +40,19 @@ class Slider:
     below: float | None
     at_most: float | None
     named: bool = False  # a named value, in coherent units; the block is the subgraph that it belongs to
+    written: str = ""  # as in the file, "20 ug"; empty for a number or a default
+    drawn: str = ""  # as the diagram has it
+
+    @property
+    def shown_in(self) -> str:
+        """The unit of its field: that of the file, or the one that suits a number."""
+        _, own = split_quantity(self.written) if self.written else (0, "")
+        return own or ("1" if self.unit == "1" else usual_unit(short_unit(self.unit), abs(self.value or self.high)))
+
+    @property
+    def factor(self) -> Fraction:
+        """The unit of its field in that of its value, exactly."""
+        return unit(self.shown_in).factor / unit(self.unit).factor
 
     @property
     def node(self) -> Endpoint:
@@ -44,7 +61,8 @@ class Slider:
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for the page."""
-        return asdict(self)
+        factor = [str(part) for part in self.factor.as_integer_ratio()]
+        return asdict(self) | {"shown": self.shown_in, "printed": pretty(self.shown_in), "factor": factor}
 
 
 @dataclass(frozen=True)
@@ -68,7 +86,7 @@ class FixedParameter:
 def sliders(graph: Graph, plan: Plan) -> tuple[Slider, ...]:
     """The numbers of a graph that constants follow from in the loop itself: another value needs no compilation."""
     nodes = (node for node in _parameters(plan) if _in_the_loop(plan, node))
-    moving = (_slider(plan.blocks[name], name, p) for name, p in nodes)
+    moving = (_slider(plan, name, p) for name, p in nodes)
     return tuple(slider for slider in moving if not _turns_the_method(graph, plan, slider))
 
 
@@ -101,12 +119,15 @@ def _turns_the_method(graph: Graph, plan: Plan, slider: Slider) -> bool:
     return [(s.method, s.factors) for s in other.solvers] != [(s.method, s.factors) for s in plan.solvers]
 
 
-def _slider(block: Block, name: str, parameter: str) -> Slider:
+def _slider(plan: Plan, name: str, parameter: str) -> Slider:
+    block = plan.blocks[name]
     declared, value = type(block).parameters[parameter], float(getattr(block, parameter))
     low, high = _range(declared, value)
     limits = (declared.above, declared.at_least, declared.below, declared.at_most)
     logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
-    return Slider(name, parameter, unit_of(block, declared), declared.doc, value, low, high, logarithmic, *limits)
+    own, text = unit_of(block, declared), written(block, parameter)
+    drawn = box_of(plan.graph, name, block).shown(parameter)
+    return Slider(name, parameter, own, declared.doc, value, low, high, logarithmic, *limits, written=text, drawn=drawn)
 
 
 def _range(declared: Parameter, value: float) -> tuple[float, float]:

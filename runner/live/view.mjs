@@ -1,26 +1,38 @@
 // The live part of a page: controls beside plots, kept in step with a worker that runs the loop.
 
 import { Charts } from "./charts.mjs";
-import { Controls, asOptions, asToml, element, labelled, nameOf } from "./controls.mjs";
+import { Controls, element, labelled, nameOf } from "./controls.mjs";
 import { Diagrams, carriedDrawings } from "./diagrams.mjs";
-import { shown, ticksOf } from "./figures.mjs";
-import { showHistograms } from "./histograms.mjs";
+import { timeText } from "./figures.mjs";
+import { Fields } from "./fields.mjs";
 import { Leading } from "./leading.mjs";
 import { TOO_LONG, askForLong } from "./long.mjs";
 import { measureTable } from "./measures.mjs";
+import { plot } from "./plotted.mjs";
+import { Picked } from "./picked.mjs";
+import { arrange, takeIn } from "./places.mjs";
+import { ticksOf } from "./quantities.mjs";
+import { command, copy, toml } from "./said.mjs";
+import { SEEDS, Seeds } from "./seeds.mjs";
+import { Strip } from "./strip.mjs";
 import { parametersOf } from "./values.mjs";
 
 /**
  * @typedef {{name: string, file: string, seed: string, ticks: number, loop: import("./engine.mjs").Loop,
  *   sliders: import("./controls.mjs").Slider[], fixed: import("./controls.mjs").Fixed[],
  *   units: Record<string, import("./figures.mjs").Scales>, options: string[], named: import("./values.mjs").Named,
- *   drawings?: string}} Model
+ *   order: string[], duration: string, blocks: Record<string, import("./picked.mjs").Block>,
+ *   kinds: Record<string, import("./picked.mjs").Kind>, spelled: Record<string, import("./quantities.mjs").Spelled>,
+ *   loops: string[], required: import("./strip.mjs").Required[], drawings?: string}} Model
  * @typedef {{values: Record<string, number>, seed: string, duration: string}} State  of the controls
  * @typedef {{ask: (name: string, text: string) => void, draw: (paths: string[]) => Promise<string>,
- *   long: (wish: any) => void}} Process  that takes what the loop does not take anew, draws, and does long runs
+ *   long: (wish: any) => void, judge: (state: State, thorough: boolean) =>
+ *   Promise<import("./strip.mjs").Answer | null>}} Process
+ *   that takes what the loop does not take anew, draws, does long runs, and knows margins
  */
 
-const SEEDS = 300; // of a histogram
+const TRACES_FIRST = 100; // milliseconds that verdicts of a new graph wait
+const SHORT_WALK = 20; // ticks that are shown at least
 const SETTLED = 250; // milliseconds without a change, after which bits are hashed
 
 export class View {
@@ -42,46 +54,50 @@ export class View {
     this.spectra = false;
     this.frozen = false;
     this.number = 0; // of the newest wish for a run
-    this.waiting = false; // for a run
-    this.again = false; // wanted while one was under way
+    this.waiting = this.again = false; // for a run; another one is wanted after it
     /** @type {Record<string, number>} */
     this.measures = {};
     /** @type {Record<string, number>} */
     this.before = {};
     /** @type {Set<string>} */
     this.plotted = new Set(); // wires that are recorded besides the probes
-    this.seeds = false; // whether many are run
-    place.replaceChildren();
-    this.place.hidden = false;
+    this.note = ""; // of what was saved, until something changes
+    this.top = element("div", { className: "top" });
+    place.replaceChildren(this.top);
+    place.hidden = false;
+    this.strip = new Strip(this.place, (text) => this.say(text));
+    this.map = element("div", { className: "map" });
     this.side = element("div", { className: "side" });
     this.main = element("div", { className: "main" });
-    this.place.append(this.side, this.main);
-    this.duration = labelled(this.side, "duration in s", "run-duration");
-    this.seed = labelled(this.side, "seed", "run-seed");
+    this.place.append(this.map, this.side, this.main);
+    if (!process) takeIn(place, this.map);
+    this.map.addEventListener("drawn", () => arrange(place));
     this.filter = labelled(this.side, "find", "run-find");
     this.filter.type = "search";
     this.list = element("div", { className: "blocks" });
-    this.side.append(this.list);
+    this.picked = new Picked(this.side, this.main, () => this.pick(""));
+    this.side.append(this.list, this.picked.more);
     this.buttons = element("div", { className: "buttons run" });
     this.freezing = this.button("Freeze", "Keep this run to compare with", () => this.freeze(!this.frozen));
-    this.kind = this.button("Spectra", "Show amplitude densities", () => this.showSpectra(!this.spectra));
-    this.many = this.button("Seeds", `Show the measures of ${SEEDS} seeds`, () => this.showSeeds(!this.seeds));
+    this.kind = this.button("Spectra", "Show densities of what is seen", () => this.showSpectra(!this.spectra));
+    this.many = this.button("Seeds", `Show the measures of ${SEEDS} seeds`, () => this.seeds.show(!this.seeds.on));
     this.walking = this.button("Walk", "Go through the run tick by tick, from the time that was clicked", () => this.leading.toggle());
     this.button("Reset", "Go back to the values of the graph", () => this.reset());
-    this.button("Copy TOML", "Copy the changed parameters as lines of a graph file", () => this.copy(this.toml()));
-    this.button("Copy command", "Copy the command that computes these bits", () => this.copy(this.command()));
+    this.button("Copy TOML", "Copy the changed parameters as lines of a graph file", () => copy(this, toml(this)));
+    this.button("Copy command", "Copy the command that computes these bits", () => copy(this, command(this)));
     this.status = element("p", { className: "status" });
     this.status.setAttribute("role", "status");
     this.bits = element("p", { className: "bits soft" });
     this.table = element("div", { className: "wide measures" });
-    this.histograms = element("div", { className: "histograms", hidden: true });
+    this.seeds = new Seeds(this);
     this.plots = element("div", { className: "plots" });
-    this.main.append(this.buttons);
+    this.top.append(this.buttons);
+    this.fields = new Fields(this.top, this);
+    this.top.append(this.status);
     this.leading = new Leading(this.main, this.channel, () => this.startOfWalk(), (tick) => this.timeOf(tick), () => this.run());
-    this.main.append(this.status, this.bits, this.table, this.histograms, this.plots);
-    this.duration.addEventListener("change", () => this.changeDuration());
-    this.seed.addEventListener("change", () => this.changeSeed());
+    this.main.append(this.seeds.place, this.plots, this.table, this.bits);
     this.filter.addEventListener("input", () => Controls.filter(this.list, this.filter.value));
+    document.addEventListener("keydown", (event) => event.key === "Escape" && this.picked.path && this.pick(""));
   }
 
   /** @param {string} text @param {string} title @param {() => void} act */
@@ -94,28 +110,36 @@ export class View {
 
   /** Show a graph; values of parameters that it still has stay as they were set. @param {Model} model */
   open(model) {
-    const old = this.model, names = new Set(model.sliders.map(nameOf));
+    const old = this.model, picked = this.picked.path, { sliders, fixed, spelled } = model;
     this.model = model;
-    const kept = Object.entries(this.state.values).filter(([name]) => names.has(name));
-    const duration = (old && this.state.duration !== secondsOf(old)) ? this.state.duration : secondsOf(model);
+    const own = new Map(sliders.map((slider) => [nameOf(slider), slider.value]));
+    const kept = Object.entries(this.state.values).filter(([name, value]) => (own.get(name) ?? value) !== value);
+    const duration = (old && this.state.duration !== durationOf(old)) ? this.state.duration : durationOf(model);
     const seed = old && this.state.seed !== old.seed ? this.state.seed : model.seed;
     this.state = { values: Object.fromEntries(kept), seed, duration };
     const asked = decodeURIComponent(location.hash.slice(1)); // report.html#controller
     const open = new Set(old ? [...this.list.querySelectorAll("details[open] > summary")].map((one) => one.textContent) : [asked]);
     this.list.replaceChildren();
-    this.controls = new Controls(this.list, model.sliders, model.fixed, model.units, (name, value) => this.set(name, value), this.process?.ask ?? null);
+    const set = (/** @type {string} */ name, /** @type {number} */ value) => this.set(name, value);
+    this.controls = new Controls(this.list, sliders, fixed, spelled, set, this.process?.ask ?? null);
     for (const group of this.list.querySelectorAll("details")) {
       const block = group.querySelector("summary")?.textContent ?? "";
       group.open = open.has(block) || (!old && block === "values");
     }
     Controls.filter(this.list, this.filter.value);
     this.charts?.remove();
-    this.charts = new Charts(this.plots, model.loop.probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
+    const place = (/** @type {{signal: string}} */ { signal }) => model.order.indexOf(signal);
+    const probes = [...model.loop.probes].sort((a, b) => place(a) - place(b));
+    this.charts = new Charts(this.plots, probes, model.units, (range) => this.zoomTo(range), (time) => this.peek(time));
     this.show();
     this.lookAtDiagrams();
+    const wanted = old ? picked : asked;
+    this.pick(Object.keys(model.blocks).some((name) => `${name}.`.startsWith(`${wanted}.`)) ? wanted : "");
+    this.strip.bar.classList.toggle("waiting", this.process !== null);
+    setTimeout(() => this.judge(), TRACES_FIRST);
     const plotted = [...this.plotted];
     this.plotted.clear();
-    for (const name of plotted) this.plot(name);
+    for (const name of plotted) plot(this, name);
     if (this.leading.on) this.leading.toggle();
     this.waiting = this.again = false;
     this.channel.postMessage({ kind: "open", loop: model.loop });
@@ -126,10 +150,30 @@ export class View {
   lookAtDiagrams() {
     if (!this.model) return;
     const { loop, units, drawings } = this.model, { unfolded, overlay = "", values, seconds } = this.diagrams ?? {};
-    this.diagrams = new Diagrams(loop.wires, units, (name) => this.plot(name), this.process?.draw ?? carriedDrawings(drawings));
+    const draw = this.process?.draw ?? carriedDrawings(drawings);
+    this.diagrams = new Diagrams(loop.wires, units, (name) => plot(this, name), (path) => this.pick(path), draw);
+    arrange(this.place);
+    this.diagrams.pick(this.picked.path);
+    this.diagrams.tell(this.controls?.moved() ?? []);
     if (unfolded?.size) void this.diagrams.unfold(unfolded);
     if (overlay) this.diagrams.lay(overlay);
     if (values && seconds !== undefined) this.diagrams.show(values, seconds);
+  }
+
+  /** Open a block beside the diagram: its controls, scopes of its ports, its equation. @param {string} path */
+  pick(path) {
+    if (!this.model) return;
+    this.picked.open(path, this.model, (range) => this.zoomTo(range), (time) => this.peek(time));
+    Controls.pick(this.list, path);
+    this.place.classList.toggle("picking", path !== "");
+    /** @type {HTMLElement} */ (this.filter.parentElement).hidden = path !== "";
+    this.diagrams?.pick(path);
+    this.record();
+  }
+
+  judge() {
+    const { process, model } = this;
+    this.strip.look(model?.loops ?? [], process && ((thorough) => process.judge(this.state, thorough)));
   }
 
   /** Parameters of a run: those that were set, and those that follow from named values. */
@@ -139,8 +183,8 @@ export class View {
 
   show() {
     this.controls?.show(this.state.values, this.parameters());
-    this.duration.value = this.state.duration;
-    this.seed.value = this.state.seed;
+    this.diagrams?.tell(this.controls?.moved() ?? []);
+    this.fields.show(this.state);
   }
 
   /** Take over what another window says. @param {State} state */
@@ -148,6 +192,7 @@ export class View {
     this.state = state;
     this.show();
     this.run();
+    this.judge();
   }
 
   /** @param {string} name @param {number} value */
@@ -157,42 +202,30 @@ export class View {
     if (slider?.value === value) delete values[name];
     this.change({ ...this.state, values });
     if (slider?.named) this.show(); // others follow
+    else this.diagrams?.tell(this.controls?.moved() ?? []);
   }
 
   /** @param {State} state */
   change(state) {
     this.state = state;
+    this.note = "";
     this.told(state);
     this.run();
-  }
-
-  changeDuration() {
-    const wrong = this.model && ticksOf(this.duration.value, this.model.loop.rate) === null;
-    this.duration.setCustomValidity(wrong ? "a time in seconds, such as 0.5" : "");
-    if (wrong) this.duration.reportValidity();
-    else {
-      this.zoom = null;
-      this.change({ ...this.state, duration: this.duration.value.trim() });
-    }
-  }
-
-  changeSeed() {
-    const wrong = !/^\d{1,18}$/.test(this.seed.value.trim());
-    this.seed.setCustomValidity(wrong ? "a whole number, such as 7" : "");
-    if (wrong) this.seed.reportValidity();
-    else this.change({ ...this.state, seed: this.seed.value.trim() });
+    this.judge();
   }
 
   reset() {
     if (!this.model) return;
     this.zoom = null;
-    this.change({ values: {}, seed: this.model.seed, duration: secondsOf(this.model) });
+    this.change({ values: {}, seed: this.model.seed, duration: durationOf(this.model) });
     this.show();
   }
 
   /** @param {[number, number] | null} range */
   zoomTo(range) {
-    this.zoom = range;
+    const whole = this.seconds(), width = range ? Math.min(whole, range[1] - range[0]) : whole;
+    const first = range ? Math.max(0, Math.min(range[0], whole - width)) : 0;
+    this.zoom = width < whole ? [first, first + width] : null;
     this.channel.postMessage({ kind: "view", view: this.view() });
   }
 
@@ -201,6 +234,7 @@ export class View {
     const [top, bottom] = this.model?.loop.rate ?? [1, 1];
     const tick = Math.floor((seconds * top) / bottom + 1e-6);
     this.peeked = Math.min(Math.max(0, tick), this.ticks() - 1);
+    for (const charts of [this.charts, this.picked.charts]) charts?.mark(this.timeOf(this.peeked));
     this.channel.postMessage({ kind: "peek", tick: this.peeked, settings: { ...this.settings(), ticks: 0 } });
   }
 
@@ -213,41 +247,9 @@ export class View {
     return { tick: this.peeked ?? 0, settings: this.settings(), view: this.view() };
   }
 
-  /** Plot a wire, or no longer. @param {string} name */
-  plot(name) {
-    const wire = this.model?.loop.wires.find((one) => one.name === name);
-    if (!wire || !this.charts) return;
-    if (this.charts.charts.has(name) && !this.plotted.has(name)) return this.charts.charts.get(name)?.figure.scrollIntoView({ block: "nearest" });
-    if (this.plotted.delete(name)) this.charts.drop(name);
-    else {
-      this.plotted.add(name);
-      this.charts.add({ signal: name, unit: wire.unit, doc: wire.doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null }, () => this.plot(name));
-      this.say(`${name} is plotted; click it again to take it away`);
-    }
-    this.record();
-  }
-
   record() {
-    this.channel.postMessage({ kind: "record", names: [...this.plotted], settings: this.settings() });
-  }
-
-  /** @param {boolean} on */
-  showSeeds(on) {
-    this.seeds = on;
-    this.histograms.hidden = !on;
-    this.histograms.replaceChildren();
-    this.many.setAttribute("aria-pressed", String(on));
-    this.channel.postMessage({ kind: "seeds", count: on ? SEEDS : 0, settings: this.settings() });
-  }
-
-  /** @param {any} message */
-  showSeedValues(message) {
-    const last = BigInt(this.state.seed) + BigInt(Math.max(0, message.done - 1));
-    const scales = (/** @type {string} */ name) => {
-      const of = this.model?.loop.measures.find((one) => one.name === name) ?? this.model?.loop.probes.find(({ signal }) => name.endsWith(` ${signal}`));
-      return this.model?.units[of?.unit ?? "1"] ?? [{ exponent: 0, text: "" }];
-    };
-    if (this.seeds) showHistograms(this.histograms, message.values, scales, `${message.done} of ${message.count} runs, of the seeds ${this.state.seed} to ${last}`);
+    const names = [...new Set([...this.plotted, ...this.picked.signals])];
+    this.channel.postMessage({ kind: "record", names, settings: this.settings() });
   }
 
   /** @param {boolean} on */
@@ -278,8 +280,13 @@ export class View {
     return (tick * bottom) / top;
   }
 
+  /** Ticks of a duration as text; null for what is none. @param {string} text */
+  ticksIn(text) {
+    return this.model ? ticksOf(text, this.model.loop.rate, this.model.spelled.s) : 0;
+  }
+
   ticks() {
-    return this.model ? (ticksOf(this.state.duration, this.model.loop.rate) ?? this.model.ticks) : 0;
+    return this.ticksIn(this.state.duration) ?? this.model?.ticks ?? 0;
   }
 
   seconds() {
@@ -306,19 +313,32 @@ export class View {
   hear(message) {
     if (message.kind === "failed") this.say(message.text, true);
     else if (message.kind === "progress") this.progress(message.part);
-    else if (message.kind === "pictures") this.charts?.draw(message.pictures, this.spectra);
+    else if (message.kind === "pictures") this.draw(message.pictures);
+    else if (message.kind === "wires") this.draw([], message.pictures);
     else if (message.kind === "peek") this.diagrams?.show(message.wires, this.timeOf(message.tick));
-    else if (message.kind === "seeds") this.showSeedValues(message);
+    else if (message.kind === "seeds") this.seeds.hear(message);
     else if (message.kind === "walk" && this.leading.on) this.walked(message);
     else if (message.kind === "digest") this.bits.textContent = message.text && `SHA-256 of the traces: ${message.text}`;
     else if (message.kind === "done" && message.number === this.number) this.done(message);
+  }
+
+  /** @param {any} pictures  of probes @param {any} wires  that are recorded besides */
+  draw(pictures, wires = []) {
+    const { first, last: end } = this.view(), stretch = this.zoom ? `${timeText(first, 3)} to ${timeText(end, 3)}` : "";
+    const walked = this.leading.on && !this.zoom ? this.timeOf(Math.max(SHORT_WALK, this.leading.tick)) : end;
+    const last = Math.min(end, walked);
+    for (const charts of [this.charts, this.picked.charts]) {
+      if (charts) charts.range = [first, Math.max(last, Number.MIN_VALUE)];
+      charts?.drawWires(wires);
+    }
+    this.charts?.draw(pictures, this.spectra, stretch);
   }
 
   /** @param {any} message */
   walked(message) {
     this.leading.hear(message);
     this.bits.textContent = "";
-    this.charts?.draw(message.pictures, this.spectra);
+    this.draw(message.pictures);
     if (message.tick) this.diagrams?.show(message.wires, this.timeOf(message.tick - 1));
   }
 
@@ -336,10 +356,11 @@ export class View {
   done(message) {
     this.waiting = this.long = false;
     this.measures = message.measures;
-    this.charts?.draw(message.pictures, this.spectra);
+    this.draw(message.pictures);
     this.showMeasures();
     const short = message.ticks < message.wanted && !message.fault ? "; the memory of a page holds no more" : "";
-    const ran = `${message.ticks.toLocaleString("en")} ticks in ${Number(message.milliseconds.toPrecision(3))} ms${short}`;
+    const taken = `${Number(message.milliseconds.toPrecision(3))} ms`;
+    const ran = `${this.note}${message.ticks.toLocaleString("en")} ticks in ${taken}${short}`;
     this.status.dataset.loop = String(message.loop); // milliseconds in the loop itself
     this.say(message.fault ? `stopped: ${message.fault} (${ran})` : ran, Boolean(message.fault));
     if (this.again) {
@@ -349,13 +370,13 @@ export class View {
     }
     this.bits.textContent = "";
     if (this.peeked !== undefined) this.peek(this.timeOf(this.peeked));
-    if (this.plotted.size) this.record();
+    if (this.plotted.size + this.picked.signals.length) this.record();
     this.settling = setTimeout(() => this.settled(), SETTLED);
   }
 
   settled() {
     this.channel.postMessage({ kind: "digest" });
-    if (this.seeds) this.channel.postMessage({ kind: "seeds", count: SEEDS, settings: this.settings() });
+    if (this.seeds.on) this.seeds.ask();
   }
 
   /** @param {string} text */
@@ -365,34 +386,17 @@ export class View {
   }
 
   showMeasures() {
-    const { measures } = this.model?.loop ?? { measures: [] };
-    if (measures.length && this.model) this.table.replaceChildren(measureTable(measures, this.model.units, this.measures, this.frozen ? this.before : null));
-  }
-
-  toml() {
-    return this.model ? asToml(this.state.values, this.model.sliders) : "";
-  }
-
-  command() {
-    const { file, options } = /** @type {Model} */ (this.model);
-    const said = [`--samples ${this.ticks()}`, `--seed ${this.state.seed}`, ...asOptions(this.state.values)];
-    return ["proofmass run", file, ...said, ...(Object.keys(this.state.values).length ? options : [])].join(" ");
-  }
-
-  /** @param {string} text */
-  async copy(text) {
-    if (!text) return this.say("nothing is changed");
-    try {
-      await navigator.clipboard.writeText(text);
-      this.say("copied");
-    } catch {
-      this.say(text); // where the browser gives no clipboard, to be copied by hand
-    }
+    if (!this.model) return;
+    const { loop: { measures }, units, required } = this.model;
+    const scales = new Map(measures.map(({ name, unit }) => [name, units[unit]]));
+    this.strip.measure(required, this.measures, scales);
+    const before = this.frozen ? this.before : null;
+    if (measures.length) this.table.replaceChildren(measureTable(measures, units, this.measures, before));
   }
 }
 
-/** The duration that a graph has. @param {Model} model */
-export function secondsOf(model) {
+/** The duration that a graph has, as its file has it. @param {Model} model */
+export function durationOf(model) {
   const [top, bottom] = model.loop.rate;
-  return String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
+  return model.duration || String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
 }

@@ -85,7 +85,7 @@ export function makeWorker(post) {
     const made = await recorded(engine.beside(), wish.settings, wish.names, () => number === records && asked === newest);
     if (!made || number !== records) return;
     wires = made;
-    post({ kind: "pictures", pictures: wirePictures(wires, view, period()) });
+    post({ kind: "wires", pictures: wirePictures(wires, view, period()) });
   }
 
   /** @param {any} wish */
@@ -115,18 +115,25 @@ export function makeWorker(post) {
         const made = densities(series), old = before && densities(before);
         return { signal, x: made?.x ?? [], y: made?.y ?? [], frozen: old?.y ?? null, frozenX: old?.x ?? null };
       }
-      const first = Math.max(0, Math.floor(view.first / series.period));
-      const last = Math.min(series.rows, Math.ceil(view.last / series.period) + 1);
-      const made = envelope(series.values, first, Math.max(first, last), view.pixels, series.period);
-      const old = before && envelope(before.values, first, Math.max(first, last), view.pixels, before.period);
+      const [first, last] = seen(series);
+      const made = envelope(series.values, first, last, view.pixels, series.period);
+      const old = before && envelope(before.values, first, last, view.pixels, before.period);
       return { signal, ...made, frozen: old?.y ?? null, frozenX: old?.x ?? null };
     });
   }
 
-  /** The spectrum of a trace, computed once. @param {Series} series */
+  /** The spectrum of a trace, computed once, or of the stretch that is seen. @param {Series} series */
   function densities(series) {
+    const [first, last] = seen(series);
+    if (last - first < series.rows) return spectrum(series.values.subarray(first, last), 1 / series.period);
     if (series.spectrum === undefined) series.spectrum = spectrum(series.values, 1 / series.period);
     return series.spectrum;
+  }
+
+  /** The first row that is seen, and the one after the last. @param {Series} series */
+  function seen(series) {
+    const first = Math.max(0, Math.floor(view.first / series.period));
+    return [first, Math.max(first, Math.min(series.rows, Math.ceil(view.last / series.period) + 1))];
   }
 
   /** The last row of a vector. @param {Series} series */
@@ -153,7 +160,8 @@ export function makeWorker(post) {
         await run(wish);
       } else if (wish.kind === "view") {
         view = wish.view;
-        post({ kind: "pictures", pictures: [...pictures(walk ? seriesOf(walk.engine) : current), ...wirePictures(wires, view, period())] });
+        post({ kind: "pictures", pictures: pictures(walk ? seriesOf(walk.engine) : current) });
+        post({ kind: "wires", pictures: wirePictures(wires, view, period()) });
       } else if (wish.kind === "record") await record(wish);
       else if (wish.kind === "walk") await lead(wish);
       else if (wish.kind === "seeds" && engine) {

@@ -7,7 +7,7 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.requirements import Asked, StabilityVerdict, asked, quantity_of
+from proofmass.graphs.checks.requirements import StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.quantities import MeasureOf, Quantity, YieldOf
@@ -147,10 +147,7 @@ def verify(measurements: Measurements) -> list[Finding]:
     same. Raises `ModelError` for a graph that cannot run.
     """
     flat = measurements.flat
-    return [
-        _finding(measurements, name, requirement, asked(flat, requirement))
-        for name, requirement in every_requirement(measurements.graph, flat)
-    ]
+    return [finding_of(measurements, *named) for named in every_requirement(measurements.graph, flat)]
 
 
 def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requirement]]:
@@ -163,7 +160,9 @@ def every_requirement(graph: Graph, flat: FlatGraph) -> Iterator[tuple[str, Requ
             yield key, Requirement(key, text, at_least=limit) if least else Requirement(key, text, at_most=limit)
 
 
-def _finding(measurements: Measurements, name: str, requirement: Requirement, limits: Asked) -> Finding:
+def finding_of(measurements: Measurements, name: str, requirement: Requirement) -> Finding:
+    """Return what one requirement finds."""
+    limits = asked(measurements.flat, requirement)
     low, high = limits.at_least, limits.at_most
     reason = ""
     try:

@@ -9,6 +9,7 @@ from proofmass.runner.commands.declarations.options import (
     LibraryFile,
     Request,
     file_argument,
+    flag,
     option,
 )
 
@@ -33,6 +34,7 @@ class LiveRequest(Request, does="live_command.serve_live"):
         type=LibraryFile(dir_okay=False, path_type=Path),
         metavar="FILE",
     )
+    edit: bool = flag("Let the page save its sliders into the file, which it does not write otherwise.")
     browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
     own: Path | None = OWN
 

@@ -137,12 +137,12 @@ def test_a_click_on_a_plot_shows_what_the_wires_hold(browser: Any, report: Path)
     digest(page)
     page.locator(".plots .u-over").first.click(position={"x": 150, "y": 60})
     page.wait_for_selector(".peek")
-    tick = round(float(page.inner_text(".map-time").split()[2]) * 1000.0)
+    number, unit = page.inner_text(".map-time").removeprefix("values at ").split()
+    tick = round(float(number) * {"s": 1000.0, "ms": 1.0}[unit])
     expected = simulate(read_graph(report / "graph.toml"))["body.displacement"].values[tick]
     assert 0 < tick < 1999
     number, unit = page.text_content(".peek[data-of='body.displacement']").split()
-    assert unit == "nm"
-    assert float(number.replace("−", "-")) == pytest.approx(expected * 1e9, rel=1e-4)
+    assert float(number.replace("−", "-")) == pytest.approx(expected * {"nm": 1e9, "µm": 1e6}[unit], rel=1e-4)
     page.click("text='+'")
     assert page.evaluate("document.querySelector('svg.proofmass').viewBox.baseVal.x") > 0.0
     page.click("text='fit'")

@@ -157,7 +157,7 @@ def test_a_walk_goes_tick_by_tick_and_takes_other_parameters_on_the_way(browser:
     digest(page)
     page.click("text=Walk")
     page.click("text='10 ticks'")
-    page.wait_for_selector(".walk-line:has-text('tick 10 at 0.009 s')")
+    page.wait_for_selector(".walk-line:has-text('tick 10 at 9 ms')")
     step = 4.0 * math.sqrt(2.0)
     unit = "[data-of='count.sum.output']"
     assert float(page.text_content(unit).split()[0]) == pytest.approx(9.0 * step, rel=1e-4)

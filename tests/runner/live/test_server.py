@@ -73,6 +73,11 @@ def test_others_are_refused(process: Process) -> None:
     assert asked(process.url, "POST", "/change", Host=host, **origin) == 403
     assert asked(process.url, "POST", "/diagram", Host=host, **origin) == 403
     assert asked(process.url, "POST", "/long", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/save", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/undo", Host=host, **origin) == 403
+    assert asked(process.url, "POST", "/save", Host=host, **key, **origin) == 400
+    assert asked(process.url, "POST", "/undo", Host=host, **key, **origin) == 400
+    assert asked(process.url, "POST", "/verdicts", Host=host, **key, **origin) == 200
     assert asked(process.url, "POST", "/long", Host=host, **key, **origin) == 400
     assert asked(process.url, "POST", "/change", Host=host, **key, **origin) == 400
     assert asked(process.url, "POST", "/state", Host="localhost.example.org", **key, **origin) == 403
