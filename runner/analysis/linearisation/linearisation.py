@@ -37,6 +37,7 @@ from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest,
 from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
+from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
@@ -45,6 +46,7 @@ from proofmass.runner.plan.planned import Plan
 At = str | float | Fraction
 _Answer = TypeVar("_Answer")
 _FIXED = "derivatives take the operating point as fixed: it is not at rest"
+_MOVED = 1e-7  # part of itself by which a loop moves a pole of its own
 _GROWS = 1e-9  # by which a pole may lie outside the unit circle before a loop counts as starting up
 
 
@@ -207,12 +209,17 @@ class OperatingPoints:
         return self.about_loop(node, by_parameters)[1]
 
     def about_loop(self, node: Endpoint, by_parameters: bool = False) -> tuple[Linearisation, OpenLoop]:
-        """Return the loop through an output as `loop` does, and what it is taken from."""
+        """Return the loop through an output as `loop` does, and what it is taken from.
+
+        A loop that makes growth itself may settle elsewhere. An oscillation that something else bounds, such as the
+        range of a converter, does not make it stable: its verdict is that of the start.
+        """
         starting: list[tuple[Linearisation, OpenLoop]] = []
 
         def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
-            found = about, about.loop(node, by_parameters)
-            if self.at == AUTO and _starts_up(found[1]):
+            bounded = bool(starting) and about.at != SETTLED and _makes_growth(starting[0][1])
+            found = starting[0] if bounded else (about, about.loop(node, by_parameters))
+            if self.at == AUTO and not bounded and _starts_up(found[1]):
                 starting.append(found)
                 raise ModelError([self.plan.graph.placed(_no_gain(node))])
             return found
@@ -270,12 +277,25 @@ _WAYS = (AUTO, SETTLED, PERIODIC)
 
 def _starts_up(system: OpenLoop) -> bool:
     """Return whether a loop changes after its operating point, or grows away from it beyond doubt."""
-    poles = system.poles
-    grows = np.max(poles.real if system.continuous else np.abs(poles) - 1.0, initial=-1.0) > _GROWS
-    if not grows or system.map.starting:
+    if system.map.starting or not len(_growing(system)):
         return system.map.starting
     verdict, _ = judged(np.real(system.closed()), not system.continuous, system.variation, system.ticks)
     return verdict == "unstable"
+
+
+def _makes_growth(system: OpenLoop) -> bool:
+    """Return whether a loop makes growth itself, at a point where it stays as it is: a pole that it moves.
+
+    Others are those of something else that begins there, such as an oscillator.
+    """
+    growing = _growing(system)
+    apart = np.abs(growing[:, None] - system.open_poles[None, :]).min(axis=1, initial=np.inf)
+    return not system.map.starting and bool((apart > _MOVED * np.abs(growing)).any())
+
+
+def _growing(system: OpenLoop) -> Complex:
+    poles = system.poles
+    return poles[(poles.real if system.continuous else np.abs(poles) - 1.0) > _GROWS]
 
 
 def tick_of_time(plan: Plan, at: At) -> int:
