@@ -6,10 +6,11 @@
 
 Functions of blocks count where plain Python calls them: machine code is made of the same lines, but does not pass them.
 Processes that tests start are measured too. In `EXPLAINED` all is taken but what `branches_that_stay.toml` gives a
-reason for. Contexts are files of tests: `tests_of` says which of them pass a line.
+reason for. Contexts are files of tests: `Passing` says which of them pass a line.
 """
 
 import argparse
+import json
 import os
 import subprocess
 import sys
@@ -21,9 +22,11 @@ from typing import NamedTuple
 
 import coverage
 import pytest
+from coverage.parser import PythonParser
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "build" / "coverage"
+SECONDS = DATA / "seconds.json"  # of each file of tests
 STAY = Path(__file__).with_name("branches_that_stay.toml")
 SOURCE = ("blocks", "graphs", "runner")
 EXPLAINED = ("blocks", "graphs", "runner/plan", "runner/program", "runner/run")
@@ -65,10 +68,22 @@ def pytest_runtest_setup(item: pytest.Item) -> None:
         running.switch_context(item.nodeid.partition("::")[0])
 
 
+_seconds = Counter[str]()
+
+
+def pytest_runtest_logreport(report: pytest.TestReport) -> None:
+    """Add up the time of each file of tests."""
+    _seconds[report.nodeid.partition("::")[0]] += report.duration
+
+
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Save what a process of xdist has measured, which is not always asked to end by itself."""
+    if not hasattr(session.config, "workerinput"):
+        SECONDS.parent.mkdir(parents=True, exist_ok=True)
+        SECONDS.write_text(json.dumps(_seconds), encoding="utf-8")
+        return
     running = coverage.Coverage.current()
-    if running is not None and hasattr(session.config, "workerinput"):
+    if running is not None:
         running.stop()
         running.save()
 
@@ -112,12 +127,24 @@ def _room(file: str) -> str:
     return first if first == "blocks" or second.endswith(".py") else f"{first}/{second}"
 
 
-def tests_of(found: coverage.Coverage, file: str, lines: Sequence[int]) -> list[str]:
-    """Return the files of tests that pass one of some lines, those that pass the most files last."""
-    data = found.get_data()
-    by_line = data.contexts_by_lineno(str(ROOT / file))
-    tests = {test for line in lines for test in by_line.get(line, ()) if test}
-    return sorted(tests)
+class Passing:
+    """Which files of tests pass a line, and how long each takes."""
+
+    def __init__(self) -> None:
+        self._data = measured().get_data()
+        self._seconds: Mapping[str, float] = json.loads(SECONDS.read_text(encoding="utf-8"))
+        self._lines: dict[str, Mapping[int, Sequence[str]]] = {}
+
+    def of(self, file: str, line: int) -> dict[str, float]:
+        """Return the seconds of each file of tests that passes a line while a test runs, the quickest first."""
+        if file not in self._lines:
+            parser = PythonParser(filename=str(ROOT / file))
+            parser.parse_source()
+            by_line = self._data.contexts_by_lineno(str(ROOT / file))
+            last = len((ROOT / file).read_text(encoding="utf-8").splitlines())
+            self._lines[file] = {n: by_line.get(parser.first_line(n), ()) for n in range(1, last + 1)}
+        tests = {test: self._seconds.get(test, 1.0) for test in self._lines[file].get(line, ()) if test}
+        return dict(sorted(tests.items(), key=lambda item: item[1]))
 
 
 def reasons() -> Mapping[tuple[str, str], str]:

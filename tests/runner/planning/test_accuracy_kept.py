@@ -88,7 +88,7 @@ def test_a_gyroscope_starts_from_rest(method: str) -> None:
 def test_both_engines_start_alike(method: str) -> None:
     graph = library("vibratory_gyroscope.toml")
     graph = replace(graph, integration=replace(graph.integration, method=method))
-    python, compiled = (simulate(graph, samples=9, engine=engine) for engine in ("python", "compiled"))
+    python, compiled = (simulate(graph, samples=4, engine=engine) for engine in ("python", "compiled"))
     for signal in python:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 

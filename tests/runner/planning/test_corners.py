@@ -107,8 +107,9 @@ def test_adaptive_steps_end_there_too(method: str) -> None:
     assert phase_error(1e-9, 60, method=method) < 1e-9
 
 
-def test_both_engines_find_the_same_corners() -> None:
-    python, compiled = (simulate(sustained(), samples=100, engine=engine) for engine in ENGINES)
+@pytest.mark.parametrize("samples", amounts(32, 100))
+def test_both_engines_find_the_same_corners(samples: int) -> None:
+    python, compiled = (simulate(sustained(), samples=samples, engine=engine) for engine in ENGINES)
     for signal in python:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
