@@ -45,7 +45,7 @@ def test_a_branch_stands_for_the_lines_that_it_leads_to(
     left, rooms = missing(measured)
     assert [(branch.line, branch.to) for branch in left] == expected
     assert rooms["blocks"].branches == 4
-    assert rooms["blocks"].lines == 11
+    assert rooms["blocks"].lines == 10
 
 
 def test_the_table_has_the_sum_of_all_rooms() -> None:
