@@ -136,15 +136,18 @@ class Passing:
         self._lines: dict[str, Mapping[int, Sequence[str]]] = {}
 
     def of(self, file: str, line: int) -> dict[str, float]:
-        """Return the seconds of each file of tests that passes a line while a test runs, the quickest first."""
+        """Return the seconds of each file of tests that passes a line, the quickest first.
+
+        Of a line that runs at import only these are all that pass another line of its file.
+        """
         if file not in self._lines:
             parser = PythonParser(filename=str(ROOT / file))
             parser.parse_source()
             by_line = self._data.contexts_by_lineno(str(ROOT / file))
             last = len((ROOT / file).read_text(encoding="utf-8").splitlines())
             self._lines[file] = {n: by_line.get(parser.first_line(n), ()) for n in range(1, last + 1)}
-        tests = {test: self._seconds.get(test, 1.0) for test in self._lines[file].get(line, ()) if test}
-        return dict(sorted(tests.items(), key=lambda item: item[1]))
+        tests = set(self._lines[file].get(line, ())) - {""} or set().union(*self._lines[file].values()) - {""}
+        return dict(sorted(((test, self._seconds.get(test, 1.0)) for test in tests), key=lambda item: item[1]))
 
 
 def reasons() -> Mapping[tuple[str, str], str]:

@@ -3,9 +3,8 @@
     python -m tests.mutants --count 300 --seed 1
 
 A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
-first, as `make coverage` has measured them; without that, and for lines that run at import only, those nearest to its
-file: the one of its name, and those that import it. What they all pass has survived. Of those with a reason in
-`mutants_that_stay.toml` nothing is expected.
+first, as `make coverage` has measured them; without that those nearest to its file: the one of its name, and those that
+import it. What they all pass has survived. Of those with a reason in `mutants_that_stay.toml` nothing is expected.
 
 mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
 same tests for every file.
@@ -154,6 +153,9 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
 # -- the tests nearest to a file -------------------------------------------------------------------------------------
 
 
+_DECLARED = ("tests/blocks/test_declared_numbers.py",)  # what a class of a block says is read at import
+
+
 class Nearest:
     """Which files of tests stand nearest to a line of the source: that pass it, or by name and by imports."""
 
@@ -168,14 +170,14 @@ class Nearest:
         """Files of tests that pass the line, the one of its name first; those nearest to the file if none does."""
         near, passing = self.of(mutant.file), self._passing.of(mutant.file, mutant.line) if self._passing else {}
         if not passing:
-            return near
+            return [*near, *(_DECLARED if mutant.file.startswith("blocks/") else ())]
         named = [test for test in near[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"]
         tests, seconds = list[str](), 0.0
         for test, more in passing.items():
             seconds += more
             if test not in named and (not tests or seconds <= BUDGET):
                 tests.append(test)
-        return [*named, *tests]
+        return [*named, *(_DECLARED if mutant.file.startswith("blocks/") else ()), *tests]
 
     def of(self, file: str) -> list[str]:
         """Files of tests, the one of its name first; those that import it by way of others only if no one else does."""
