@@ -19,7 +19,7 @@ def told(parameter: Parameter) -> str:
 
 def declared() -> str:
     lines = []
-    for kind in sorted(all_blocks(), key=lambda kind: kind.__name__):
+    for kind in all_blocks().values():
         lines += [f"{kind.__name__}\n", *map(told, kind.parameters.values())]
     return "".join(lines)
 
