@@ -1,5 +1,7 @@
 """Each mode against scipy's exact step of its matrix, from hardly damped to overdamped."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -42,3 +44,10 @@ def test_against_scipy(output: str) -> None:
 def test_lists_of_unlike_length_are_refused() -> None:
     with pytest.raises(ModelError, match="1 numbers, as frequencies has"):
         ModalResonator(frequencies=(1.0,))
+
+
+@pytest.mark.parametrize(("modes", "refused"), [(64, False), (65, True)])
+def test_64_modes_are_taken(modes: int, refused: bool) -> None:
+    names = ("frequencies", "qualities", "masses", "force_shape", "readout_shape")
+    with pytest.raises(ModelError, match="at most 64 numbers") if refused else nullcontext():
+        ModalResonator(**dict.fromkeys(names, (1.0,) * modes))
