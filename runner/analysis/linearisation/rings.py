@@ -81,7 +81,7 @@ class Rings:
                     found.append(value)
         for (name, buffer), cells in memory.of_blocks().items():
             if name in names and isinstance(cells, list) and cells and isinstance(cells[0], int):
-                found += [cells[self.cell(memory, name, buffer, number)] for number in range(len(cells))]
+                found += [int(cells[self.cell(memory, name, buffer, number)]) for number in range(len(cells))]
         return found
 
 
