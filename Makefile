@@ -9,7 +9,7 @@ VENV ?= .venv
 WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects derivations mutants lint docs pictures benchmark clean
+.PHONY: demo test test-all test-fast defects derivations coverage mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -35,7 +35,11 @@ defects: $(VENV)/installed-test
 derivations: $(VENV)/installed-test
 	$(BIN)/python -m pytest tests/blocks -m derivation --derivations
 
-# 300 small changes of the source, each against the tests nearest to it: which of them nobody notices. An hour.
+# Which branches of the source some test takes, by room; what none takes has its reason. Twice the time of the tests.
+coverage: $(VENV)/installed-test
+	$(BIN)/python -m tests.coverage
+
+# 300 small changes of the source, each against the tests that pass its line, as `make coverage` has measured them.
 mutants: $(VENV)/installed-test
 	$(BIN)/python -m tests.mutants --count 300
 

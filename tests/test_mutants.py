@@ -31,7 +31,7 @@ def test_what_is_only_said_stays() -> None:
 
 
 def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
-    nearest = Nearest()
+    nearest = Nearest(measured=False)
     assert nearest.of(FILE)[0] == "tests/blocks/arithmetic/test_rounding.py"
     assert "tests/runner/program/test_tangents.py" in nearest.of("runner/program/tangents.py")
     assert nearest.of("runner/program/walk.py"), "it is imported by way of others"

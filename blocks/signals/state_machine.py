@@ -35,8 +35,8 @@ class State(NamedTuple):
 @StateMachine.requires
 def requires(p: StateMachine) -> Iterator[tuple[str, str]]:
     states = len(p.values)
-    if not 1 <= states <= 256:
-        yield "values", "1 to 256 of them, one for each state"
+    if states > 256:
+        yield "values", "at most 256 of them, one for each state"
     if len(p.following) != 4 * states:
         yield "following", f"{4 * states} of them, four for each of {states} states"
     if any(value != int(value) or not 0 <= value < states for value in p.following):

@@ -80,6 +80,11 @@ class Stages:
             self._call(name, corner, type(blocks[name]).corners[corner]) for name, corner in group.corners
         ]
         self._thens = [self._call(name, event, type(blocks[name]).events[event][1]) for name, event in group.events]
+        self._members = [(name, self._places.get(ConstantsOf(name), -1)) for name in group.members]
+        self._held = [self._places.get(StateBinding(name), -1) for name in group.blocks]
+        self._inputs = [self._places.get(WireBinding(node), -1) for node in group.inputs]
+        self._ramps = [(self._places.get(WireBinding(node), -1), group.inputs.index(node)) for node in group.ramps]
+        self._guesses = [self._places.get(WireBinding(node), -1) for node in group.guesses]
 
     def rates(self, context: StageContext, time: float, x: Sequence[float], out: Any) -> None:
         """Derivatives of all states; modes stand still."""
@@ -114,18 +119,18 @@ class Stages:
 
     def _known(self, context: StageContext, time: float, x: Sequence[float]) -> list[Any]:
         """Arguments of all functions of the blocks at an instant, each in its place."""
-        values: list[Any] = [None] * len(self._places)
+        values: list[Any] = [None] * (len(self._places) + 1)  # the last for what no function takes
         values[0] = time
-        for name in self.group.members:
-            self._keep(values, ConstantsOf(name), context.constants[name])
-        for name, state in self.states(x).items():
-            self._keep(values, StateBinding(name), state)
-        inputs = dict(zip(self.group.inputs, context.inputs, strict=True))
-        for node, slope in zip(self.group.ramps, context.slopes, strict=True):
-            inputs[node] = inputs[node] + slope * (time - context.start)
-        inputs |= zip(self.group.guesses, context.guesses, strict=True)
-        for node, value in inputs.items():
-            self._keep(values, WireBinding(node), value)
+        for name, place in self._members:
+            values[place] = context.constants[name]
+        for place, state in zip(self._held, self.states(x).values(), strict=True):
+            values[place] = state
+        for place, value in zip(self._inputs, context.inputs, strict=True):
+            values[place] = value
+        for (place, number), slope in zip(self._ramps, context.slopes, strict=True):
+            values[place] = context.inputs[number] + slope * (time - context.start)
+        for place, value in zip(self._guesses, context.guesses, strict=True):
+            values[place] = value
         for place, default in self._defaults.items():
             values[place] = default
         for call in self._nodes:
@@ -146,10 +151,6 @@ class Stages:
     ) -> bool:
         """Solve an algebraic loop on the values of an instant; return whether there is a solution."""
         return solve_in_place(tears, others, known, value)
-
-    def _keep(self, known: list[Any], key: Binding | ConstantsOf, value: Any) -> None:
-        if key in self._places:
-            known[self._places[key]] = value
 
     def _called(self, call: _Call, known: list[Any]) -> Any:
         self.at = call.at

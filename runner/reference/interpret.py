@@ -54,6 +54,7 @@ class Outputs:
         self.filled, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
+        self._period = plan.period  # a quotient of exact numbers, which takes as long as a small block
         self._at = ""  # the function under way, for messages
         self._overflowed: set[str] = set()  # in this tick
         steps = {step: self._step(step) for step in plan.schedule.order}
@@ -210,7 +211,7 @@ class Outputs:
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         """Return the function that looks up an argument in a tick."""
-        memory, period = self._memory, self.filled.period
+        memory, period = self._memory, self._period
         match binding:
             case StateBinding(name):
                 return lambda tick: memory.states[name]
@@ -294,7 +295,7 @@ class Interpreter(Outputs):
                     states[name] = state
         following = self._ahead(tick)
         for advance in self._advances:
-            moment = Moment(self._constants, states, self._memory.wires, following, tick * self.plan.period)
+            moment = Moment(self._constants, states, self._memory.wires, following, tick * self._period)
             try:
                 moved = advance(moment)
             except (IntegrationError, NoSolutionError) as error:
@@ -333,7 +334,7 @@ class Interpreter(Outputs):
         """Return an argument of a source in the next tick."""
         match binding:
             case Time():
-                return tick * self.plan.period
+                return tick * self._period
             case WireBinding(node):
                 return following[node]
             case Default(_, value):

@@ -15,6 +15,7 @@ from tests.by_hand.compiled import over_columns
 from tests.by_hand.integer_code import Code
 
 mpmath.mp.dps = 60
+ROWS = 300  # a compilation takes as long as so many interpreted ones
 
 
 @functools.lru_cache
@@ -68,10 +69,10 @@ def chain(temperature: Any, a: float, b: float, bits: int, further: int = 0, pre
     return (scaled(a, bits + further) * shifted(exponential(angle, bits, bits), octave)) >> bits
 
 
-def swept(block: Block, output: str, *columns: Any, compiled: bool = False) -> Any:
+def swept(block: Block, output: str, *columns: Any) -> Any:
     """Mantissas of an output for columns of mantissas of its inputs, by the integer code of the compiled loop.
 
-    The code is interpreted, sooner than it compiles, or `compiled` for millions of rows.
+    Few rows are interpreted, sooner than the code compiles.
     """
     made = digital_block("block", block, 1.0)
     step = made.steps[output]
@@ -79,7 +80,7 @@ def swept(block: Block, output: str, *columns: Any, compiled: bool = False) -> A
     flagged = step.overflows or step.refuses
 
     code = Code(step.code)
-    if compiled:
+    if len(columns[0]) > ROWS:
         return over_columns(code, *columns, before=before)[0]
     rows = (code(*before, *row) for row in zip(*(column.tolist() for column in columns), strict=True))
     return np.array([row[0] if flagged else row for row in rows], dtype=np.int64)

@@ -18,14 +18,29 @@ STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their
 ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # the others are parts, with open inputs
 # Made of parts that others have too: walks that run or compile every graph take them with all that is exhaustive.
 OF_SAME_PARTS = {
+    "calibration_interval_study",
     "chopped_accelerometer",
     "fibre_optic_gyroscope",
     "force_balance_seismometer",
+    "gyroscope_noise",
+    "gyroscope_rate_response",
+    "imu_3dof",
     "open_loop_gyroscope",
+    "pn_self_test_accelerometer",
+    "quartz_feedback_gain",
+    "quartz_feedback_noise",
+    "quartz_forward_gain",
     "quartz_thermometer",
     "resonant_accelerometer",
+    "scale_factor_drift",
+    "self_calibration_gyroscope",
+    "self_calibration_gyroscope_fixed",
+    "self_calibration_online",
+    "self_calibration_population",
     "sigma_delta_accelerometer",
     "six_axis_imu",
+    "temperature_compensation_drift",
+    "temperature_compensation_m2",
 }
 WALKED = [
     pytest.param(path, id=path.stem, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())

@@ -68,7 +68,7 @@ def misspellings(text: str, draw: random.Random, tries: int) -> Iterator[tuple[N
                 yield name, wrong
 
 
-@pytest.mark.parametrize("tries", amounts(40, 120))
+@pytest.mark.parametrize("tries", amounts(20, 120))
 @pytest.mark.parametrize("path", WALKED)
 def test_a_misspelt_name_is_refused_and_the_right_one_offered(path: Path, tries: int) -> None:
     text = path.read_text(encoding="utf-8")

@@ -29,7 +29,7 @@ from proofmass.runner.run.simulate import simulate
 from tests.by_hand.cordic import chain, growth, scaled, swept
 from tests.by_hand.temperature_sets import DEVICES, TEMPERATURE
 
-LAWS = {name: fit(device.readings()).fits[0].values for name, device in DEVICES.items()}
+LAWS = {name: fit(device.readings(), [], tolerance=1.0).fits[0].values for name, device in DEVICES.items()}
 
 each = pytest.mark.parametrize("name", DEVICES)
 

@@ -285,7 +285,8 @@ class OrbitSearch:
         longest = min(self._longest, MOST_SWITCHED)
         run = self._course.from_memory(self._after(0))
         ticks = self._ticks
-        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks), longest, self._memories)
+        last = self._first + longest * ticks
+        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks, last), longest, self._memories)
         return [found] if found else []
 
     def _map(self, after: int, periods: int = 1) -> PeriodMap:

@@ -71,6 +71,19 @@ class Rings:
                 for number in range(len(cells)):
                     yield (name, buffer, number), cells[self.cell(memory, name, buffer, number)]
 
+    def integers_of(self, memory: Memory, names: Collection[str]) -> list[int]:
+        """Return the integers and truth values among these numbers; all entries of a buffer are of one kind."""
+        places, found = self.places(), list[int]()
+        for name in names:
+            state = memory.states[name]
+            for key, value in zip(state._fields, state, strict=True) if state is not None else ():
+                if isinstance(value, int) and (name, key) not in places:
+                    found.append(value)
+        for (name, buffer), cells in memory.of_blocks().items():
+            if name in names and isinstance(cells, list) and cells and isinstance(cells[0], int):
+                found += [int(cells[self.cell(memory, name, buffer, number)]) for number in range(len(cells))]
+        return found
+
 
 def find_rings(plan: Plan, names: Collection[str], after: Callable[[int], Memory]) -> Rings:
     """Return the rings of some blocks, by the memory `after` some periods."""

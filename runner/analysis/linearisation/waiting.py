@@ -65,6 +65,7 @@ class Waiting:
         ]
         self._run = machine_code or _Alone(plan, begin.copy(), self._alone)
         self._rows: list[list[float]] = []
+        self._counts: list[list[int]] = []
 
     def sources(self, periods: int) -> Array:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
@@ -102,15 +103,22 @@ class Waiting:
 
         A short one is taken where it also says what is `known` of later periods.
         """
-        rows: list[list[int]] = []
         told = self.sources(2 * periods)
         for longest in dict.fromkeys((min(_SHORT_TURN, periods), periods)):
-            rows += [self._integers(run(period)) for period in range(len(rows), 2 * longest)]
+            if not _returns(np.array(self._counted(run, 1 + longest), dtype=float)):
+                continue  # half of the run is enough to see that nothing comes again
+            rows = self._counted(run, 2 * longest)
             counts = np.array(rows, dtype=float).reshape(len(rows), -1)
             number = _repetition(np.hstack([told[: 2 * longest] if longest < periods else told, counts]), longest)
             if number and (longest == periods or self._says(rows, number, known, told)):
                 return number
         return 0
+
+    def _counted(self, run: Callable[[int], Memory], periods: int) -> list[list[int]]:
+        """Return the integers after so many periods; without any, nothing runs."""
+        for period in range(len(self._counts), periods):
+            self._counts.append(self._integers(run(period)) if not self._counts or self._counts[0] else [])
+        return self._counts[:periods]
 
     def _says(self, rows: list[list[int]], number: int, known: Mapping[int, Memory], told: Array) -> bool:
         """Return whether a repetition goes on as it begins."""
@@ -120,7 +128,7 @@ class Waiting:
         return alike and _same_turns(told, number)
 
     def _integers(self, memory: Memory) -> list[int]:
-        return [value for _, value in self._rings.states_of(memory, self._others) if isinstance(value, int)]
+        return self._rings.integers_of(memory, self._others)
 
 
 def switch_note(seconds: float) -> str:
@@ -136,6 +144,12 @@ def _turning(values: Array) -> npt.NDArray[np.bool_]:
 
 def _turns(column: tuple[int, ...]) -> bool:
     return bool(_turning(np.array(column, dtype=float)[:, None])[0])
+
+
+def _returns(values: Array) -> bool:
+    """Return whether what turns has its first values again in a later row."""
+    values = values[:, _turning(values)]
+    return bool((values[1:] == values[0]).all(axis=1).any())
 
 
 def _repetition(values: Array, longest: int) -> int:

@@ -282,3 +282,10 @@ def test_counts_nest_and_end() -> None:
         FixedValue(100, 4).to(Fixed(8, 4))
     FixedValue(300, 4).to(Fixed(8, 4))
     assert (outer.total, inner.total) == (1, 2)
+
+
+def test_a_value_as_a_number_of_python() -> None:
+    some, none = FixedValue(-3, 2), FixedValue(0, 5)
+    assert (float(some), float(none)) == (-0.75, 0.0)
+    assert (bool(some), bool(none)) == (True, False)
+    assert (+some).mantissa == -3

@@ -351,3 +351,10 @@ def test_the_default_of_an_input_is_of_its_type() -> None:
         Input("1", "Whether.", bool, default=1.0)
     with pytest.raises(TypeError, match="the default of an input of type float must be a number, not True"):
         Input("1", "How much.", default=True)
+
+
+def test_a_parameter_of_a_block_cannot_be_deleted() -> None:
+    mixer = Mixer()
+    with pytest.raises(dataclasses.FrozenInstanceError, match="cannot delete depth"):
+        del mixer.depth
+    assert mixer.depth == 3

@@ -1,5 +1,7 @@
 """Each mode against scipy's exact step of its matrix, from hardly damped to overdamped."""
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 from scipy import signal
@@ -71,3 +73,10 @@ def test_a_rod_that_is_pulled_at_its_end(place: float) -> None:
         there, back = ((2 * echo + 1 - place) * length, (2 * echo + 1 + place) * length)
         expected += (-1.0) ** echo * (np.maximum(t - there, 0.0) - np.maximum(t - back, 0.0))
     assert distance(found, pull / area_modulus * expected) < 0.01
+
+
+@pytest.mark.parametrize(("modes", "refused"), [(64, False), (65, True)])
+def test_64_modes_are_taken(modes: int, refused: bool) -> None:
+    names = ("frequencies", "qualities", "masses", "force_shape", "readout_shape")
+    with pytest.raises(ModelError, match="at most 64 numbers") if refused else nullcontext():
+        ModalResonator(**dict.fromkeys(names, (1.0,) * modes))

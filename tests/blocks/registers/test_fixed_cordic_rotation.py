@@ -48,7 +48,7 @@ def test_at_most_one_step_off(bits: int) -> None:
     assert bits != 16 or block == FixedCordicRotation()
     angles = np.arange(-(4 << bits), 4 << bits, max(1, 2**bits // 4096))
     for name, exact in (("sine", np.sin), ("cosine", np.cos)):
-        found = swept(block, name, angles, compiled=True)
+        found = swept(block, name, angles)
         assert np.max(np.abs(found - exact(angles / 2**bits) * 2**bits)) < bound(bits, bits + 4, 8)
 
 

@@ -66,8 +66,8 @@ def test_at_most_one_step_off(bits: int, word: Fixed) -> None:
     real, imaginary = np.concatenate([np.array(SHORT).T, long], axis=1)
     length, angle = np.hypot(real, imaginary), np.arctan2(imaginary, real)
     found = (
-        swept(block, "magnitude", real, imaginary, compiled=True),
-        swept(block, "phase", real, imaginary, compiled=True),
+        swept(block, "magnitude", real, imaginary),
+        swept(block, "phase", real, imaginary),
     )
     assert np.max(np.abs(found[0] - length)) < 1.0
     off = np.abs(found[1] - angle * 2.0**bits)[length > 0.0]

@@ -1,11 +1,13 @@
 """The filter against exact fractions, and against its floating-point sibling."""
 
+from contextlib import nullcontext
 from fractions import Fraction
 
 import pytest
 
 from proofmass.blocks import FiniteImpulseResponse, FixedFiniteImpulseResponse
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.problem import ModelError
 from tests.by_hand.fixed_point import ROUNDINGS, cast, drive_fixed, value_of, words
 from tests.by_hand.responses import response
 
@@ -34,3 +36,9 @@ def test_against_the_filter_in_floating_point() -> None:
         FixedFiniteImpulseResponse(taps=taps, output_format=Fixed(28, 20)), [{"input": m} for m in inputs]
     )]  # fmt: skip
     assert found == pytest.approx(response(FiniteImpulseResponse(taps=taps), [m / 4096 for m in inputs]), abs=1e-12)
+
+
+@pytest.mark.parametrize(("taps", "refused"), [(64, False), (65, True)])
+def test_64_taps_are_taken(taps: int, refused: bool) -> None:
+    with pytest.raises(ModelError, match="at most 64 numbers") if refused else nullcontext():
+        FixedFiniteImpulseResponse(taps=(0.5,) * taps)

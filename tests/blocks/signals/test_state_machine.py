@@ -32,8 +32,13 @@ def test_against_a_dictionary() -> None:
         ({"following": (0.0,) * 7 + (2.0,)}, "0 to 1"),
         ({"following": (0.0,) * 7 + (0.5,)}, "0 to 1"),
         ({"initial": 2}, "at most 1"),
+        ({"values": (0.0,) * 257, "following": (0.0,) * 4 * 257}, "at most 256 of them"),
     ],
 )
 def test_what_is_no_table(table: dict[str, object], message: str) -> None:
     with pytest.raises(ModelError, match=message):
         StateMachine(**table)
+
+
+def test_256_states_are_taken() -> None:
+    assert len(StateMachine(values=(0.0,) * 256, following=(0.0,) * 4 * 256).values) == 256

@@ -56,7 +56,7 @@ class TestTheCommand:
     def test_resumes_to_the_same_bits(self, tmp_path: Path) -> None:
         path = tmp_path / "graph.toml"
         path.write_text(
-            'name = "noise"\nrate = "1 kHz"\nsamples = 400_000\nprobes = [{ signal = "noise.output", every = 10 }]\n'
+            'name = "noise"\nrate = "1 kHz"\nsamples = 200_000\nprobes = [{ signal = "noise.output", every = 10 }]\n'
             '[blocks.noise]\nkind = "WhiteNoise"\ndensity = 1.0\n'
         )
         options = ("--engine", "python", "--format", "csv", "--quiet")

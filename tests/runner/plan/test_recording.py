@@ -321,7 +321,6 @@ def test_columns_take_at_most_twice_their_file(form: str, tmp_path: Path) -> Non
     else:
         made = netcdf_file if form == "nc" else classic_netcdf_file
         path = made(tmp_path, {"time": ("time", times, {}), "level": ("time", values, {})})
-    read_columns(path, lambda names: (0, 1))  # libraries are imported
     tracemalloc.start()
     columns = read_columns(path, lambda names: (0, 1))
     peak = tracemalloc.get_traced_memory()[1]

@@ -19,6 +19,7 @@ from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
+from tests.by_hand.amounts import amounts
 from tests.by_hand.hidden_corners import looks_at_numbers
 
 MASS, DAMPING, STIFFNESS = 1e-9, 2.5133e-8, 15.7914
@@ -89,7 +90,7 @@ def piecewise(samples: int) -> list[float]:
 
 def phase_error(accuracy: float, samples: int = 240, **more: Any) -> float:
     """The largest error, of the largest displacement, per radian of the oscillation."""
-    found = simulate(sustained(accuracy=accuracy, **more), samples=samples, engine="python")
+    found = simulate(sustained(accuracy=accuracy, **more), samples=samples, engine="compiled")
     expected = np.array(piecewise(samples))
     radians = math.sqrt(STIFFNESS / MASS) * samples * PERIOD
     return float(np.abs(found["beam.displacement"].values - expected).max() / np.abs(expected).max()) / radians
@@ -106,24 +107,26 @@ def test_adaptive_steps_end_there_too(method: str) -> None:
     assert phase_error(1e-9, 60, method=method) < 1e-9
 
 
-def test_both_engines_find_the_same_corners() -> None:
-    python, compiled = (simulate(sustained(), samples=100, engine=engine) for engine in ENGINES)
+@pytest.mark.parametrize("samples", amounts(32, 100))
+def test_both_engines_find_the_same_corners(samples: int) -> None:
+    python, compiled = (simulate(sustained(), samples=samples, engine=engine) for engine in ENGINES)
     for signal in python:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
 
+@pytest.mark.parametrize("ticks", amounts(24, 100))  # three periods with two pairs of corners in each
 @pytest.mark.parametrize("integration", [{"substeps": 10}, {"accuracy": 1e-6}, {"method": "radau", "accuracy": 1e-4}])
-def test_lanes_find_them_too(integration: dict[str, Any]) -> None:
+def test_lanes_find_them_too(integration: dict[str, Any], ticks: int) -> None:
     planned = plan(replace(sustained(**integration), probes=()))
     gains = [GAIN * (1.0 + 0.1 * number) for number in range(4)]
     amplifiers = [Gain(gain=gain, input_unit="m/s", output_unit="N") for gain in gains]
     plans = [varied(planned, {"amplifier": amplifier}) for amplifier in amplifiers]
     given = {("amplifier", "gain"): np.array(gains)}
     lanes = Lanes(CompiledLanes(planned, set(given), 4), 7, range(4), given, plans)
-    lanes.advance(100)
+    lanes.advance(ticks)
     for number, alone in enumerate(plans):
         run = Interpreter(alone, 7, number)
-        run.advance(100, ())
+        run.advance(ticks, ())
         state = run.memory().states["beam"]
         found = [lanes.value(StateField("beam", field))[number].item() for field in state._fields]
         assert list(map(repr, found)) == list(map(repr, state))

@@ -14,7 +14,7 @@ from scipy.optimize import curve_fit, least_squares
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.fit import Fit, fit
-from tests.by_hand.temperature_sets import DEVICES, M1, TEMPERATURE, Device
+from tests.by_hand.temperature_sets import DEVICES, M1, TEMPERATURE, Device, fitted
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
 
@@ -48,7 +48,7 @@ def test_two_exponentials_against_least_squares_from_many_starts(device: Device)
         for b1, b2 in [(-6.0, 1.5), (-1.0, 1.0), (-3.0, 2.0), (-8.0, 0.5)]
     ]
     lowest = min(found, key=lambda result: result.cost)
-    ours = fit(device.readings()).fits[0]
+    ours = fitted(device).fits[0]
     assert ours.rmse == pytest.approx(size * math.sqrt(2.0 * lowest.cost / 61), rel=1e-9)
     expected = lowest.x * [size, 1.0, size, 1.0]
     assert list(ours.values.values()) == pytest.approx(expected.tolist(), rel=1e-4)
@@ -56,7 +56,7 @@ def test_two_exponentials_against_least_squares_from_many_starts(device: Device)
 
 @both
 def test_intervals_against_curve_fit(device: Device) -> None:
-    ours = fit(device.readings()).fits[0]
+    ours = fitted(device).fits[0]
     start = list(ours.values.values())
     _, covariance = curve_fit(law, TEMPERATURE, device.output(), p0=start)
     assert [c.half_width for c in ours.coefficients] == pytest.approx(
@@ -93,19 +93,19 @@ def test_intervals_of_a_straight_line_by_hand() -> None:
 
 @both
 def test_measures_are_those_of_the_coefficients(device: Device) -> None:
-    report = fit(device.readings())
+    report = fitted(device)
     output = device.output()
     assert report.before == np.ptp(output)
-    for fitted in report.fits:
+    for model in report.fits:
         predicted = (
-            law(TEMPERATURE, **fitted.values)
-            if "a1" in fitted.values
-            else Polynomial(list(fitted.values.values()))(TEMPERATURE)
+            law(TEMPERATURE, **model.values)
+            if "a1" in model.values
+            else Polynomial(list(model.values.values()))(TEMPERATURE)
         )
-        assert fitted.residual == pytest.approx(output - predicted, abs=1e-12)
-        assert fitted.after == pytest.approx(np.ptp(output - predicted), rel=1e-8)
-        assert fitted.rmse == pytest.approx(rmse_of(fitted), rel=1e-12)
-        assert fitted.r_squared == pytest.approx(1.0 - fitted.rmse**2 / output.var(), rel=1e-12)
+        assert model.residual == pytest.approx(output - predicted, abs=1e-12)
+        assert model.after == pytest.approx(np.ptp(output - predicted), rel=1e-8)
+        assert model.rmse == pytest.approx(rmse_of(model), rel=1e-12)
+        assert model.r_squared == pytest.approx(1.0 - model.rmse**2 / output.var(), rel=1e-12)
 
 
 @given(st.floats(-5.0, -1.0), st.floats(0.5, 4.0), st.floats(0.2, 5.0), st.floats(0.2, 5.0), st.booleans())
@@ -134,12 +134,12 @@ def test_scaling_and_shifting(shift: float, stretch: float, gain: float) -> None
 def test_the_order_of_the_rows_does_not_matter() -> None:
     shuffled = np.random.default_rng(1).permutation(61)
     turned = readings(TEMPERATURE[shuffled], M1.output()[shuffled])
-    assert fit(turned).fits[0].rmse == pytest.approx(fit(M1.readings()).fits[0].rmse, rel=1e-12)
+    assert fit(turned).fits[0].rmse == pytest.approx(fitted(M1).fits[0].rmse, rel=1e-12)
 
 
 def test_units_of_the_coefficients() -> None:
     report = fit(dataclasses.replace(M1.readings(), temperature_unit="K", output_unit="m/s^2"))
-    units = {c.name: c.unit for fitted in report.fits for c in fitted.coefficients}
+    units = {c.name: c.unit for model in report.fits for c in model.coefficients}
     assert units["a1"] == units["c0"] == "m/s^2"
     assert units["b2"] == "1/K"
     assert units["c2"] == "(m/s^2)/K^2"

@@ -6,11 +6,11 @@ import pytest
 
 from proofmass.runner.design.fit.fit import fit
 from proofmass.runner.design.fit.starts import GRID, from_starts
-from tests.by_hand.temperature_sets import M1, M2
+from tests.by_hand.temperature_sets import M1, M2, fitted
 
 
 def test_alternation_and_projection_of_m1() -> None:
-    report = fit(M1.readings())
+    report = fitted(M1)
     alternated, projected = from_starts(report, GRID[::3])
     assert [arrival.start for arrival in alternated.all] == [arrival.start for arrival in projected.all]
     assert len(alternated.all) == len(list(combinations(GRID[::3], 2)))

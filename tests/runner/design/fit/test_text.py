@@ -9,9 +9,7 @@ from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.fit import fit
 from proofmass.runner.design.fit.starts import from_starts
 from proofmass.runner.design.fit.text import data, starts_text, text
-from tests.by_hand.temperature_sets import M1, TEMPERATURE
-
-REPORT = fit(M1.readings())
+from tests.by_hand.temperature_sets import M1, TEMPERATURE, fitted
 
 
 def strict(report: Any) -> Any:
@@ -21,17 +19,18 @@ def strict(report: Any) -> Any:
 
 
 def test_text_compares_all_fits() -> None:
-    shown = text(REPORT)
+    report = fitted(M1)
+    shown = text(report)
     assert "made: 61 rows, sensor [V] from 0.6 to 1.8, zero bias [V] from 0.00176241 to 0.00566241" in shown
     assert "peak to peak, 0.0039 before" in shown
-    for fitted in REPORT.fits:
-        row = next(line for line in shown.splitlines() if fitted.model in line and fitted.method in line)
-        assert row.split()[-4:-1] == [f"{fitted.rmse:.5g}", f"{fitted.r_squared:.5f}", f"{fitted.after:.5g}"]
-        if fitted.method == "alternation":
+    for model in report.fits:
+        row = next(line for line in shown.splitlines() if model.model in line and model.method in line)
+        assert row.split()[-4:-1] == [f"{model.rmse:.5g}", f"{model.r_squared:.5f}", f"{model.after:.5g}"]
+        if model.method == "alternation":
             continue
-        for c in fitted.coefficients:
+        for c in model.coefficients:
             numbers = [f"{c.value:.8g}", "+-", f"{c.half_width:.2g}", c.unit]
-            assert [*fitted.model.split(), c.name, *numbers] in [line.split() for line in shown.splitlines()]
+            assert [*model.model.split(), c.name, *numbers] in [line.split() for line in shown.splitlines()]
 
 
 def test_text_tells_what_is_wrong() -> None:
@@ -43,14 +42,15 @@ def test_text_tells_what_is_wrong() -> None:
 
 
 def test_data_holds_the_same_numbers() -> None:
-    read = strict(data(REPORT))
+    report = fitted(M1)
+    read = strict(data(report))
     assert read["rows"] == 61
     assert read["determined"] is True
-    assert read["peak_to_peak"] == REPORT.before
-    for fitted, back in zip(REPORT.fits, read["fits"], strict=True):
-        assert {name: c["value"] for name, c in back["coefficients"].items()} == fitted.values
-        assert back["rmse"] == fitted.rmse
-        assert back["iterations"] == fitted.iterations
+    assert read["peak_to_peak"] == report.before
+    for model, back in zip(report.fits, read["fits"], strict=True):
+        assert {name: c["value"] for name, c in back["coefficients"].items()} == model.values
+        assert back["rmse"] == model.rmse
+        assert back["iterations"] == model.iterations
     assert "starts" not in read
 
 
@@ -68,5 +68,5 @@ def test_starts() -> None:
     assert "alternation: 3 of 3 starts reach the optimum, in " in shown
     assert "variable projection: 2 of 3 starts" in shown
     assert "  not from b = (-1, -0.5): did not converge" in shown
-    read = strict(data(REPORT, arrivals))["starts"]
+    read = strict(data(fitted(M1), arrivals))["starts"]
     assert [arrival["reached"] for arrival in read["variable projection"]] == [False, True, True]

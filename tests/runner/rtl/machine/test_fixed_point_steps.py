@@ -13,10 +13,11 @@ from scipy.signal import lfilter
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, counting_overflows, fixed, where, wrap
 from proofmass.runner.fixed.step_formats import reference_step
+from tests.by_hand.amounts import amounts
 from tests.by_hand.compiled import compiled
 from tests.by_hand.integer_code import compile_step
 
-TICKS = 20_000
+TICKS = amounts(6_000, 20_000)
 REFERENCE_TICKS = 400
 
 # -- integrator ----------------------------------------------------------------------------------------------------
@@ -175,10 +176,11 @@ def inputs_of(name: str, count: int) -> np.ndarray:
     return found  # stays on one side long enough to reach the limits
 
 
+@pytest.mark.parametrize("ticks", TICKS)
 @pytest.mark.parametrize("name", CASES)
-def test_three_engines_agree(name: str) -> None:
+def test_three_engines_agree(name: str, ticks: int) -> None:
     case = CASES[name]
-    inputs = inputs_of(name, TICKS)
+    inputs = inputs_of(name, ticks)
     code = compile_step(case[0], case[1])
     plain = run_step(code, case, inputs)
     assert run_step(reference_step(case[0], case[1]), case, inputs[:REFERENCE_TICKS]) == plain[:REFERENCE_TICKS]
@@ -209,8 +211,9 @@ def test_saturations_are_counted_alike() -> None:
             assert code(0, IntegratorState(total), u) == (expected, overflows.total)
 
 
-def test_the_state_space_against_floating_point() -> None:
-    inputs = inputs_of("state space", TICKS)
+@pytest.mark.parametrize("ticks", TICKS)
+def test_the_state_space_against_floating_point(ticks: int) -> None:
+    inputs = inputs_of("state space", ticks)
     rows = run_step(compile_step(state_space, STATE_SPACE), CASES["state space"], inputs)
     grid = 2.0**-16
     transition, entry = (np.round(np.array(m) / grid) * grid for m in (TRANSITION, ENTRY))

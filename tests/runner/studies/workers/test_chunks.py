@@ -258,8 +258,8 @@ def test_a_local_worker_that_dies_is_replaced_and_named(study: Study, monkeypatc
             process.kill()
             killed.append(process)
 
-    expected = run_study(study, runs=40, engine="python", threads=1)
-    result = run_study(study, runs=40, engine="python", dask="local:1", progress=kill)
+    expected = run_study(study, runs=12, engine="python", threads=1)
+    result = run_study(study, runs=12, engine="python", dask="local:1", progress=kill)
     assert result.digest == expected.digest
     (address,) = result.lost_workers
     assert f"the worker {address} ended early; others did its runs" in study_text(result)

@@ -1,0 +1,64 @@
+"""The tool that says which branches tests take: the branches that it finds in a small file, and its table."""
+
+from pathlib import Path
+
+import coverage
+import pytest
+
+from tests.coverage import Branch, Room, missing, reasons, table
+
+SOURCE = """\
+def sign(value):
+    if value > 0:
+        return 1
+    for part in (1, 2):
+        value += part
+    return value
+
+
+def never():
+    a = 1
+    return a
+
+
+value = sign(VALUE)
+"""
+
+
+@pytest.mark.parametrize(
+    ("value", "expected"),
+    [
+        (1, [(2, 4), (10, 10)]),
+        (-1, [(2, 3), (10, 10)]),
+    ],
+)
+def test_a_branch_stands_for_the_lines_that_it_leads_to(
+    value: int, expected: list[tuple[int, int]], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    file = tmp_path / "blocks" / "some.py"
+    file.parent.mkdir()
+    file.write_text(SOURCE)
+    measured = coverage.Coverage(branch=True, data_file=None, source=[str(tmp_path)], config_file=False)
+    with measured.collect():
+        exec(compile(SOURCE, str(file), "exec"), {"VALUE": value})
+    monkeypatch.setattr("tests.coverage.ROOT", tmp_path)
+    left, rooms = missing(measured)
+    assert [(branch.line, branch.to) for branch in left] == expected
+    assert rooms["blocks"].branches == 4
+    assert rooms["blocks"].lines == 10
+
+
+def test_the_table_has_the_sum_of_all_rooms() -> None:
+    lines = list(table({"blocks": Room(100, 99, 8, 6), "runner/plan": Room(300, 300, 0, 0)}))
+    assert [line.split() for line in lines[1:]] == [
+        ["blocks", "100", "99.00", "%", "8", "75.00", "%"],
+        ["runner/plan", "300", "100.00", "%", "0", "100.00", "%"],
+        ["all", "400", "99.75", "%", "8", "75.00", "%"],
+    ]
+
+
+def test_a_reason_is_of_a_line_that_is_there() -> None:
+    for file, line in reasons():
+        assert Branch(file, 1, 1).file == file
+        source = (Path(__file__).parents[1] / file).read_text(encoding="utf-8").splitlines()
+        assert line in [text.strip() for text in source], f"{file}: {line}"
