@@ -80,22 +80,20 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
         if not isinstance(answer, Margins):
             yield {"id": name, "met": None, "value": "no verdict", "why": _why(answer)}
             continue
-        told, grows = answer.system.map.told, isinstance(first, Margins) and not first.stable
-        ended = told.startswith("the end of the run") and grows and answer.stable
-        data = answer.as_data()
+        told, data = answer.system.map.told, answer.as_data()
         figures = ((data["gain_margin_db"], "dB", 2), (data["phase_margin_deg"], "deg", 1))
         texts = [f"{value:.{digits}f} {unit}" for value, unit, digits in figures if value is not None]
         value = ", ".join([answer.verdict, *(texts if answer.stable else ())])
         if told:
-            value = f"{'unstable at the start; at ' if ended else ''}{told}: {value}"
+            value = f"{told}: {value}"
         elif not answer.stable and not thorough:
             value += " at the start"
-        met = None if ended else {"stable": True, "unstable": False}.get(answer.verdict)
+        met = {"stable": True, "unstable": False}.get(answer.verdict)
         yield {"id": name, "met": met, "value": value, "why": f"Opened at {answer.open_at}."}
-        yield from _limits_of(planned, name, answer, ended)
+        yield from _limits_of(planned, name, answer)
 
 
-def _limits_of(planned: Plan, name: str, answer: "Margins", ended: bool) -> Iterator[dict[str, Any]]:
+def _limits_of(planned: Plan, name: str, answer: "Margins") -> Iterator[dict[str, Any]]:
     # start-up time: as above
     from proofmass.runner.analysis.margins.stability import attained
 
@@ -106,7 +104,7 @@ def _limits_of(planned: Plan, name: str, answer: "Margins", ended: bool) -> Iter
         kept = value <= limit if peak else value >= limit
         shown = f"{value:.4g} {unit}" if answer.stable else answer.verdict
         about = f"{shown} {_sign(not kept, peak)} {limit:g} {unit}" if answer.stable else f"{shown}: {limit:g} {unit}"
-        yield {"id": f"{name} {key.replace('_', ' ')}", "met": None if ended else kept, "value": about, "why": ""}
+        yield {"id": f"{name} {key.replace('_', ' ')}", "met": kept, "value": about, "why": ""}
 
 
 def _of_requirements(graph: Graph, planned: Plan) -> Iterator[dict[str, Any]]:

@@ -5,12 +5,12 @@ import random
 from fractions import Fraction
 from typing import Any
 
-import numpy as np
 import pytest
 
 from proofmass.blocks import DigitalToAnalog
 from proofmass.blocks.declaration.problem import ModelError
 from tests.by_hand.functions import drive
+from tests.by_hand.ladder import ladder
 
 
 def rows(block: DigitalToAnalog, numbers: list[float]) -> list[dict[str, Any]]:
@@ -53,19 +53,6 @@ def test_the_reference_may_be_driven_and_the_resolution_not() -> None:
     assert not DigitalToAnalog.drivable("bits")
     with pytest.raises(ModelError, match="must be > 0"):
         DigitalToAnalog(reference=0.0)
-
-
-def ladder(bits: int, code: int, high: float, low: float) -> float:
-    """Output of an R-2R ladder whose legs switch between two voltages, its end at the lower one: Kirchhoff's laws."""
-    g, sources = np.zeros((bits, bits)), np.zeros(bits)
-    for i in range(bits):  # node 0 is at the lowest bit, with the end of 2R; conductances in 1 / (2R)
-        g[i, i] += 1.0
-        sources[i] += high if code >> i & 1 else low
-        if i + 1 < bits:
-            g[i : i + 2, i : i + 2] += [[2.0, -2.0], [-2.0, 2.0]]
-    g[0, 0] += 1.0
-    sources[0] += low
-    return float(np.linalg.solve(g, sources)[-1])
 
 
 @pytest.mark.derivation(

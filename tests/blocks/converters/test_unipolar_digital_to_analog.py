@@ -2,11 +2,11 @@
 
 from fractions import Fraction
 
-import numpy as np
 import pytest
 
 from proofmass.blocks import UnipolarDigitalToAnalog
 from tests.by_hand.functions import drive
+from tests.by_hand.ladder import ladder
 
 
 def test_half_of_20_bits_is_2_5_volt() -> None:
@@ -28,19 +28,6 @@ def test_a_step_of_16_bits_is_30_5_ppm_of_half_the_span() -> None:
     """Why DA0 needs more than 16 bits: eq. 30 of the paper corrects in these steps."""
     low, high = drive(UnipolarDigitalToAnalog(bits=16), [{"number": 32768.0}, {"number": 32769.0}])
     assert abs(high["voltage"] / low["voltage"] - 1.0 - 1.0 / 32768.0) < 1e-15
-
-
-def ladder(bits: int, code: int, high: float, low: float) -> float:
-    """Output of an R-2R ladder whose legs switch between two voltages, its end at the lower one: Kirchhoff's laws."""
-    g, sources = np.zeros((bits, bits)), np.zeros(bits)
-    for i in range(bits):  # node 0 is at the lowest bit, with the end of 2R; conductances in 1 / (2R)
-        g[i, i] += 1.0
-        sources[i] += high if code >> i & 1 else low
-        if i + 1 < bits:
-            g[i : i + 2, i : i + 2] += [[2.0, -2.0], [-2.0, 2.0]]
-    g[0, 0] += 1.0
-    sources[0] += low
-    return float(np.linalg.solve(g, sources)[-1])
 
 
 @pytest.mark.derivation(
