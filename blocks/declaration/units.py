@@ -63,7 +63,9 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "h": (Fraction(3600), (0, 0, 1), False),
     "d": (Fraction(86400), (0, 0, 1), False),
     "month": (Fraction(31557600, 12), (0, 0, 1), False),
+    "months": (Fraction(31557600, 12), (0, 0, 1), False),  # as ages are printed
     "year": (Fraction(31557600), (0, 0, 1), False),
+    "years": (Fraction(31557600), (0, 0, 1), False),
     "g0": (Fraction("9.80665"), (1, 0, -2), True),
     "ppm": (Fraction(1, 10**6), (), False),
     "ppb": (Fraction(1, 10**9), (), False),

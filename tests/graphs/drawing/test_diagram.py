@@ -11,6 +11,8 @@ import pytest
 from proofmass.blocks import (
     Constant,
     Gain,
+    MassSpringDamper,
+    Step,
     Sum,
 )
 from proofmass.graphs.drawing.diagram import svg
@@ -125,6 +127,19 @@ def test_the_return_path_of_a_loop_runs_back_below_it() -> None:
 def test_units_are_written_as_by_hand() -> None:
     gain = Gain(input_unit="1", output_unit="kg*m^2/s^3/A", gain=1.0)
     assert ">kg·m²/s³/A</text>" in svg(Graph(name="", blocks={"gain": gain}, probes=["gain.output"]))
+
+
+def test_a_block_and_its_tooltip_have_quantities_as_they_were_written() -> None:
+    blocks = {
+        "step": Step(amplitude="1 g0", unit="m/s^2"),
+        "mass": MassSpringDamper(mass="20 ug", damping="0.000050 kg/s"),
+    }
+    drawn_as = svg(Graph(name="", blocks=blocks, probes=["mass.displacement"]))
+    assert ">amplitude 1 g0</text>" in drawn_as
+    assert ">mass 20 µg</text>" in drawn_as
+    assert "amplitude = 1 g0\n" in drawn_as
+    assert "mass = 20 µg\ndamping = 0.000050 kg/s\n" in drawn_as
+    assert "9.80665" not in drawn_as
 
 
 def test_a_wire_with_several_targets_branches_with_dots_and_draws_no_line_twice() -> None:

@@ -56,6 +56,10 @@ def test_a_wire_is_one_text(wires: Any) -> None:
     [
         (lambda: MassSpringDamper(1e-9, 1, 2), r"write MassSpringDamper\(mass=1e-09, damping=1, stiffness=2\)"),
         (lambda: Graph("x", {}), r"Graph\(\): these arguments are named: name='x', blocks={}"),
+        (lambda: Graph(), r'Graph\(\) needs name and blocks: add name="sensor", blocks={"step": Step\(\)}'),
+        (lambda: Graph(blocks={}), r'Graph\(\) needs name: add name="sensor"$'),
+        (lambda: simulate(), r'simulate\(\) needs graph: add graph="sensor.toml"'),
+        (lambda: proofmass.sweep(GRAPH), r'sweep\(\) needs values: add values={"block.parameter": \[1.0, 2.0\]}'),
         (lambda: Graph(name="x", block={}), r"Graph\(\) has no argument block; did you mean blocks\?"),
         (lambda: Graph(name="x", blocks={}, dt=1), r"did you mean rate\?"),
         (lambda: simulate(GRAPH, "1 s"), r"these arguments are named: duration='1 s'"),
@@ -127,7 +131,14 @@ def test_the_package_lists_nothing_but_what_it_offers() -> None:
         ("@Own.derivative", "write @Own.derivative(linear=False)"),
         ("@Own.derivative()", "write @Own.derivative(linear=False)"),
         ("@Own.derivative(False)", "write @Own.derivative(linear=False)"),
-        ("@block", 'write @block("V", voltage="V")'),
+        ("@block", 'the parentheses are missing; write @block("V", voltage="V")'),
+        ("@block()", 'the unit of the output is missing; write @block("V", voltage="V")'),
+        ('@block(input="V")', 'the unit of the output is missing; write @block("V", voltage="V")'),
+        ('@block("V", "V")', 'inputs are named; write @block("V", voltage="V")'),
+        ('@block("V", unit="V", input="V")', "the unit of the output is given twice; write @block"),
+        ("@block(3)", "unit is no unit: 3; write @block"),
+        ('@block("V", input=float)', "input is no unit: <class 'float'>; write @block"),
+        ('@block("V", input="V")(3)', "3 is no function; write @block"),
     ],
 )
 def test_a_decorator_is_answered_by_its_line(decorator: str, words: str) -> None:

@@ -9,6 +9,7 @@ import pytest
 import proofmass
 from proofmass.blocks import Step
 from proofmass.graphs.files.library import library_file
+from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study_reader import read_study_text
 from tests.runner.commands.test_user_errors import Command, command
 
@@ -159,6 +160,13 @@ def test_a_study_is_answered(table: str, words: str) -> None:
     with pytest.raises(proofmass.ModelError) as wrong:
         read_study_text(f'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\n{table}\n')
     assert words in str(wrong.value)
+
+
+def test_ages_are_read_as_they_are_printed() -> None:
+    ages = '[epochs]\nages = ["3 months", "1 year", "10 years"]\n'
+    text = 'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\nmargins = "0 s"\n'
+    study = read_study_text(text + ages)
+    assert [age_text(age) for age in study.epochs] == ["3 months", "1 year", "10 years"]
 
 
 def test_the_number_of_runs_is_an_integer() -> None:

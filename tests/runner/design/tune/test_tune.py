@@ -124,6 +124,12 @@ def test_the_picture_has_parameters_goals_and_the_loop() -> None:
         "goals",
         "loop main",
     ]
+    parameters, _, size, phase = figure.axes
+    bounds = [text.get_text() for text in parameters.texts]
+    assert len(bounds) == 2 * len(FREE)
+    assert not any("e+" in bound or "e-" in bound for bound in bounds)
+    assert {size.get_xlabel(), phase.get_xlabel()} == {"frequency [Hz]"}
+    assert {place % 45.0 for place in phase.get_yticks()} == {0.0}
 
 
 def test_named_values_are_tuned_through_what_follows_from_them() -> None:
