@@ -9,7 +9,7 @@ VENV ?= .venv
 WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects derivations mutants lint docs pictures benchmark clean
+.PHONY: demo test test-all test-fast defects derivations friendliness mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -34,6 +34,10 @@ defects: $(VENV)/installed-test
 # What each block of physics was compared with, by a second person: equation, source, convention, what was wrong.
 derivations: $(VENV)/installed-test
 	$(BIN)/python -m pytest tests/blocks -m derivation --derivations
+
+# What a person does and expects, in 42 rows: the tests that show each, its points, and their sum.
+friendliness: $(VENV)/installed-test
+	$(BIN)/python -m pytest -m friendly --friendliness
 
 # 300 small changes of the source, each against the tests nearest to it: which of them nobody notices. An hour.
 mutants: $(VENV)/installed-test

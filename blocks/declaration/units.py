@@ -23,7 +23,7 @@ PREFIXES = {
 
 _OF_COMMON = ("G", "M", "k", "m", "u", "n", "p", "f")  # prefixes in hints
 
-_LIKE = 0.55  # least likeness of a name to the one that was meant
+_LIKE, _LIKE_OF_SHORT = 0.55, 0.5  # least likeness of a name to the one that was meant; with the same first letter
 
 LARGEST_SIZE = 1000  # bits, about 10^300: the factors of all units fit a float
 
@@ -202,7 +202,7 @@ def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
         if tried != symbol and _dimension(tried) == wanted.exponents:
             return f'write "{_decimal(number)} {tried}"'
     unknown = next((word for word in re.findall(r"[A-Za-zµμΩ]\w*", symbol) if not is_unit(word) and word != "sqrt"), "")
-    if not unknown or unknown[-1].isdigit():
+    if not unknown or _power_of_a_unit(unknown):
         return ""
     near = _likeliest(unknown, _fitting(symbol, unknown, wanted.exponents))
     if near:
@@ -223,7 +223,10 @@ def _likeliest(word: str, names: list[str]) -> str:
         return SequenceMatcher(None, word.lower(), name.lower()).ratio(), SequenceMatcher(None, word, name).ratio()
 
     best = max(names, key=likeness, default="")
-    return best if best and likeness(best)[0] > _LIKE else ""
+    if not best:
+        return ""
+    least = _LIKE_OF_SHORT if best[0] == word[0] else _LIKE
+    return best if likeness(best)[0] >= least else ""
 
 
 def _with(symbol: str, unknown: str, name: str) -> str:
@@ -400,13 +403,18 @@ def _named(name: str) -> Unit:
 def _like(name: str) -> str:
     if name in ANSWERS:
         return ANSWERS[name]
-    letters = name.rstrip("0123456789")
-    if letters != name and is_unit(letters):
+    if letters := _power_of_a_unit(name):
         return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
     if word in WRITTEN_OUT:
         return f"did you mean {WRITTEN_OUT[word]}?"
     return did_you_mean(name[:20], (*_UNITS, *COMMON), "units")
+
+
+def _power_of_a_unit(name: str) -> str:
+    """Return the unit of which a name with digits is a power, as of s2; empty for g00, which is none."""
+    letters = name.rstrip("0123456789")
+    return letters if letters != name and name[len(letters)] != "0" and is_unit(letters) else ""
 
 
 def is_unit(expression: str) -> bool:

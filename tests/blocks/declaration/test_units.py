@@ -244,6 +244,10 @@ def test_units_may_be_written_as_they_are_printed(printed: str, plain: str) -> N
         ("3 seconds", "s", 'write "3 s"'),
         ("50 mss", "s", "did you mean ms?"),
         ("3 mVrms", "V", "did you mean mV?"),
+        ("20 gu", "m/s^2", "did you mean g0?"),
+        ("20 gO", "m/s^2", "did you mean g0?"),
+        ("20 ug00", "m/s^2", "did you mean ug0?"),
+        ("20 uG0", "m/s^2", "did you mean ug0?"),
         ("1 xyz", "V", "give it in V"),
         ("25 degC", "V", 'temperatures are in K: 25 degC is "298.15 K"'),  # nothing that fits
     ],

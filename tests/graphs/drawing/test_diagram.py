@@ -37,6 +37,7 @@ RUNNABLE = [
 
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+@pytest.mark.friendly(15, "everything is drawn and nothing overlaps")
 def test_every_block_and_every_wire_is_drawn_and_nothing_overlaps(graph: Graph) -> None:
     boxes, wires = drawn(graph)
     symbols = edges(graph)
@@ -129,6 +130,7 @@ def test_units_are_written_as_by_hand() -> None:
     assert ">kg·m²/s³/A</text>" in svg(Graph(name="", blocks={"gain": gain}, probes=["gain.output"]))
 
 
+@pytest.mark.friendly(13, "diagrams and their tooltips have what was written")
 def test_a_block_and_its_tooltip_have_quantities_as_they_were_written() -> None:
     blocks = {
         "step": Step(amplitude="1 g0", unit="m/s^2"),
@@ -188,6 +190,7 @@ def test_a_long_chain_and_a_long_loop_are_drawn() -> None:
 
 
 @pytest.mark.parametrize("name", RUNNABLE)
+@pytest.mark.friendly(15, "graphs of the library fit a page")
 def test_diagrams_of_the_library_fit_a_page(name: str) -> None:
     """A page of 1,400 pixels shows all of the width, or nearly, of what is high too; no text is below ten pixels."""
     text = svg(read_graph(library_files()[name]))

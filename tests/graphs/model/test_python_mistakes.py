@@ -76,6 +76,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: setattr(Gain(), "gain", 2), r'graph\.with_parameters\(\{"block\.gain": \.\.\.\}\)'),
     ],
 )  # fmt: skip
+@pytest.mark.friendly(7, "mistakes in Python are answered by their cure")
 def test_an_error_has_a_cure(call: Any, words: str) -> None:
     with pytest.raises((TypeError, AttributeError, ModelError), match=words):
         call()
@@ -141,6 +142,7 @@ def test_the_package_lists_nothing_but_what_it_offers() -> None:
         ('@block("V", input="V")(3)', "3 is no function; write @block"),
     ],
 )
+@pytest.mark.friendly(7, "a wrong decorator is answered by its line")
 def test_a_decorator_is_answered_by_its_line(decorator: str, words: str) -> None:
     output = "output" in decorator or "block" in decorator
     form = {"name": "level", "result": "float", "value": "input"} if output else {"name": "update", "value": "x"}

@@ -28,5 +28,6 @@ def legend(changes: dict[str, str]) -> list[str]:
         ),
     ],
 )
+@pytest.mark.friendly(29, "legends have what is in the picture")
 def test_the_legend_has_the_lines_that_are_in_the_picture(changes: dict[str, str], names: list[str]) -> None:
     assert legend(changes) == names

@@ -2,10 +2,13 @@
 
 from itertools import pairwise
 
+import pytest
+
 from proofmass import response
 from proofmass.runner.analysis.response.plot import plot_response
 
 
+@pytest.mark.friendly(29, "axes and bandwidths of responses are named")
 def test_axes_and_the_bandwidth_are_named() -> None:
     found = response("library:template", "acceleration.output", "adc.number")
     gain, phase, step = plot_response(found).axes
@@ -17,6 +20,7 @@ def test_axes_and_the_bandwidth_are_named() -> None:
     assert name.xy[0] == found.bandwidth
 
 
+@pytest.mark.friendly(29, "numbers of axes are plain and do not touch")
 def test_phases_are_eighths_of_a_turn_and_frequencies_plain_numbers() -> None:
     figure = plot_response(response("library:template", "acceleration.output", "adc.number"))
     figure.canvas.draw()

@@ -116,6 +116,7 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
     assert "interrupted" in tuned_text(tuned)
 
 
+@pytest.mark.friendly(29, "bounds of tuning have units")
 def test_the_picture_has_parameters_goals_and_the_loop() -> None:
     tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=4, starts=1)
     figure = plot_tuned(tuned)

@@ -1,10 +1,13 @@
 """The picture of worst cases has a row for each parameter that can be seen, and names the others."""
 
+import pytest
+
 from proofmass import read_study, worst
 from proofmass.graphs.files.library import library_file
 from proofmass.runner.design.worst.plot import plot_worst
 
 
+@pytest.mark.friendly(29, "worst cases have no empty rows")
 def test_a_parameter_without_a_bar_has_no_row() -> None:
     cases = worst(read_study(library_file("margin_tolerance_study.toml")), samples=1)
     for panel, case in zip(plot_worst(cases).axes, cases.cases, strict=True):
