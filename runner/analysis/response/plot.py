@@ -4,7 +4,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import in_print, prefix, pretty
+from proofmass.blocks.declaration.shown_units import as_written, in_print, prefix
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
 from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, phase_ticks, plain_numbers, sheet
@@ -31,8 +31,9 @@ def plot_response(of: Response) -> "Figure":
 def _draw_gain(panel: Any, of: Response) -> None:
     panel.loglog(of.frequencies, np.abs(of.gain), color=BLUE, label="linear")
     if of.simulated is not None:
-        stimulus, unit = of.simulated.stimulus, of.simulated.input_unit
-        label = f"simulated, {stimulus.kind} of {stimulus.amplitude:.3g}{f' {pretty(unit)}' if unit != '1' else ''}"
+        stimulus = of.simulated.stimulus
+        peak = as_written(stimulus.written, stimulus.amplitude, of.simulated.input_unit, 3)
+        label = f"simulated, {stimulus.kind} of {peak}"
         panel.plot(of.simulated.frequencies, np.abs(of.simulated.gain), label=label, **_DOT)
         panel.legend(loc="best")
     low, high = of.corners
