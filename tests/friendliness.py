@@ -79,6 +79,11 @@ class FriendlinessTable(MarkedTable):
         number, what = row
         return [f"{number:>2}  {what}", f"      {test}: {outcome}"]
 
+    def pytest_deselected(self, items: Sequence[pytest.Item]) -> None:
+        """Forget what is left out of this run, such as larger samples of a test: it says nothing."""
+        for item in items:
+            self.rows.pop(item.nodeid, None)
+
     def scores(self) -> dict[int, int]:
         """Return the points of each row."""
         went: dict[int, list[bool]] = defaultdict(list)

@@ -46,6 +46,16 @@ def test_points_are_for_tests_that_pass() -> None:
     assert table.summary([]).splitlines()[-1] == f"{MOST} of {MOST}, nothing below 2"
 
 
+def test_what_is_left_out_of_a_run_counts_for_nothing(request: pytest.FixtureRequest) -> None:
+    table = FriendlinessTable()
+    table.rows["small"].append(("1", "what is shown"))
+    table.outcomes["small"].append("passed")
+    table.rows[request.node.nodeid].append(("1", "what is shown"))
+    assert table.scores()[1] == 1
+    table.pytest_deselected([request.node])
+    assert table.scores()[1] == 2
+
+
 def test_lines_are_in_the_order_of_rows() -> None:
     table = FriendlinessTable()
     rows = [table.row(pytest.mark.friendly(number, "what is shown").mark) for number in (10, 9, 2)]
