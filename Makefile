@@ -9,7 +9,7 @@ VENV ?= .venv
 WORKERS ?= $(shell nproc)
 BIN = $(VENV)/bin
 
-.PHONY: demo test test-all test-fast defects derivations coverage mutants lint docs pictures benchmark clean
+.PHONY: demo test test-all test-fast defects derivations friendliness coverage mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
 	$(BIN)/python -m proofmass.runner.commands.demo demo
@@ -34,6 +34,10 @@ defects: $(VENV)/installed-test
 # What each block of physics was compared with, by a second person: equation, source, convention, what was wrong.
 derivations: $(VENV)/installed-test
 	$(BIN)/python -m pytest tests/blocks -m derivation --derivations
+
+# What a person does and expects, in 42 rows: the tests that show each, its points, and their sum.
+friendliness: $(VENV)/installed-test
+	$(BIN)/python -m pytest -m friendly --friendliness
 
 # Which branches of the source some test takes, by room; what none takes has its reason. Twice the time of the tests.
 coverage: $(VENV)/installed-test

@@ -14,16 +14,18 @@ import pytest
 from tests import exhaustive, skips
 from tests.defects import DefectTable
 from tests.derivations import DerivationTable
+from tests.friendliness import FriendlinessTable
 
 hypothesis.settings.register_profile("sample", deadline=None, max_examples=50)
 hypothesis.settings.register_profile("exhaustive", deadline=None, max_examples=500)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """`--defects` and `--derivations` print tables of marked tests; `--exhaustive` runs what takes minutes too."""
+    """`--defects`, `--derivations`, `--friendliness`: tables of marks; `--exhaustive`: what takes minutes too."""
     exhaustive.pytest_addoption(parser)
     parser.addoption("--defects", action="store_true", help="print defect, test, before and after as a table")
     parser.addoption("--derivations", action="store_true", help="print what each block of physics is compared with")
+    parser.addoption("--friendliness", action="store_true", help="print what a person does and expects, with points")
 
 
 @pytest.hookimpl(wrapper=True)
@@ -47,6 +49,8 @@ def pytest_configure(config: pytest.Config) -> None:
         config.pluginmanager.register(DefectTable())
     if config.getoption("--derivations"):
         config.pluginmanager.register(DerivationTable())
+    if config.getoption("--friendliness"):
+        config.pluginmanager.register(FriendlinessTable())
     if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:  # as of what a shell starts in the background
         signal.signal(signal.SIGINT, signal.default_int_handler)
     if hasattr(config, "workerinput"):  # such a process: the folder is there

@@ -1,4 +1,4 @@
-"""A table of marked tests with how they went, printed below a run: `make defects`, `make derivations`."""
+"""A table of marked tests with how they went, printed below a run, as `make defects` prints one."""
 
 from abc import ABC, abstractmethod
 from collections import defaultdict

@@ -19,8 +19,10 @@ An output depends on an input in the same tick only if its function takes that i
 import dataclasses
 import typing
 from collections.abc import Callable, Iterator
+from types import FunctionType
 from typing import Any, ClassVar
 
+from proofmass.blocks.declaration.decorators import OF_A_FUNCTION, of_a_function
 from proofmass.blocks.declaration.kind import BlockType
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
@@ -98,6 +100,7 @@ class Block(metaclass=BlockType):
         return f"{type(self).__name__}({', '.join(changed)})"
 
 
+@of_a_function
 def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]]:
     """Make a stateless block of one function.
 
@@ -120,10 +123,9 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
     0.2
     """
 
-    if not isinstance(unit, str):
-        raise TypeError('write @block("V", voltage="V"), with the unit of the output and of each input')
-
     def make(function: Callable[..., Any]) -> type[Block]:
+        if not isinstance(function, FunctionType):
+            raise TypeError(f"{shown(function)} is no function; {OF_A_FUNCTION}")
         name = "".join(part.title() for part in function.__name__.split("_"))
         parameters = {n: value for n, value in named.items() if isinstance(value, dataclasses.Field)}
         inputs = {n: Input(u, f"The {n}.") for n, u in named.items() if n not in parameters}

@@ -1,11 +1,15 @@
 """Decorators that stand with or without parentheses: each mistake is answered by the line to write."""
 
 from collections.abc import Callable
+from dataclasses import Field
 from functools import wraps
 from inspect import signature
 from typing import Any, TypeVar, cast
 
+from proofmass.blocks.declaration.problem import shown
+
 Method = TypeVar("Method", bound=Callable[..., Any])
+OF_A_FUNCTION = 'write @block("V", voltage="V"), with the unit of the output and of each input'
 
 
 def bare(method: Method) -> Method:
@@ -40,3 +44,27 @@ def called(example: str) -> Callable[[Method], Method]:
         return cast(Method, registered)
 
     return decorated
+
+
+def of_a_function(decorator: Method) -> Method:
+    """Return `block` with a cure in each error about its arguments: the unit comes first, inputs by their names."""
+
+    @wraps(decorator)
+    def registered(*given: Any, **named: Any) -> Any:
+        told = ""
+        if given and callable(given[0]):
+            told = "the parentheses are missing"
+        elif not given and "unit" not in named:
+            told = "the unit of the output is missing"
+        elif given and "unit" in named:
+            told = "the unit of the output is given twice"
+        elif len(given) > 1:
+            told = "inputs are named"
+        for name, value in {**({"unit": given[0]} if given else {}), **named}.items():
+            if not told and not isinstance(value, str | Field):
+                told = f"{name} is no unit: {shown(value)}"
+        if told:
+            raise TypeError(f"{told}; {OF_A_FUNCTION}")
+        return decorator(*given, **named)
+
+    return cast(Method, registered)

@@ -23,6 +23,13 @@ _ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a name, and what other tools ca
     "blocks": ("nodes", "components"),
     "threads": ("jobs", "workers", "n_jobs", "processes"),
 }
+_EXAMPLES: Mapping[str, str] = {  # of arguments that must be given
+    "name": '"sensor"',
+    "blocks": '{"step": Step()}',
+    "graph": '"sensor.toml"',
+    "study": '"study.toml"',
+    "values": '{"block.parameter": [1.0, 2.0]}',
+}
 _SETS = ("set", "parameters", "params", "values", "changes", "overrides")
 
 
@@ -38,6 +45,13 @@ def named_arguments(function: Callable[Arguments, _Answer]) -> Callable[Argument
         for name in named:
             if name not in known:
                 raise TypeError(f"{_called(function)} has no argument {name}; {_instead(name, known)}")
+        missing = [
+            name
+            for name, one in [*known.items()][len(given) :]
+            if one.default is Parameter.empty and name != "self" and name not in named
+        ]
+        if missing:
+            raise TypeError(_without(function, missing))
         return function(*given, **named)
 
     return called
@@ -45,6 +59,12 @@ def named_arguments(function: Callable[Arguments, _Answer]) -> Callable[Argument
 
 def _called(function: Callable[..., object]) -> str:
     return f"{function.__qualname__.removesuffix('.__init__')}()"
+
+
+def _without(function: Callable[..., object], missing: list[str]) -> str:
+    """Return what to add where arguments are missing."""
+    written = ", ".join(f"{name}={_EXAMPLES.get(name, '...')}" for name in missing)
+    return f"{_called(function)} needs {' and '.join(missing)}: add {written}"
 
 
 def _instead(name: str, known: Mapping[str, object]) -> str:

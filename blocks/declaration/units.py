@@ -27,7 +27,7 @@ _OF_COMMON = ("G", "M", "k", "m", "u", "n", "p", "f")  # prefixes in hints
 _MOST_DIGITS = 17  # of a float
 _LEAST_PLAIN, _MOST_PLAIN = -4, 11  # powers of ten of numbers that are written without one
 
-_LIKE = 0.55  # least likeness of a name to the one that was meant
+_LIKE, _LIKE_OF_SHORT = 0.55, 0.5  # least likeness of a name to the one that was meant; with the same first letter
 
 LARGEST_SIZE = 1000  # bits, about 10^300: the factors of all units fit a float
 
@@ -67,7 +67,9 @@ _UNITS: dict[str, tuple[Fraction, tuple[int, ...], bool]] = {
     "h": (Fraction(3600), (0, 0, 1), False),
     "d": (Fraction(86400), (0, 0, 1), False),
     "month": (Fraction(31557600, 12), (0, 0, 1), False),
+    "months": (Fraction(31557600, 12), (0, 0, 1), False),  # as ages are printed
     "year": (Fraction(31557600), (0, 0, 1), False),
+    "years": (Fraction(31557600), (0, 0, 1), False),
     "g0": (Fraction("9.80665"), (1, 0, -2), True),
     "ppm": (Fraction(1, 10**6), (), False),
     "ppb": (Fraction(1, 10**9), (), False),
@@ -205,7 +207,7 @@ def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
         if tried != symbol and _dimension(tried) == wanted.exponents:
             return f'write "{_decimal(number)} {tried}"'
     unknown = next((word for word in re.findall(r"[A-Za-zµμΩ]\w*", symbol) if not is_unit(word) and word != "sqrt"), "")
-    if not unknown or unknown[-1].isdigit():
+    if not unknown or _power_of_a_unit(unknown):
         return ""
     near = _likeliest(unknown, _fitting(symbol, unknown, wanted.exponents))
     if near:
@@ -285,7 +287,10 @@ def _likeliest(word: str, names: list[str]) -> str:
         return SequenceMatcher(None, word.lower(), name.lower()).ratio(), SequenceMatcher(None, word, name).ratio()
 
     best = max(names, key=likeness, default="")
-    return best if best and likeness(best)[0] > _LIKE else ""
+    if not best:
+        return ""
+    least = _LIKE_OF_SHORT if best[0] == word[0] else _LIKE
+    return best if likeness(best)[0] >= least else ""
 
 
 def _with(symbol: str, unknown: str, name: str) -> str:
@@ -462,13 +467,18 @@ def _named(name: str) -> Unit:
 def _like(name: str) -> str:
     if name in ANSWERS:
         return ANSWERS[name]
-    letters = name.rstrip("0123456789")
-    if letters != name and is_unit(letters):
+    if letters := _power_of_a_unit(name):
         return f"write a power as {letters}^{name[len(letters) :]}"
     word = name.lower().removesuffix("s")
     if word in WRITTEN_OUT:
         return f"did you mean {WRITTEN_OUT[word]}?"
     return did_you_mean(name[:20], (*_UNITS, *COMMON), "units")
+
+
+def _power_of_a_unit(name: str) -> str:
+    """Return the unit of which a name with digits is a power, as of s2; empty for g00, which is none."""
+    letters = name.rstrip("0123456789")
+    return letters if letters != name and name[len(letters)] != "0" and is_unit(letters) else ""
 
 
 def is_unit(expression: str) -> bool:

@@ -2,8 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 
-from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.items import Spot
 from proofmass.graphs.drawing.links import WiredPorts
 from proofmass.graphs.drawing.looks import NAME, SYMBOL, Look, kind_text
@@ -140,7 +138,7 @@ def _tooltip(name: str, box: Box, drivers: Mapping[str, str]) -> str:
         if parameter in drivers:
             lines.append(f"{parameter}: driven by {drivers[parameter]}")
         elif declared.kind in (float, int):
-            lines.append(f"{parameter} = {in_print(value, short_unit(declared.unit), 6)}")
+            lines.append(f"{parameter} = {box.in_full(parameter)}")
         else:
             said = f"{len(value)} values" if isinstance(value, tuple) and len(value) > 8 else f"{value}"
             lines.append(f"{parameter} = {said} {unit}".rstrip())

@@ -46,6 +46,10 @@ class Box:
         text, unit = self.written.get(name, ""), short_unit(self.parameters[name].unit)
         return as_written(text if len(text) <= _SHORT else "", self.values[name], unit, 6)
 
+    def in_full(self, name: str) -> str:
+        """Return the number of a parameter with its unit: as it was written, however long."""
+        return as_written(self.written.get(name, ""), self.values[name], short_unit(self.parameters[name].unit), 6)
+
     def _as_default(self, name: str) -> bool:
         """Return whether a number and its default are the same in all digits that are shown."""
         unit, default = short_unit(self.parameters[name].unit), self.parameters[name].default

@@ -9,7 +9,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
@@ -164,6 +164,8 @@ def _blocks(
                 path = f"{name}.{parameter}"
                 one, other = (table.get(path, "") for table in formulas)
                 was, now = number_text(old, parameter), number_text(new, parameter)
+                if was != now:
+                    was, now = written(old, parameter) or was, written(new, parameter) or now
                 if one != other:
                     was, now = (f"{f} ({text})" if f else text for f, text in ((one, was), (other, now)))
                 yield from _changed(f"{key}.{parameter}", was, now, followed.get(path, ""))

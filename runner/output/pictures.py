@@ -1,6 +1,7 @@
 """One way to draw: sheets in the house's style, colours, names of axes, and files that are the same every time."""
 
 import io
+import math
 import re
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -13,6 +14,7 @@ from proofmass.runner.output.export import whole_file
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.axis import Axis
     from matplotlib.figure import Figure
 
 INK, GRID, PAPER = "#1b1b1b", "#d9d9d9", "#ffffff"
@@ -45,6 +47,7 @@ STYLE: Any = {
     "path.simplify": True,
 }
 _MOST_TICKS, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
+_FEW_DEGREES, _MANY_DEGREES, _FEW_DECADES = 120.0, 600.0, 300.0  # of an axis: spans; its end over its beginning
 _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
     "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
     "pdf": {"CreationDate": None, "Creator": None, "Producer": None},
@@ -58,10 +61,12 @@ def sheet(width: float, height: float, title: str = "", layout: Any = "constrain
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     import matplotlib
 
+    # start-up time: as above
     from proofmass.runner.output.shown_figure import ShownFigure
 
     with matplotlib.rc_context(STYLE):
         figure = ShownFigure(figsize=(width, height), facecolor=PAPER, layout=layout)
+        figure.drawn = svg_of
         if title:
             figure.suptitle(literal(title), x=0.008, ha="left", size=12, weight="bold")
         yield figure
@@ -93,6 +98,28 @@ def room_for_ticks(panel: "Axes") -> None:
             break
 
 
+def phase_ticks(panel: "Axes") -> None:
+    """Number a vertical axis of degrees by eighths of a turn, or thirds of these, or by halves."""
+    bottom, top = panel.get_ylim()
+    step = 15.0 if top - bottom < _FEW_DEGREES else 45.0 if top - bottom < _MANY_DEGREES else 180.0
+    places = [step * number for number in range(math.ceil(bottom / step), math.floor(top / step) + 1)]
+    if len(places) > 1:
+        panel.set_yticks(places)
+
+
+def plain_numbers(axis: "Axis") -> None:
+    """Number a logarithmic axis of few decades plainly, 500 instead of 5×10², and so that no two numbers touch."""
+    # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
+    from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
+
+    low, high = axis.get_view_interval()
+    if high / low > _FEW_DECADES:
+        return
+    axis.set_major_locator(MaxNLocator(5) if high / low < 10.0 else LogLocator(subs=(1.0, 2.0, 5.0)))
+    axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
+    axis.set_minor_locator(NullLocator())
+
+
 def literal(text: str) -> str:
     """Return text that matplotlib does not read as a formula."""
     return text.replace("$", r"\$")
@@ -104,6 +131,14 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
     with whole_file(path) as file:
         write_figure(figure, file, kind)
     return Path(path)
+
+
+def svg_of(figure: "Figure") -> str:
+    """Return a figure as an element of SVG."""
+    file = io.BytesIO()
+    write_figure(figure, file, "svg")
+    text = file.getvalue().decode()
+    return text[text.index("<svg") :]
 
 
 def figure_kind(path: str | Path) -> str:

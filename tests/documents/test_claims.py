@@ -46,6 +46,7 @@ def test_what_a_page_names_exists(page: Path) -> None:
             assert code.split()[1] in cli.commands, code
 
 
+@pytest.mark.friendly(40, "every promise names its tests")
 def test_every_claim_and_every_promise_has_something_that_shows_it() -> None:
     rows = [line for line in (ROOT / "CLAIMS.md").read_text().splitlines() if line.startswith("| ")][1:]
     assert len(rows) > 30

@@ -28,7 +28,18 @@ def test_every_fence_says_what_it_is() -> None:
         assert set(fences) <= {"toml", "python", "sh", "text"}, (page, fences)
 
 
+@pytest.mark.friendly(37, "tasks, words and other tools have pages")
+def test_there_is_a_page_for_a_task_a_word_and_a_tool() -> None:
+    for folder in ("how-to", "coming-from"):
+        index = (DOCS / folder / "index.md").read_text(encoding="utf-8")
+        assert all(f"({page.name}" in index for page in (DOCS / folder).glob("*.md") if page.stem != "index"), folder
+    terms = re.findall(r"^(\w.*)\n: ", (DOCS / "explanation" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert terms == sorted(terms, key=str.lower)
+    assert {"Allan deviation", "base tick", "epoch", "margin", "probe", "seed"} <= {*terms}
+
+
 @pytest.mark.parametrize("text", PROGRAMS)
+@pytest.mark.friendly(37, "so do their programs")
 def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     Path("example.py").write_text(text, encoding="utf-8")
@@ -51,6 +62,7 @@ def test_the_netlist_answers_as_the_graph() -> None:
 
 
 @pytest.mark.parametrize("page", PLAYED, ids=lambda page: page.stem)
+@pytest.mark.friendly(37, "commands of pages for tasks run as they stand")
 def test_commands(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     for command in play(page):

@@ -4,6 +4,8 @@ import re
 import tomllib
 from pathlib import Path
 
+import pytest
+
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.host.versions import PROOFMASS
 from proofmass.runner.run.provenance import provenance
@@ -31,6 +33,7 @@ def test_the_changelog_names_this_version_and_each_kind_of_change_once() -> None
         assert kinds == [kind for kind in KINDS_OF_CHANGE if kind in kinds]
 
 
+@pytest.mark.friendly(26, "the version of the code stands in a result")
 def test_a_result_states_the_version_of_the_code_that_ran() -> None:
     assert provenance(Graph(name="empty", rate="1 Hz", blocks={}), "python")["proofmass"] == PROOFMASS
 

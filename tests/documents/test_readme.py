@@ -56,6 +56,7 @@ def test_it_is_one_screen() -> None:
 
 
 @pytest.mark.parametrize("command", COMMANDS)
+@pytest.mark.friendly(2, "each command of the README runs and says what is printed")
 def test_command(command: str, folder: Path) -> None:
     words = command.partition("#")[0].split()
     if words[1] != "new":
@@ -106,6 +107,7 @@ def test_messages_are_the_ones_printed(folder: Path) -> None:
     assert done.stderr == promised
 
 
+@pytest.mark.friendly(2, "its Python example runs")
 def test_python_example(folder: Path) -> None:
     (folder / "example.py").write_text(PYTHON[0], encoding="utf-8")
     done = run([sys.executable, "example.py"], folder)
@@ -115,6 +117,7 @@ def test_python_example(folder: Path) -> None:
     assert float(value) == pytest.approx(1e-6 / 49.5627, rel=1e-9)
 
 
+@pytest.mark.friendly(18, "the block in the README runs")
 def test_block_of_your_own(folder: Path) -> None:
     page = fences("docs/how-to/write-a-block.md")
     (folder / "peak.py").write_text(next(text for _, text in page if text.startswith("# peak.py")), encoding="utf-8")
@@ -149,6 +152,7 @@ def test_links_and_pictures_exist() -> None:
         assert (ROOT / link).exists(), link
 
 
+@pytest.mark.friendly(2, "its picture is what the command draws")
 def test_picture_is_what_draw_makes() -> None:
     from proofmass.graphs.drawing.diagram import svg
     from proofmass.graphs.files.toml_reader import read_graph

@@ -30,6 +30,7 @@ def tutorial(tmp_path_factory: pytest.TempPathFactory) -> Tutorial:
 
 
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.stem)
+@pytest.mark.friendly(37, "the tutorial runs from an empty folder")
 def test_step(step: Path, tutorial: Tutorial) -> None:
     assert tutorial.answers[step]
     for command in tutorial.answers[step]:

@@ -50,6 +50,7 @@ def test_links_for_type_checkers_point_at_the_folders(name: str) -> None:
     assert link.resolve() == ROOT / name
 
 
+@pytest.mark.friendly(1, "a wheel in an empty environment runs the README")
 def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> None:
     """Only the dependencies come from this environment; a file `runner.py` and a folder `graphs` are in the way."""
     venv.create(tmp_path / "environment", symlinks=True)

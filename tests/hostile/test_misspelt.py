@@ -70,6 +70,7 @@ def misspellings(text: str, draw: random.Random, tries: int) -> Iterator[tuple[N
 
 @pytest.mark.parametrize("tries", amounts(20, 120))
 @pytest.mark.parametrize("path", WALKED)
+@pytest.mark.friendly(8, "misspelt names in every graph of the library")
 def test_a_misspelt_name_is_refused_and_the_right_one_offered(path: Path, tries: int) -> None:
     text = path.read_text(encoding="utf-8")
     draw = random.Random(path.stem)

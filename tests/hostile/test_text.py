@@ -118,6 +118,7 @@ def test_a_text_may_hold_letters_of_any_script() -> None:
     assert graph.name == "Beschleunigungsmesser für 加速度 und تسارع"
 
 
+@pytest.mark.friendly(41, "such names in messages")
 def test_file_names_with_spaces_umlauts_and_escapes(tmp_path: Path) -> None:
     folder = tmp_path / "mein Gerät \x1b[31m"
     folder.mkdir()

@@ -45,6 +45,7 @@ def by_formula(w: Any, samples: int) -> Any:
         (25, 2.7, 31.6, None, None, None),
     ],
 )
+@pytest.mark.friendly(30, "published margins")
 def test_published_margins(
     samples: int, gain: float, phase: float, delay: float | None, bandwidth: float | None, peak: float | None
 ) -> None:

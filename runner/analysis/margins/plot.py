@@ -12,7 +12,7 @@ from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, sheet
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, phase_ticks, sheet
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -105,9 +105,7 @@ def _draw_bode(
             phase.axhline(360.0 * turn - 180.0, color=INK, linewidth=0.8)
     low, high = max(angle.min(), -1080.0), min(angle.max(), 720.0)
     phase.set_ylim(min(low, -190.0) - 10.0, max(high, -80.0) + 10.0)
-    bottom, top = phase.get_ylim()
-    step = 45.0 if top - bottom < 600.0 else 180.0
-    phase.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)
+    phase_ticks(phase)
     bottom, top = magnitude.get_ylim()
     step = 20.0 if top - bottom < 150.0 else 40.0
     magnitude.set_yticks(np.arange(math.ceil(bottom / step), math.floor(top / step) + 1) * step)

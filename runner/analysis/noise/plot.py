@@ -11,6 +11,7 @@ from proofmass.runner.output.pictures import COLOURS, INK, axis_label, literal, 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
+_NAMED = 2  # sources in one line of the legend
 _LEAST = 1e-8  # of the total density, below which nothing is drawn
 
 
@@ -20,11 +21,19 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
     place = f"{budget.output}, referred to {budget.input}" if budget.input else budget.output
     with sheet(11.0, 4.8, f"Noise of {place}") as figure:
         left, right = figure.subplots(1, 2, width_ratios=(3, 2))
-        for colour, source in zip(COLOURS, (source for source in budget.sources if source.rms > 0.0), strict=False):
+        sources = [source for source in budget.sources if source.rms > 0.0]
+        for colour, source in zip(COLOURS, sources, strict=False):
             _draw(left, budget, source.density, color=colour, label=literal(f"{source.block} ({source.kind})"))
+        unseen = [literal(source.block) for source in sources[len(left.lines) :]]
         _draw(left, budget, budget.density, color=INK, linewidth=1.6, label="all")
         top = in_field_unit("density", 1.0, unit) * float(np.sqrt(np.max(budget.referred_density)))
         left.set_ylim(bottom=max(left.get_ylim()[0], top * _LEAST**0.5), top=2.0 * top)
+        for line in [*left.lines]:
+            if np.max(np.asarray(line.get_ydata()), initial=0.0) <= left.get_ylim()[0]:
+                unseen.append(str(line.get_label()).partition(" (")[0])
+                line.remove()
+        if unseen:
+            left.plot([], [], linestyle="none", label=f"too small to see: {_few(unseen)}")
         left.set_xlabel("frequency [Hz]")
         left.set_ylabel(axis_label("density", field_unit("density", unit)))
         left.legend(loc="best")
@@ -36,6 +45,11 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
         for panel in (left, right):
             panel.margins(x=0.01)
     return figure
+
+
+def _few(names: list[str]) -> str:
+    first = ", ".join(names[:_NAMED])
+    return f"{first} and {len(names) - _NAMED} more" if len(names) > _NAMED else first
 
 
 def _draw(panel: Any, budget: NoiseBudget, density: Any, **style: Any) -> None:

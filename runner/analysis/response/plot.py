@@ -4,10 +4,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import prefix, pretty
+from proofmass.blocks.declaration.shown_units import as_written, in_print, prefix
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, sheet
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, phase_ticks, plain_numbers, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -31,16 +31,31 @@ def plot_response(of: Response) -> "Figure":
 def _draw_gain(panel: Any, of: Response) -> None:
     panel.loglog(of.frequencies, np.abs(of.gain), color=BLUE, label="linear")
     if of.simulated is not None:
-        stimulus, unit = of.simulated.stimulus, of.simulated.input_unit
-        label = f"simulated, {stimulus.kind} of {stimulus.amplitude:.3g}{f' {pretty(unit)}' if unit != '1' else ''}"
+        stimulus = of.simulated.stimulus
+        peak = as_written(stimulus.written, stimulus.amplitude, of.simulated.input_unit, 3)
+        label = f"simulated, {stimulus.kind} of {peak}"
         panel.plot(of.simulated.frequencies, np.abs(of.simulated.gain), label=label, **_DOT)
         panel.legend(loc="best")
     low, high = of.corners
-    for corner in (low, high):
+    for corner, beside in ((low, -3), (high, 3)):
         if corner is not None:
             panel.axvline(corner, color=INK, linewidth=0.8, linestyle=":")
+            panel.annotate(
+                f"−3 dB at {in_print(corner, 'Hz', 4)}",
+                (corner, 1.0),  # above the curve, which is lower from here on
+                (beside, 0.0),
+                xycoords=("data", "axes fraction"),
+                textcoords="offset points",
+                rotation=90.0,
+                size=8,
+                ha="left" if beside > 0 else "right",
+                va="top",
+            )
     panel.set_ylabel(axis_label("gain", of.unit))
+    panel.set_xlabel("frequency [Hz]")
     panel.margins(x=0.01)
+    plain_numbers(panel.xaxis)
+    plain_numbers(panel.yaxis)
 
 
 def _draw_phase(panel: Any, of: Response) -> None:
@@ -53,6 +68,8 @@ def _draw_phase(panel: Any, of: Response) -> None:
     panel.set_ylabel("phase [deg]")
     panel.set_xlabel("frequency [Hz]")
     panel.margins(x=0.01)
+    plain_numbers(panel.xaxis)
+    phase_ticks(panel)
 
 
 def _draw_step(panel: Any, of: Response) -> None:
@@ -65,7 +82,7 @@ def _draw_step(panel: Any, of: Response) -> None:
     panel.plot(factor * times, values, color=BLUE, drawstyle="steps-post" if len(times) <= _STEPS else "default")
     panel.axhline(of.step_response.figures.final, color=INK, linewidth=0.8, linestyle=":")
     panel.set_xlabel(f"time [{unit}]")
-    panel.set_ylabel(axis_label("", of.unit))
+    panel.set_ylabel(axis_label("output over step", of.unit))
     panel.margins(x=0.01)
 
 
@@ -76,4 +93,6 @@ def _draw_deviation(panel: Any, of: Response, run: Simulated) -> None:
     panel.semilogx(run.frequencies[order], run.degrees[order], "s-", markersize=3.0, color=ORANGE, label="phase [deg]")
     panel.set_xlim(of.frequencies[0], of.frequencies[-1])
     panel.set_xlabel("frequency [Hz]")
+    panel.set_ylabel("gain [dB], phase [deg]")
     panel.legend(loc="best")
+    plain_numbers(panel.xaxis)

@@ -186,7 +186,8 @@ def response(
     at_tick = points.answered(lambda about: response_of(about, source, target, frequencies), first)
     if simulate is None:
         return at_tick
-    stimulus = Stimulus(simulate, read_amplitude(planned, source, amplitude), band)
+    peak, text = read_amplitude(planned, source, amplitude), amplitude if isinstance(amplitude, str) else ""
+    stimulus = Stimulus(simulate, peak, band, text)
     run = simulated(
         planned,
         source,

@@ -33,6 +33,7 @@ class Stimulus:
     kind: StimulusKind
     amplitude: float
     band: tuple[float, float] | None = None
+    written: str = ""  # the peak value as it was written, where it was a text
 
 
 @dataclass(frozen=True)

@@ -54,8 +54,9 @@ def _table(of: Response) -> list[str]:
 
 
 def _comparison(run: Simulated, unit: str) -> list[str]:
+    peak = run.stimulus.written or f"{run.stimulus.amplitude:.6g} {run.input_unit}"
     lines = [
-        f"simulated, {run.stimulus.kind} of {run.stimulus.amplitude:.6g} {run.input_unit}, {run.ticks:,} ticks a run",
+        f"simulated, {run.stimulus.kind} of {peak}, {run.ticks:,} ticks a run",
         f"  {'frequency [Hz]':>16} {'gain':>12} {'phase [deg]':>12} {'less linear [dB]':>18} {'[deg]':>10}",
     ]
     for i in np.argsort(run.frequencies):

@@ -5,13 +5,14 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import LoopFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import one_loop
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.design.tune.tune import Tuned
-from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, name_rows, sheet
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, name_rows, phase_ticks, sheet
 from proofmass.runner.planning.plan import plan
 
 if TYPE_CHECKING:
@@ -48,7 +49,14 @@ def _draw_parameters(tuned: Tuned, panel: "Axes") -> None:
         )
         panel.plot(after, place, "o", color=BLUE, zorder=3, label="after" if not place else None)
         for part, bound, side in ((0.0, free[name].at_least, "left"), (1.0, free[name].at_most, "right")):
-            panel.annotate(f"{bound:.3g}", (part, place), (0, 7), textcoords="offset points", ha=side, size=8)
+            panel.annotate(
+                in_print(bound, tuned.tuning.unit_of(name)),
+                (part, place),
+                (0, 7),
+                textcoords="offset points",
+                ha=side,
+                size=8,
+            )
     name_rows(panel, [tuned.tuning.written.get(name, name) for name in tuned.parameters])
     panel.set_xticks([])
     panel.grid(visible=False)
@@ -93,5 +101,7 @@ def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
     size.set_ylabel("|L| [dB]")
     size.set_title(f"loop {loop}", loc="left", size=10)
     size.legend(loc="upper right")
+    phase_ticks(phase)
+    size.set_xlabel("frequency [Hz]")
     phase.set_ylabel("arg L [°]")
     phase.set_xlabel("frequency [Hz]")

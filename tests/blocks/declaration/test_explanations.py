@@ -41,6 +41,7 @@ def messages() -> Iterator[tuple[str, str]]:
                         yield text, f"{file.relative_to(ROOT)}:{node.lineno}"
 
 
+@pytest.mark.friendly(38, "every message has a code")
 def test_every_message_has_a_code_and_every_code_a_message() -> None:
     by_code: dict[str, list[str]] = defaultdict(list)
     for message, place in messages():

@@ -250,6 +250,7 @@ def test_an_input_that_nothing_fits() -> None:
     assert [problem.hint for problem in check(graph)] == ['add "block.output -> adc.voltage" to wires']
 
 
+@pytest.mark.friendly(6, "faults of all sorts at once")
 def test_all_problems_at_once() -> None:
     text = """\
 name = "everything"

@@ -11,6 +11,8 @@ import pytest
 from proofmass.blocks import (
     Constant,
     Gain,
+    MassSpringDamper,
+    Step,
     Sum,
 )
 from proofmass.graphs.drawing.diagram import svg
@@ -35,6 +37,7 @@ RUNNABLE = [
 
 
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
+@pytest.mark.friendly(15, "everything is drawn and nothing overlaps")
 def test_every_block_and_every_wire_is_drawn_and_nothing_overlaps(graph: Graph) -> None:
     boxes, wires = drawn(graph)
     symbols = edges(graph)
@@ -127,6 +130,20 @@ def test_units_are_written_as_by_hand() -> None:
     assert ">kg·m²/s³/A</text>" in svg(Graph(name="", blocks={"gain": gain}, probes=["gain.output"]))
 
 
+@pytest.mark.friendly(13, "diagrams and their tooltips have what was written")
+def test_a_block_and_its_tooltip_have_quantities_as_they_were_written() -> None:
+    blocks = {
+        "step": Step(amplitude="1 g0", unit="m/s^2"),
+        "mass": MassSpringDamper(mass="20 ug", damping="0.000050 kg/s"),
+    }
+    drawn_as = svg(Graph(name="", blocks=blocks, probes=["mass.displacement"]))
+    assert ">amplitude 1 g0</text>" in drawn_as
+    assert ">mass 20 µg</text>" in drawn_as
+    assert "amplitude = 1 g0\n" in drawn_as
+    assert "mass = 20 µg\ndamping = 0.000050 kg/s\n" in drawn_as
+    assert "9.80665" not in drawn_as
+
+
 def test_a_wire_with_several_targets_branches_with_dots_and_draws_no_line_twice() -> None:
     graph = next(graph for graph in GRAPHS if graph.name == "fan-out")
     root = ElementTree.fromstring(svg(graph))
@@ -173,6 +190,7 @@ def test_a_long_chain_and_a_long_loop_are_drawn() -> None:
 
 
 @pytest.mark.parametrize("name", RUNNABLE)
+@pytest.mark.friendly(15, "graphs of the library fit a page")
 def test_diagrams_of_the_library_fit_a_page(name: str) -> None:
     """A page of 1,400 pixels shows all of the width, or nearly, of what is high too; no text is below ten pixels."""
     text = svg(read_graph(library_files()[name]))

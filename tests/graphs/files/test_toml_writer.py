@@ -78,12 +78,14 @@ def assert_same(graph: Graph) -> str:
 
 
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
+@pytest.mark.friendly(17, "graphs of the library are written and read back")
 def test_the_library_reads_back(path: Any) -> None:
     assert_same(read_graph(path))
 
 
 @given(graphs())
 @settings(max_examples=80, deadline=None)
+@pytest.mark.friendly(17, "so are random graphs")
 def test_any_graph_reads_back(graph: Graph) -> None:
     assert_same(graph)
 

@@ -56,6 +56,10 @@ def test_a_wire_is_one_text(wires: Any) -> None:
     [
         (lambda: MassSpringDamper(1e-9, 1, 2), r"write MassSpringDamper\(mass=1e-09, damping=1, stiffness=2\)"),
         (lambda: Graph("x", {}), r"Graph\(\): these arguments are named: name='x', blocks={}"),
+        (lambda: Graph(), r'Graph\(\) needs name and blocks: add name="sensor", blocks={"step": Step\(\)}'),
+        (lambda: Graph(blocks={}), r'Graph\(\) needs name: add name="sensor"$'),
+        (lambda: simulate(), r'simulate\(\) needs graph: add graph="sensor.toml"'),
+        (lambda: proofmass.sweep(GRAPH), r'sweep\(\) needs values: add values={"block.parameter": \[1.0, 2.0\]}'),
         (lambda: Graph(name="x", block={}), r"Graph\(\) has no argument block; did you mean blocks\?"),
         (lambda: Graph(name="x", blocks={}, dt=1), r"did you mean rate\?"),
         (lambda: simulate(GRAPH, "1 s"), r"these arguments are named: duration='1 s'"),
@@ -72,6 +76,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: setattr(Gain(), "gain", 2), r'graph\.with_parameters\(\{"block\.gain": \.\.\.\}\)'),
     ],
 )  # fmt: skip
+@pytest.mark.friendly(7, "mistakes in Python are answered by their cure")
 def test_an_error_has_a_cure(call: Any, words: str) -> None:
     with pytest.raises((TypeError, AttributeError, ModelError), match=words):
         call()
@@ -127,9 +132,17 @@ def test_the_package_lists_nothing_but_what_it_offers() -> None:
         ("@Own.derivative", "write @Own.derivative(linear=False)"),
         ("@Own.derivative()", "write @Own.derivative(linear=False)"),
         ("@Own.derivative(False)", "write @Own.derivative(linear=False)"),
-        ("@block", 'write @block("V", voltage="V")'),
+        ("@block", 'the parentheses are missing; write @block("V", voltage="V")'),
+        ("@block()", 'the unit of the output is missing; write @block("V", voltage="V")'),
+        ('@block(input="V")', 'the unit of the output is missing; write @block("V", voltage="V")'),
+        ('@block("V", "V")', 'inputs are named; write @block("V", voltage="V")'),
+        ('@block("V", unit="V", input="V")', "the unit of the output is given twice; write @block"),
+        ("@block(3)", "unit is no unit: 3; write @block"),
+        ('@block("V", input=float)', "input is no unit: <class 'float'>; write @block"),
+        ('@block("V", input="V")(3)', "3 is no function; write @block"),
     ],
 )
+@pytest.mark.friendly(7, "a wrong decorator is answered by its line")
 def test_a_decorator_is_answered_by_its_line(decorator: str, words: str) -> None:
     output = "output" in decorator or "block" in decorator
     form = {"name": "level", "result": "float", "value": "input"} if output else {"name": "update", "value": "x"}

@@ -41,6 +41,7 @@ def test_the_schemas_are_small() -> None:
 
 
 @pytest.mark.parametrize("path", [*LIBRARY, *STUDIES], ids=lambda path: path.stem)
+@pytest.mark.friendly(12, "every graph of the library is valid")
 def test_the_library_is_valid_and_names_its_schema(path: Path) -> None:
     text = path.read_text(encoding="utf-8")
     assert text.startswith(f"#:schema {STUDY_SCHEMA_FILE if path in STUDIES else SCHEMA_FILE}\n")

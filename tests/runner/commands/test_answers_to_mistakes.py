@@ -9,6 +9,7 @@ import pytest
 import proofmass
 from proofmass.blocks import Step
 from proofmass.graphs.files.library import library_file
+from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study_reader import read_study_text
 from tests.runner.commands.test_user_errors import Command, command
 
@@ -45,6 +46,7 @@ MISTAKES = {
 
 
 @pytest.mark.parametrize("mistake", MISTAKES)
+@pytest.mark.friendly(7, "mistakes in files are answered by what to write")
 def test_an_answer_says_what_to_write_instead(mistake: str, command: Command) -> None:
     old, new, words = MISTAKES[mistake]
     assert old in TEMPLATE
@@ -55,6 +57,7 @@ def test_an_answer_says_what_to_write_instead(mistake: str, command: Command) ->
     assert answer.err.startswith("m.toml:")
 
 
+@pytest.mark.friendly(6, "nine faults of one file at once")
 def test_all_mistakes_are_told_at_once(command: Command) -> None:
     text = TEMPLATE
     for old, new in (
@@ -91,6 +94,7 @@ def test_all_mistakes_are_told_at_once(command: Command) -> None:
         (["--set", "sensor.rate=1 kHz"], 1, "a continuous block has no rate"),
     ],
 )
+@pytest.mark.friendly(21, "a probe that is not there is told by its name")
 def test_an_option_is_answered_by_its_own_name(options: list[str], code: int, words: str, command: Command) -> None:
     Path("m.toml").write_text(TEMPLATE.replace('"10 kHz"', '"1000.001 kHz"' if "=7" in options[1] else '"10 kHz"'))
     answer = command("run", "m.toml", *options)
@@ -98,6 +102,7 @@ def test_an_option_is_answered_by_its_own_name(options: list[str], code: int, wo
     assert words in answer.err
 
 
+@pytest.mark.friendly(14, "rates and the duration")
 def test_rates_and_the_duration_are_set_from_the_shell(command: Command) -> None:
     Path("m.toml").write_text(TEMPLATE, encoding="utf-8")
     rates = command("run", "m.toml", "--set", "rate=20 kHz", "--set", "adc.rate=5 kHz", "--set", "duration=10 ms")
@@ -155,10 +160,19 @@ def test_a_loop_is_answered_with_the_line_where_loops_are(command: Command) -> N
         ('[drift."adc.reference"]\nramp = "1 mV/year"', 'add [epochs] and below it ages = ["0 s", "10 years"]'),
     ],
 )
+@pytest.mark.friendly(7, "mistakes in studies are answered by what to write")
 def test_a_study_is_answered(table: str, words: str) -> None:
     with pytest.raises(proofmass.ModelError) as wrong:
         read_study_text(f'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\n{table}\n')
     assert words in str(wrong.value)
+
+
+@pytest.mark.friendly(13, "ages are read as they are printed")
+def test_ages_are_read_as_they_are_printed() -> None:
+    ages = '[epochs]\nages = ["3 months", "1 year", "10 years"]\n'
+    text = 'graph = "library:closed_loop_accelerometer.toml"\nruns = 4\nmargins = "0 s"\n'
+    study = read_study_text(text + ages)
+    assert [age_text(age) for age in study.epochs] == ["3 months", "1 year", "10 years"]
 
 
 def test_the_number_of_runs_is_an_integer() -> None:
@@ -202,6 +216,7 @@ def test_python_takes_names_of_files_and_answers_misspelt_names(tmp_path: Path) 
         proofmass.linearise(file, ["accel"], ["adc.number"])
 
 
+@pytest.mark.friendly(8, "misspelt names of the package")
 def test_the_package_answers_misspelt_names() -> None:
     with pytest.raises(AttributeError, match=r"did you mean simulate\?"):
         _ = proofmass.simulat
@@ -218,6 +233,7 @@ def test_a_block_has_the_signature_of_its_parameters() -> None:
         signature.bind(ammplitude=2.0)
 
 
+@pytest.mark.friendly(38, "messages have codes that explain tells")
 def test_messages_have_codes_that_are_explained(command: Command) -> None:
     Path("m.toml").write_text(TEMPLATE.replace(DAMPING, '"1 dps"').replace('"Sine"', '"Sinus"'), encoding="utf-8")
     answer = command("check", "m.toml")

@@ -22,6 +22,7 @@ def said(capsys: pytest.CaptureFixture[str], *words: str, code: int = 0) -> str:
     return shown.out + shown.err
 
 
+@pytest.mark.friendly(11, "every kind stands under its family")
 def test_every_kind_stands_under_its_family(capsys: pytest.CaptureFixture[str]) -> None:
     family, listed = "", dict[str, str]()
     for line in said(capsys).splitlines():
@@ -42,6 +43,7 @@ def test_every_kind_stands_under_its_family(capsys: pytest.CaptureFixture[str]) 
         ("summing junction", {"Sum"}),
     ],
 )
+@pytest.mark.friendly(11, "blocks are found by words for their purpose")
 def test_words_that_describe(words: str, kinds: set[str], capsys: pytest.CaptureFixture[str]) -> None:
     shown = json.loads(said(capsys, "--find", words, "--json"))
     assert kinds <= {one["kind"] for one in shown}

@@ -28,6 +28,7 @@ def graph(tmp_path: Path) -> str:
     return str(folder / "sensor.toml")
 
 
+@pytest.mark.friendly(5, "new writes a graph that checks and runs")
 def test_new_writes_a_graph_that_checks_and_runs_and_overwrites_nothing(graph: str, capsys: Captured) -> None:
     assert main(["check", graph]) == 0
     assert main(["run", graph]) == 0
@@ -40,11 +41,13 @@ def test_new_writes_a_graph_that_checks_and_runs_and_overwrites_nothing(graph: s
 
 
 @pytest.mark.parametrize("command", sorted(cli.commands))
+@pytest.mark.friendly(4, "every command has an example")
 def test_help_has_an_example(command: str, capsys: Captured) -> None:
     assert main([command, "--help"]) == 0
     assert f"proofmass {command}" in capsys.readouterr().out
 
 
+@pytest.mark.friendly(10, "0 to 3, and 2 for a misspelt command")
 def test_exit_codes(graph: str, tmp_path: Path, capsys: Captured) -> None:
     wrong = tmp_path / "wrong.toml"
     wrong.write_text(Path(graph).read_text(encoding="utf-8").replace("damping", "dampign"), encoding="utf-8")
@@ -60,6 +63,7 @@ def test_exit_codes(graph: str, tmp_path: Path, capsys: Captured) -> None:
     assert "Traceback" not in capsys.readouterr().err
 
 
+@pytest.mark.friendly(9, "a traceback only when it is asked for")
 def test_traceback_only_when_asked_for(graph: str) -> None:
     command = [sys.executable, "-m", "proofmass", "run", graph, "--set", "sensor.mas=1"]
     plain = subprocess.run(command, capture_output=True, text=True, timeout=60)
@@ -70,6 +74,8 @@ def test_traceback_only_when_asked_for(graph: str) -> None:
     assert "Traceback" in shown.stderr
 
 
+@pytest.mark.friendly(14, "parameters, seed and length")
+@pytest.mark.friendly(21, "a probe from the shell is recorded")
 def test_set_probe_seed_and_length(graph: str, capsys: Captured) -> None:
     arguments = ["run", graph, "--json", "--samples", "200", "--probe", "readout.output", "--set", "adc.bits=8"]
     assert main([*arguments, "--set", "sensor.mass=60e-9kg", "--seed", "5"]) == 0
@@ -84,6 +90,7 @@ def test_set_probe_seed_and_length(graph: str, capsys: Captured) -> None:
     assert main(["run", graph, "--set", "adc.bits"]) == 2
 
 
+@pytest.mark.friendly(18, "a file of blocks is used where the caller allows it")
 def test_own_blocks_only_where_the_caller_allows_them(tmp_path: Path, capsys: Captured) -> None:
     own = tmp_path / "own.py"
     own.write_text(
@@ -114,6 +121,7 @@ def test_show_source_is_the_program_with_its_lines_of_python(capsys: Captured) -
     assert "mass_spring_damper.py:37  return State(x.velocity, " in source
 
 
+@pytest.mark.friendly(15, "as SVG and as text for two other programs")
 def test_draw_in_three_forms(graph: str, tmp_path: Path, capsys: Captured) -> None:
     for name, start in (("a.svg", "<svg"), ("a.mmd", "flowchart"), ("a.dot", "digraph")):
         assert main(["draw", graph, "-o", str(tmp_path / name)]) == 0
@@ -132,6 +140,7 @@ def test_blocks_and_schema_as_data(capsys: Captured) -> None:
     assert "$schema" in json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.friendly(27, "netCDF, CSV and Parquet by options of a run")
 def test_files_of_a_run(graph: str, tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "out"
     assert main(["run", graph, "--out", str(out), "--format", "csv", "--format", "parquet", "--format", "netcdf"]) == 0
@@ -140,6 +149,7 @@ def test_files_of_a_run(graph: str, tmp_path: Path, capsys: Captured) -> None:
     assert str(out) in capsys.readouterr().out
 
 
+@pytest.mark.friendly(23, "no bar where output is no terminal")
 def test_piped_output_has_no_progress_bar() -> None:
     command = [sys.executable, "-m", "proofmass", "run", SELF_TEST, "--engine", "compiled"]
     done = subprocess.run(command, capture_output=True, text=True, timeout=120, env=os.environ | {"NO_COLOR": "1"})

@@ -33,6 +33,7 @@ def _no_browser(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.parametrize("name", cli.commands)
+@pytest.mark.friendly(4, "every example runs from an empty folder")
 def test_the_examples_of_the_help_run(name: str, command: Command) -> None:
     examples = examples_of(cli.commands[name].help or "")
     assert name in [first for first, *_ in examples]
@@ -44,11 +45,13 @@ def test_the_examples_of_the_help_run(name: str, command: Command) -> None:
         assert answer.code == (DIFFERS if name == words[0] == "diff" else 0), f"{words}: {answer.err}"
 
 
+@pytest.mark.friendly(4, "no example needs a clone of the repository")
 def test_no_help_names_a_path_of_a_clone() -> None:
     """A clone of the repository is not what people have who read the help."""
     assert not [name for name, one in cli.commands.items() if "graphs/" in (one.help or "")]
 
 
+@pytest.mark.friendly(5, "new writes the same graph in Python")
 def test_the_graph_in_python_is_that_in_toml(command: Command) -> None:
     assert command("new", "sensor.py").out == "wrote sensor.py; run it with: python sensor.py\n"
     by_python, by_toml = simulate(run_path("sensor.py")["graph"]), simulate("library:template")

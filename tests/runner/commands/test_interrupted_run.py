@@ -44,6 +44,7 @@ class TestTheCommand:
 
     @needs_proc
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
+    @pytest.mark.friendly(24, "a run ends within a second of the signal")
     def test_ends_within_a_second(self, number: int) -> None:
         graph = library_file("pn_self_test_minimal.toml")
         code, messages, seconds = self.interrupted(graph, "--samples", "1_000_000_000", number=number)
@@ -53,6 +54,7 @@ class TestTheCommand:
         assert "with --out FOLDER a run can be resumed" in messages
 
     @needs_proc
+    @pytest.mark.friendly(25, "the same command ends with the same bits")
     def test_resumes_to_the_same_bits(self, tmp_path: Path) -> None:
         path = tmp_path / "graph.toml"
         path.write_text(

@@ -46,6 +46,7 @@ def light(commands: list[list[str]], folder: Path) -> dict[str, tuple[int, str, 
     return answers
 
 
+@pytest.mark.friendly(1, "without extras there are runs, studies and margins")
 def test_it_declares_runs_studies_and_finds_margins(tmp_path: Path) -> None:
     commands = [
         ["new", "sensor.toml"],
@@ -67,6 +68,7 @@ def test_it_declares_runs_studies_and_finds_margins(tmp_path: Path) -> None:
     assert names == {"traces.csv", "plot.svg", "summary.json", "report.html"}
 
 
+@pytest.mark.friendly(1, "what needs an extra names it before it runs")
 def test_what_needs_more_says_which_extra_brings_it_before_it_runs(tmp_path: Path) -> None:
     cures = {
         ("run", LOOP, "--samples", "1000000000000", "--out", "a", "--format", "netcdf"): "netcdf",

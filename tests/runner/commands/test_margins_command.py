@@ -72,6 +72,7 @@ def test_changed_parameters_and_an_unstable_loop(capsys: pytest.CaptureFixture[s
     assert data["loops"][0]["gain_margin_db"] is None
 
 
+@pytest.mark.friendly(33, "tables of parameters by their effect")
 def test_tables_of_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "margins", LOOP, "--sensitivity", "acceleration.output", "dac.code")
     assert "scale factor: -8827.3967 1/(m/s^2)" in text

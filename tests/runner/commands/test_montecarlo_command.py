@@ -20,6 +20,8 @@ def study(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.friendly(25, "a study goes on")
+@pytest.mark.friendly(32, "tables and files of a study")
 def test_table_files_and_resuming(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["montecarlo", str(study), "--engine", "python", "--out", str(tmp_path / "out")]
     assert main(command) == 0
@@ -44,6 +46,7 @@ def test_table_files_and_resuming(study: Path, tmp_path: Path, capsys: pytest.Ca
     assert bias.mean() == pytest.approx(data["measures"][1]["mean"])
 
 
+@pytest.mark.friendly(34, "by one option")
 def test_replay_of_a_run(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["montecarlo", str(study), "--engine", "python", "--json"]
     assert main([*command, "--run", "3", "--epoch", "2"]) == 0
@@ -85,6 +88,7 @@ def test_intervals_between_calibrations_have_tables_of_their_own(
     opened.close()
 
 
+@pytest.mark.friendly(32, "a mistake in a study is a message")
 def test_a_mistake_is_a_message(study: Path, capsys: pytest.CaptureFixture[str]) -> None:
     study.write_text(STUDY.replace("normal", "nromal"))
     assert main(["montecarlo", str(study)]) == 1

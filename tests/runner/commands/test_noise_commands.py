@@ -31,6 +31,7 @@ def recording(tmp_path: Path) -> str:
     return str(path)
 
 
+@pytest.mark.friendly(31, "of a recording")
 def test_allan_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str, tmp_path: Path) -> None:
     picture = tmp_path / "allan.svg"
     text = said(capsys, "allan", recording, "--probe", "rate", "--plot", str(picture))

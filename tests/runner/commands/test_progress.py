@@ -42,6 +42,7 @@ class Screen(io.StringIO):
 
 
 @pytest.mark.parametrize("columns", [200, 100, 60, 20])
+@pytest.mark.friendly(23, "a bar with the time left, erased at the end")
 def test_what_is_drawn_and_left(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
     screen, clock = Screen(), iter(range(100))
     monkeypatch.setattr(sys, "stderr", screen)

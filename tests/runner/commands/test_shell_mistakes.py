@@ -45,6 +45,7 @@ ANSWERS = {  # a command line, and words of its answer
 
 
 @pytest.mark.parametrize("line", ANSWERS)
+@pytest.mark.friendly(7, "mistakes at the shell are answered by their cure")
 def test_a_mistake_is_answered_by_its_cure(line: str, command: Command) -> None:
     assert command("new", "loop.toml").code == 0
     Path("notes.txt").write_text("This is a note.\n", encoding="utf-8")
@@ -78,6 +79,7 @@ def test_a_file_too_many_is_no_missing_quote(command: Command) -> None:
         (("blocks", "--find", "geophone"), ("MassSpringDamper",)),
     ],
 )
+@pytest.mark.friendly(11, "a word that is no name lists what contains it")
 def test_a_word_lists_what_contains_it(words: tuple[str, ...], names: tuple[str, ...], command: Command) -> None:
     answer = command(*words)
     assert answer.code == 0

@@ -8,6 +8,7 @@ from proofmass.runner.commands.answers import print_problem
 from proofmass.runner.output.text_table import text_table
 
 
+@pytest.mark.friendly(42, "tables fold at the width of the terminal")
 def test_a_table_is_as_wide_as_the_terminal_and_nothing_is_lost() -> None:
     rows = [("signal", "mean", "std", ""), ("adc.code", "12.5", "0.25", "the code that comes out of it")]
     assert text_table(rows, left=(0, 3), width=0) == text_table(rows, left=(0, 3), width=80)
@@ -19,6 +20,7 @@ def test_a_table_is_as_wide_as_the_terminal_and_nothing_is_lost() -> None:
 
 
 @pytest.mark.parametrize(("settings", "coloured"), [({}, True), ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)])
+@pytest.mark.friendly(42, "colour only where the terminal has it")
 def test_colour_only_where_the_terminal_has_it(
     settings: dict[str, str], coloured: bool, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

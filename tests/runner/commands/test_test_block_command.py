@@ -47,6 +47,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.friendly(19, "a sound block passes")
 def test_a_block_that_is_sound(file: Path, capsys: Captured) -> None:
     assert main(["test-block", str(file), "Doubled"]) == 0
     lines = capsys.readouterr().out.splitlines()
@@ -55,6 +56,7 @@ def test_a_block_that_is_sound(file: Path, capsys: Captured) -> None:
     assert lines[-1] == "1 block passed every check that could be run"
 
 
+@pytest.mark.friendly(19, "faults of all blocks are told at once")
 def test_all_faults_of_all_blocks_at_once(file: Path, capsys: Captured) -> None:
     assert main(["test-block", str(file)]) == 1
     told = capsys.readouterr().out

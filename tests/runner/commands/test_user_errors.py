@@ -100,6 +100,7 @@ def ran(folder: Path, *arguments: str) -> Answer:
         (["new", TEMPLATE], "exists already; nothing was written"),
     ],
 )
+@pytest.mark.friendly(10, "wrong usage ends with 2")
 def test_wrong_usage_exits_with_2(arguments: list[str], message: str, command: Command) -> None:
     answer = command(*arguments)
     assert answer.code == 2
@@ -120,6 +121,7 @@ def test_wrong_usage_exits_with_2(arguments: list[str], message: str, command: C
         ("sensor.mass=", "sensor.mass: "),
     ],
 )
+@pytest.mark.friendly(14, "what cannot be is refused by its own name")
 def test_set_to_what_cannot_be(change: str, message: str, command: Command) -> None:
     answer = command("run", TEMPLATE, "--samples", "3", "--set", change)
     assert answer.code == 1
@@ -148,6 +150,7 @@ def test_a_wrong_duration(duration: str, command: Command) -> None:
 
 
 @pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.friendly(10, "a run that fails ends with 3")
 def test_a_failed_run_exits_with_3(engine: str, command: Command) -> None:
     Path("unstable.toml").write_text(UNSTABLE)
     answer = command("run", "unstable.toml", "--engine", engine)
@@ -205,6 +208,7 @@ def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pyt
 
 
 @pytest.mark.parametrize("name", ["Größe 加速度.toml", "-x.toml"])
+@pytest.mark.friendly(41, "files with spaces and any letters")
 def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path: Path) -> None:
     folder = tmp_path / "Ordner für alles"
     folder.mkdir()
@@ -257,6 +261,7 @@ def test_what_is_shown_of_a_block_is_a_piece_of_a_graph_file(command: Command) -
         assert tomllib.loads(shown.partition("In a graph file:")[2])["blocks"]["name"]["kind"] == kind
 
 
+@pytest.mark.friendly(23, "a bar on a terminal leaves no trace")
 def test_a_terminal_has_a_progress_bar_that_leaves_no_trace(tmp_path: Path) -> None:
     pty = pytest.importorskip("pty")
     path = tmp_path / "long.toml"

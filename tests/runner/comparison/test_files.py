@@ -33,6 +33,7 @@ MUTATIONS = {
 
 
 @pytest.mark.parametrize("mutation", MUTATIONS)
+@pytest.mark.friendly(36, "each change of a file, by its key alone")
 def test_each_mutation_is_named_with_its_key_alone(mutation: tuple[str, str], tmp_path: Path) -> None:
     assert TEXT.count(mutation[0]) == 1
     before, after = tmp_path / "before.toml", tmp_path / "after.toml"

@@ -56,6 +56,7 @@ def test_equal_runs(before: Path, tmp_path: Path) -> None:
     }
 
 
+@pytest.mark.friendly(36, "a gain that differs between runs")
 def test_a_gain_that_differs(before: Path, tmp_path: Path) -> None:
     """2 and 2.02 times a ramp of 1 V/s: 20 mV/s apart, the most after 199 ms; allowed is a part of 398 mV."""
     after = saved(tmp_path / "after", TEXT.replace("gain = 2", "gain = 2.02"))

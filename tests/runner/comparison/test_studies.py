@@ -73,6 +73,7 @@ def test_other_sensors_are_independent_samples() -> None:
     assert {"study.runs", "study.seed"} <= {difference.key for difference in found.differences}
 
 
+@pytest.mark.friendly(36, "a yield that moves between studies")
 def test_a_yield_that_moves() -> None:
     after = outcome(1.1)
     found = compare_studies(BEFORE, after)

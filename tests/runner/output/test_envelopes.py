@@ -33,6 +33,7 @@ def test_a_slow_signal_and_a_short_one_are_lines() -> None:
 
 
 @pytest.mark.defect("S602", before="stretches joined by slanted lines: an edge looks as wide as one", after="steps")
+@pytest.mark.friendly(29, "a band is nowhere off its signal")
 def test_an_edge_of_a_band_is_upright_and_nowhere_the_band_misses_the_signal() -> None:
     sine = np.sin(np.arange(600_000) / 3.0)
     values = np.where(np.arange(600_000) < 301_234, sine, 5.0 + sine)

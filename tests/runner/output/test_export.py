@@ -41,6 +41,8 @@ def read_csv(path: Path) -> tuple[list[str], list[list[str]]]:
 
 
 @pytest.mark.parametrize("piece", [1 << 20, 5])
+@pytest.mark.friendly(26, "units, seed and versions stand in the file")
+@pytest.mark.friendly(27, "netCDF opens in xarray")
 def test_netcdf_opens_in_xarray_as_the_result_itself(
     piece: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -63,6 +65,7 @@ def test_netcdf_holds_long_texts_empty_docs_and_no_rows(tmp_path: Path) -> None:
         assert data["adc.code"].attrs["long_name"] == ""
 
 
+@pytest.mark.friendly(27, "CSV has names, units and exact numbers")
 def test_csv_says_names_and_units_and_every_number_exactly(tmp_path: Path) -> None:
     result = made_result([made_trace("sine.output", HARD, "V"), made_trace("bits.bit", np.arange(8) % 2 == 1)])
     (path,) = save_csv(result, tmp_path)
@@ -102,6 +105,7 @@ def test_csv_of_a_long_run_is_refused_before_anything_is_written(
     assert not list(tmp_path.iterdir())
 
 
+@pytest.mark.friendly(27, "Parquet has types and units")
 def test_parquet_has_types_units_and_what_the_run_was_made_with(tmp_path: Path) -> None:
     result = mixed_result()
     paths = save_parquet(result, tmp_path)

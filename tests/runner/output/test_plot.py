@@ -123,6 +123,7 @@ def test_a_signal_that_hardly_moves_is_drawn_about_a_round_number(
     assert offset(lowest, highest) == expected
 
 
+@pytest.mark.friendly(29, "axes of runs are named")
 def test_axes_are_named_and_share_their_time() -> None:
     figure = plot_traces(mixed_result())
     sine, bits, code, sums = figure.axes

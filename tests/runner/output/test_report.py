@@ -65,12 +65,14 @@ def page(tmp_path_factory: pytest.TempPathFactory) -> str:
     return page_of(mixed_result(), tmp_path_factory.mktemp("report"), (("Margins & more", "<p>60 <b>deg</b></p>"),))
 
 
+@pytest.mark.friendly(28, "the page is whole")
 def test_the_page_is_whole_and_in_order(page: str) -> None:
     expected = ["Block diagram", "Signals", "Margins & more", "Traces", "Blocks", "Run", "To repeat it"]
     assert Outline(page).headings == expected
     assert "<p>60 <b>deg</b></p>" in page
 
 
+@pytest.mark.friendly(28, "it asks nothing of the network")
 def test_the_page_asks_nothing_of_the_network(page: str) -> None:
     outline = Outline(page)
     assert not outline.tags & {"script", "link", "iframe", "object", "embed", "base"}
@@ -80,6 +82,7 @@ def test_the_page_asks_nothing_of_the_network(page: str) -> None:
     assert "default-src 'none'" in page
 
 
+@pytest.mark.friendly(26, "a report holds what it was made with")
 def test_the_page_holds_what_came_out_and_what_it_was_made_with(page: str) -> None:
     text = texts(page)
     for expected in (
@@ -129,6 +132,7 @@ def test_blocks_stand_in_signal_order_with_what_they_are_set_to_and_the_rest_fol
     assert after.index("gain 1 V/V Output per input.") < after.index("and input_unit, output_unit"), "set to nothing"
 
 
+@pytest.mark.friendly(28, "a page of many blocks is folded")
 def test_a_page_of_many_blocks_folds_them(tmp_path: Path) -> None:
     blocks = {f"step_{number}": Step() for number in range(25)}
     graph = Graph(name="many", rate="1 kHz", samples=2, blocks=blocks, probes=["step_0.output"])
@@ -146,6 +150,7 @@ def test_the_plot_takes_its_colours_and_letters_from_the_page(page: str) -> None
     assert "@media print" in page
 
 
+@pytest.mark.friendly(13, "the file in a report has what was written")
 def test_the_run_can_be_repeated_from_the_page(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     from proofmass.runner.command_line import cli
 

@@ -55,6 +55,7 @@ def graph_of(text: str) -> Graph:
     return read_graph_text(text)
 
 
+@pytest.mark.friendly(13, "results are in the units that are asked for")
 def test_a_probe_and_a_measure_are_shown_in_their_units_and_kept_in_those_of_the_port(tmp_path: Path) -> None:
     result = simulate(graph_of(TEXT), engine="python")
     plain = simulate(graph_of(TEXT.replace(', unit = "deg/h"', "")), engine="python")
@@ -115,6 +116,7 @@ drift = { at_most = "15 deg/h" }
 """
 
 
+@pytest.mark.friendly(13, "so are those of studies")
 def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_signals(tmp_path: Path) -> None:
     (tmp_path / "turning.toml").write_text(TEXT)
     (tmp_path / "study.toml").write_text(STUDY)
@@ -160,6 +162,7 @@ def test_a_live_page_has_the_scales_of_the_units_that_are_asked_for() -> None:
         assert scale["text"] == "°/h"
 
 
+@pytest.mark.friendly(13, "quantities keep how they were written")
 def test_what_was_written_stays_with_a_block_and_changes_nothing() -> None:
     text, number = MassSpringDamper(mass="50.43 ug"), MassSpringDamper(mass=50.43e-9)
     assert text == number

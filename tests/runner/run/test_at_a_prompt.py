@@ -28,6 +28,7 @@ def test_traces_take_part_in_arithmetic(result: proofmass.Result) -> None:
     assert np.mean(trace) == np.mean(trace.values)
 
 
+@pytest.mark.friendly(16, "a prompt shows a line, not pages")
 def test_what_a_prompt_shows_is_a_line(result: proofmass.Result) -> None:
     budget = proofmass.noise("library:closed_loop_accelerometer", "dac.code")
     margins = proofmass.margins("library:closed_loop_accelerometer")

@@ -93,6 +93,7 @@ class TestNumbersThatAreNotFinite:
         assert len(texts) == 1, texts
         return texts.pop()
 
+    @pytest.mark.friendly(22, "an unstable loop")
     def test_an_unstable_loop(self) -> None:
         graph = Graph(
             name="unstable",
@@ -111,6 +112,7 @@ class TestNumbersThatAreNotFinite:
         assert "got:      inf" in text or "got:      -inf" in text
         assert "probe what drives it: input = sum.output" in text
 
+    @pytest.mark.friendly(22, "a division by zero that a limiter would swallow")
     def test_a_division_by_zero_in_one_tick_that_a_limiter_would_swallow(self) -> None:
         text = self.refused(falling_to_zero(Divided(), "divided"))
         assert text.startswith("block.divided: failed in tick 5, t = 0.5 s")
@@ -154,6 +156,7 @@ class TestNumbersThatAreNotFinite:
         graph = Graph(name="huge", rate="1 Hz", blocks=blocks, probes=["huge_0.output"])
         assert (simulate(graph, samples=300, engine=engine)["huge_0.output"].values == 1.5e308).all()
 
+    @pytest.mark.friendly(22, "the line of the block in its file")
     def test_the_place_in_the_file_is_told(self, tmp_path: Path) -> None:
         path = tmp_path / "grow.toml"
         path.write_text(

@@ -45,6 +45,7 @@ class Cells(HTMLParser):
             self.rows[-1][-1] += data
 
 
+@pytest.mark.friendly(16, "a run shows itself")
 def test_a_run_in_a_notebook() -> None:
     result = proofmass.simulate("library:template")
     rows = Cells(result._repr_html_()).rows
@@ -68,6 +69,7 @@ def test_probes_of_two_rates_have_gaps_in_one_frame() -> None:
     assert frame["adc.code [1]"].notna().tolist() == [True, False, False, False, True, False, False, False, True]
 
 
+@pytest.mark.friendly(16, "margins, noise and studies show themselves")
 def test_margins_noise_and_a_study_in_a_notebook() -> None:
     margins = proofmass.margins("library:closed_loop_accelerometer")
     rows = dict(Cells(margins._repr_html_()).rows)
@@ -111,6 +113,7 @@ def test_results_with_a_text_are_a_line_at_a_prompt_and_the_text_of_their_comman
 
 
 @pytest.mark.defect("S690", before="<Figure size 900x498 with 2 Axes>", after="the picture")
+@pytest.mark.friendly(16, "figures show themselves")
 def test_a_figure_is_shown_without_pyplot() -> None:
     """A notebook asks the class of a value for its pictures; matplotlib's own figure has none."""
     for kind in proofmass._PICTURES:

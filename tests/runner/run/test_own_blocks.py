@@ -140,6 +140,7 @@ FAULTS = {
     "S14", before="a unit Volt, a default out of bounds, a class Gain are taken in silence", after="told by check"
 )
 @pytest.mark.parametrize("fault", FAULTS)
+@pytest.mark.friendly(18, "what is declared wrong is told with its line")
 def test_what_is_declared_wrong_is_told_with_its_line(
     fault: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -156,6 +157,7 @@ def _as_gain(folder: Path, capsys: pytest.CaptureFixture[str]) -> str:
     return "".join(capsys.readouterr())
 
 
+@pytest.mark.friendly(20, "breakpoint() stops in the block")
 def test_breakpoint_is_of_plain_python(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped = list[int]()
     monkeypatch.setattr("sys.breakpointhook", lambda: stopped.append(1))

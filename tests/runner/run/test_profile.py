@@ -50,6 +50,7 @@ def test_ten_times_the_work_takes_ten_times_as_long() -> None:
 
 
 @pytest.mark.parametrize("name", ["quartz_calibration", "six_axis_imu", "temperature_compensation_m1"])
+@pytest.mark.friendly(39, "every block has its time")
 def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Rates, groups of continuous blocks, registers and vectors: the timed program records what the plain one does."""
     monkeypatch.setattr(profiling, "STRETCHES", 1)
@@ -70,6 +71,7 @@ def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypat
     assert {name for name in scheduled if not name.startswith("measures.")} <= named
 
 
+@pytest.mark.friendly(39, "as a table by one option")
 def test_the_command_shows_it_as_a_table_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "library:template", "--profile", "--quiet"]) == 0
     text = capsys.readouterr().out

@@ -27,6 +27,7 @@ def published_set() -> np.ndarray:  # type: ignore[type-arg]
 
 
 @pytest.mark.parametrize("statistic", list(AllanStatistic))
+@pytest.mark.friendly(31, "published deviations")
 def test_published_deviations(statistic: AllanStatistic) -> None:
     for factor, expected in zip((1, 10, 100), PUBLISHED[statistic], strict=True):
         assert deviation_at(statistic, published_set(), factor) == pytest.approx(expected, rel=1e-6)

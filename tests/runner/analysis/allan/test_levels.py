@@ -84,6 +84,7 @@ def test_allan_variances_are_integrals_of_the_densities() -> None:
         ("K", "1/s", 2.0, 2.0, "(1/s)/sqrt(s)"),
     ],
 )
+@pytest.mark.friendly(31, "in units of data sheets")
 def test_units_of_data_sheets(quantity: str, unit: str, value: float, number: float, shown: str) -> None:
     assert field_unit(quantity, unit) == shown
     assert in_field_unit(quantity, value, unit) == pytest.approx(number, rel=1e-12)

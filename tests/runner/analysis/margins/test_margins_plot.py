@@ -22,6 +22,7 @@ def test_the_step_response_is_that_of_the_closed_loop() -> None:
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
 
 
+@pytest.mark.friendly(30, "Bode, Nyquist and step with names")
 def test_four_panels_with_names() -> None:
     figure = plot_margins(margins(GRAPH))
     names = {axes.get_ylabel(): axes.get_xlabel() for axes in figure.axes}

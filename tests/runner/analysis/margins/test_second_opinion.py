@@ -18,6 +18,7 @@ LIBRARY = ["closed_loop_accelerometer", "closed_loop_gyroscope", "fibre_optic_gy
 MORE = ["coupled_axes", "drive_loop", "force_to_rebalance", "quartz_accelerometer", "resonant_accelerometer"]
 
 
+@pytest.mark.friendly(30, "python-control's verdict stands beside")
 def test_of_a_loop_with_a_closed_form() -> None:
     found = margins(read_graph_text(INTEGRATING))
     opinion = second_opinion(found)
@@ -48,6 +49,7 @@ def test_unstable_loops_have_a_verdict_alone_and_several_values_no_opinion() -> 
 
 
 @pytest.mark.parametrize("name", [*LIBRARY, *(pytest.param(name, marks=pytest.mark.exhaustive) for name in MORE)])
+@pytest.mark.friendly(30, "it agrees on loops of the library")
 def test_it_agrees_on_the_library(name: str) -> None:
     found = margins_or_reasons(OperatingPoints(plan(read_graph(f"library:{name}")), "auto"))
     opinions = [second_opinion(one) for one in found.values() if isinstance(one, Margins)]

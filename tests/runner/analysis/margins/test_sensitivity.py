@@ -54,6 +54,7 @@ def slopes(found: Sensitivity) -> dict[str, float]:
     return {effect.parameter: effect.derivative for effect in found.effects}
 
 
+@pytest.mark.friendly(33, "effects agree with a closed form")
 def test_scale_factor_of_the_accelerometer_in_closed_form() -> None:
     """SF = -K0 R 2^19 / (kt Vref): nothing else moves it, least of all the pendulum and the controller."""
     scale, bias = transfer(GRAPH, "acceleration.output", "dac.code")

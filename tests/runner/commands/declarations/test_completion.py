@@ -45,6 +45,7 @@ def completions(*words: str) -> list[str]:
         (("explain", "p0301"), ["P0301"]),
     ],
 )
+@pytest.mark.friendly(42, "words are completed")
 def test_words(words: tuple[str, ...], expected: list[str]) -> None:
     assert completions(*words) == expected
 

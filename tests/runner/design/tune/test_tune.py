@@ -116,6 +116,7 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
     assert "interrupted" in tuned_text(tuned)
 
 
+@pytest.mark.friendly(29, "bounds of tuning have units")
 def test_the_picture_has_parameters_goals_and_the_loop() -> None:
     tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=4, starts=1)
     figure = plot_tuned(tuned)
@@ -124,6 +125,12 @@ def test_the_picture_has_parameters_goals_and_the_loop() -> None:
         "goals",
         "loop main",
     ]
+    parameters, _, size, phase = figure.axes
+    bounds = [text.get_text() for text in parameters.texts]
+    assert len(bounds) == 2 * len(FREE)
+    assert not any("e+" in bound or "e-" in bound for bound in bounds)
+    assert {size.get_xlabel(), phase.get_xlabel()} == {"frequency [Hz]"}
+    assert {place % 45.0 for place in phase.get_yticks()} == {0.0}
 
 
 def test_named_values_are_tuned_through_what_follows_from_them() -> None:

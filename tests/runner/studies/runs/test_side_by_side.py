@@ -32,6 +32,7 @@ def study(tmp_path: Path) -> Study:
     return study_of(tmp_path / "study.toml")
 
 
+@pytest.mark.friendly(35, "threads and lanes give one digest")
 def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
     expected = run_study(study, engine="python").digest
     for lanes, threads in ((0, 1), (0, 2), (8, 1), (8, 2), (16, 2), (32, 1)):

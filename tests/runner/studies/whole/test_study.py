@@ -49,6 +49,7 @@ def test_one_digest_whatever_the_engine_the_order_and_the_chunks(
 
 
 @pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.friendly(34, "a replay has the same bits")
 def test_a_replay_gives_the_traces_of_the_same_bits(study: Study, engine: EngineName) -> None:
     result = run_study(study, engine="python")
     again = replay(study, 7, 2, engine)

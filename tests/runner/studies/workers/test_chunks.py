@@ -64,6 +64,7 @@ def own_study(folder: Path) -> Study:
 
 
 @pytest.mark.parametrize("engine", ["python", "compiled"])
+@pytest.mark.friendly(35, "workers of Dask give one digest")
 def test_one_digest(engine: Any, study: Study, address: str, tmp_path: Path) -> None:
     expected = run_study(study, engine="python", folder=tmp_path / "here")
     made = run_study(study, engine=engine, lanes=8, dask=address, folder=tmp_path / "there")
@@ -240,6 +241,7 @@ def test_chunks_take_a_quarter_of_a_second() -> None:
     assert chunk_size(64, 1e-9, 64) == 512
 
 
+@pytest.mark.friendly(35, "workers of this machine by one option")
 def test_workers_of_this_machine(study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["montecarlo", str(tmp_path / "study.toml"), "--engine", "python", "--json"]
     assert main([*command, "--dask", "local:1", "--threads", "2"]) == 2

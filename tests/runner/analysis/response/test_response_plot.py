@@ -1,0 +1,34 @@
+"""The picture of a response: every axis and every line has its name, and numbers of axes do not touch."""
+
+from itertools import pairwise
+
+import pytest
+
+from proofmass import response
+from proofmass.runner.analysis.response.plot import plot_response
+
+
+@pytest.mark.friendly(29, "axes and bandwidths of responses are named")
+def test_axes_and_the_bandwidth_are_named() -> None:
+    found = response("library:template", "acceleration.output", "adc.number")
+    gain, phase, step = plot_response(found).axes
+    assert (gain.get_xlabel(), gain.get_ylabel()) == ("frequency [Hz]", "gain [1/(m/s²)]")
+    assert (phase.get_xlabel(), phase.get_ylabel()) == ("frequency [Hz]", "phase [deg]")
+    assert (step.get_xlabel(), step.get_ylabel()) == ("time [ms]", "output over step [1/(m/s²)]")
+    (name,) = gain.texts
+    assert name.get_text() == "−3 dB at 3.259 kHz"
+    assert name.xy[0] == found.bandwidth
+
+
+@pytest.mark.friendly(29, "numbers of axes are plain and do not touch")
+def test_phases_are_eighths_of_a_turn_and_frequencies_plain_numbers() -> None:
+    figure = plot_response(response("library:template", "acceleration.output", "adc.number"))
+    figure.canvas.draw()
+    gain, phase, _ = figure.axes
+    assert list(phase.get_yticks()) == [-180.0, -135.0, -90.0, -45.0]
+    shown = [label for label in gain.get_xticklabels(which="both") if label.get_text()]
+    assert {"500", "1000", "2000", "5000"} <= {label.get_text() for label in shown}
+    inside = [label for label in shown if gain.get_xlim()[0] <= label.get_position()[0] <= gain.get_xlim()[1]]
+    boxes = sorted((label.get_window_extent() for label in inside), key=lambda box: box.x0)
+    assert len(boxes) > 2
+    assert all(left.x1 < right.x0 for left, right in pairwise(boxes))
