@@ -34,7 +34,7 @@ def said(*changes: tuple[str, str]) -> list[str]:
         ("bits = 16", "bits = 16\nlimited = True", "TOML writes true and false in lower case: limited = true"),
         ("49.5627 N/m", "3.16 Nr/m", "did you mean N/m?"),
         ("3.53e8 V/m", "20 V/u", "did you mean V/um?"),
-        ("1 g0", "20 gu", "give it in m/s^2"),
+        ("1 g0", "20 gu", "did you mean g0?"),
         ("3.4e-3 kg/s", "3.4e-3 Kg/s", "did you mean kg/s?"),
         ("50.43 ug", "50 mgr", "did you mean mg?"),
         ("90 Hz", "90 hz", "did you mean Hz?"),
