@@ -54,8 +54,8 @@ class Parameter:
         An array of NumPy counts as its numbers. Raises `Refusal` when the value is of the wrong type, not finite or
         out of bounds.
         """
-        if hasattr(value, "tolist"):
-            value = value.tolist()
+        as_list = getattr(value, "tolist", None)
+        value = as_list() if callable(as_list) else value
         if self.kind is tuple:
             if not isinstance(value, list | tuple):
                 raise Refusal("must be a list of numbers")
