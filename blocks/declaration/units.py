@@ -6,7 +6,6 @@ Syntax: names with an optional SI prefix, `*` or a space for product, `/`, `^` w
 
 import math
 import re
-from decimal import Decimal
 from difflib import SequenceMatcher
 from fractions import Fraction
 from functools import lru_cache
@@ -23,9 +22,6 @@ PREFIXES = {
 }  # fmt: skip
 
 _OF_COMMON = ("G", "M", "k", "m", "u", "n", "p", "f")  # prefixes in hints
-
-_MOST_DIGITS = 17  # of a float
-_LEAST_PLAIN, _MOST_PLAIN = -4, 11  # powers of ten of numbers that are written without one
 
 _LIKE, _LIKE_OF_SHORT = 0.55, 0.5  # least likeness of a name to the one that was meant; with the same first letter
 
@@ -86,7 +82,6 @@ _STANDARD_GRAVITY = re.compile(r"(?<![A-Za-zµμ])([A-Zacdfhkmnpuyzµμ]?)g(?![A
 _TOKEN = re.compile(r"\s*(?:(?P<name>[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*)|(?P<number>[0-9]+(?:\.[0-9]+)?)|(?P<mark>[*/^()+-]))")
 _SIMPLE_BRACKET = re.compile(r"(?<!\w)\((\w+)\)")  # not that of sqrt(Hz)
 _FACTOR_OF_ONE = re.compile(r"(?<![\w.^-])1\*|[*/]1(?![\w.^])")
-_WORD = re.compile(r"(?<![A-Za-zµμΩ])(?!sqrt\b)[A-Za-zµμΩ%][A-Za-zµμΩ0-9]*")
 _QUANTITY = re.compile(
     r"\s*(?P<number>[+-]?(?:[0-9][0-9_]*\.?[0-9]*|\.[0-9]+)(?:[eE][+-]?[0-9]+)?(?:/[0-9]+)?)\s*(?P<unit>.*?)\s*"
 )
@@ -209,75 +204,16 @@ def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
     unknown = next((word for word in re.findall(r"[A-Za-zµμΩ]\w*", symbol) if not is_unit(word) and word != "sqrt"), "")
     if not unknown or _power_of_a_unit(unknown):
         return ""
-    near = _likeliest(unknown, _fitting(symbol, unknown, wanted.exponents))
+    near = _likeliest(unknown, fitting(symbol, unknown, wanted.exponents))
     if near:
         return f"did you mean {_with(symbol, unknown, near)}?"
     return "" if unknown in ANSWERS else f"give it in {short_unit(target)}"
 
 
-def _fitting(symbol: str, unknown: str, wanted: tuple[Fraction, ...]) -> list[str]:
+def fitting(symbol: str, unknown: str, wanted: tuple[Fraction, ...]) -> list[str]:
     """Return the units which make an expression of the dimension that is wanted, in place of an unknown name."""
     bases = [name for name in _UNITS if _dimension(_with(symbol, unknown, name)) == wanted]
     return [*bases, *(f"{prefix}{name}" for name in bases if _UNITS[name][2] for prefix in _OF_COMMON)]
-
-
-@lru_cache(maxsize=512)
-def spellings(own: str) -> tuple[tuple[str, tuple[dict[str, Fraction], ...]], ...]:
-    """Return forms of units that people write for `own`: with a `?` for each name, and what a name there multiplies by.
-
-    >>> ((form, (volts, metres)),) = spellings("V/m")
-    >>> form, volts["mV"], metres["um"]
-    ('?/?', Fraction(1, 1000), Fraction(1000000, 1))
-    >>> spellings("m/s^2")[0][1][0]["g0"]
-    Fraction(196133, 20000)
-    """
-    wanted, factor = unit(own).exponents, unit(own).factor
-
-    def choices(form: str) -> dict[str, Fraction]:
-        return {name: unit(form.replace("?", name)).factor / factor for name in _fitting(form, r"\?", wanted)}
-
-    whole = choices("?")
-    forms: list[tuple[str, tuple[dict[str, Fraction], ...]]] = [("?", (whole,))] if whole else []
-    places = list(_WORD.finditer(own))
-    if places and places[0][0] != own:
-        names = tuple(choices(f"{own[: found.start()]}?{own[found.end() :]}") for found in places)
-        forms.append((_WORD.sub("?", own), names))
-    return tuple(forms)
-
-
-def usual_unit(own: str, size: float) -> str:
-    """Return a unit with the prefix that suits a number in the unit `own`, as a file has it.
-
-    >>> usual_unit("V/m", 2e7), usual_unit("kg", 5e-8), usual_unit("1/s", 6000.0), usual_unit("m/s^2", 9.8)
-    ('MV/m', 'ug', '1/s', 'm/s^2')
-    """
-    found = _WORD.match(own)
-    if not (0.0 < size < math.inf) or found is None:
-        return own
-    names = {factor: name for name, factor in reversed(spellings(own)[-1][1][0].items()) if name[-1] == found[0][-1]}
-    ten = min(3 * math.floor(math.log10(size * (1.0 + 1e-9)) / 3), 0 if found[0] in ("s", "kg") else 9)
-    best = min(names, key=lambda factor: (abs(math.log10(factor) - ten), factor))
-    return own[: found.start()] + names[best] + own[found.end() :]
-
-
-def decimal_in(value: float, factor: Fraction) -> str:
-    """Return the fewest digits which, times an exact factor, are read back as this very float.
-
-    >>> decimal_in(9.80665, Fraction("9.80665")), decimal_in(5.043e-8, Fraction(1, 10**9))
-    ('1', '50.43')
-    >>> decimal_in(-1.25e-5, Fraction(1)), decimal_in(6.5e15, Fraction(1)), decimal_in(0.0, Fraction(1))
-    ('-1.25e-5', '6.5e15', '0')
-    """
-    exact, text = Fraction(value) / factor, "0"
-    for digits in range(1, _MOST_DIGITS + 1):
-        text = f"{Decimal(exact.numerator) / Decimal(exact.denominator):.{digits}g}"
-        if float(Fraction(text) * factor) == value:
-            break
-    number = Decimal(text).normalize()
-    power = number.adjusted()
-    if not number or _LEAST_PLAIN <= power <= _MOST_PLAIN:
-        return format(number, "f")
-    return f"{number.scaleb(-power).normalize():f}e{power}"
 
 
 def _likeliest(word: str, names: list[str]) -> str:

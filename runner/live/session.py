@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any, TypeGuard
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import decimal_in
+from proofmass.blocks.declaration.spelled_units import decimal_in
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph

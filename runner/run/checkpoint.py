@@ -18,7 +18,8 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.run.provenance import graph_text
-from proofmass.runner.run.result import Recorder, Result, pieces
+from proofmass.runner.run.recorder import Recorder
+from proofmass.runner.run.result import Result, pieces
 
 FILE = "checkpoint.json"  # of an interrupted run, in its folder
 HEAD = 10  # bytes of a .npy file before its head, the last two its length

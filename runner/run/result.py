@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from fractions import Fraction
 from functools import cached_property
 from html import escape
-from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -23,7 +22,6 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.run.sparkline import sparkline
 
 if TYPE_CHECKING:
@@ -364,52 +362,3 @@ def _of_all_entries(entries: Statistics, rows: int) -> tuple[float, float]:
         mean = entries.mean.mean()
         squares = (rows - 1) * entries.std**2 + rows * (entries.mean - mean) ** 2
         return float(mean), float(np.sqrt(squares.sum() / max(rows * entries.mean.size - 1, 1)))
-
-
-class Recorder:
-    """Rows of one probe as they come: in memory, or appended to a `.npy` file when a folder is given."""
-
-    def __init__(self, probe: PlannedProbe, rows: int, folder: Path | None) -> None:
-        self.probe, self.rows, self.count = probe, rows, 0
-        self._path = folder / f"{probe.signal}.npy" if folder else None
-        kind = np.float64 if probe.format else probe.dtype
-        self._values: AnyArray = np.empty((0 if folder else rows, *probe.shape), dtype=kind)
-        if self._path:
-            with self._path.open("wb") as file:
-                self._write_head(file, rows)
-
-    def space(self, rows: int) -> AnyArray:
-        """An array for the next rows, to be filled and then kept."""
-        if self._path or self.probe.format:
-            return np.empty((rows, *self.probe.shape), dtype=self.probe.dtype)
-        return self._values[self.count : self.count + rows]
-
-    def keep(self, rows: AnyArray) -> None:
-        """Keep rows, filled in the array from `space` or brought along; mantissas in the unit of their signal."""
-        if self.probe.format and rows.dtype != np.float64:
-            rows = np.ldexp(rows.astype(np.float64), -self.probe.format.fraction)
-        if self._path:
-            with self._path.open("ab") as file:
-                file.write(rows.tobytes())
-        elif rows.base is not self._values:
-            self._values[self.count : self.count + len(rows)] = rows
-        self.count += len(rows)
-
-    def finish(self, base_rate: Fraction, shown_in: str = "") -> Trace:
-        """The trace of what was kept."""
-        values = self._values[: self.count]
-        if self._path:
-            if self.count < self.rows:
-                with self._path.open("r+b") as file:
-                    self._write_head(file, self.count)
-            values = np.load(self._path, mmap_mode="r")
-        probe = self.probe
-        facts = probe.signal, probe.unit, probe.doc, probe.stride
-        return Trace(*facts, base_rate, values, probe.format, probe.phase, shown_in)
-
-    def _write_head(self, file: Any, rows: int) -> None:
-        """A `.npy` head of fixed length, so that the number of rows can be put right after an interruption."""
-        head = (
-            f"{{'descr': {self._values.dtype.str!r}, 'fortran_order': False, 'shape': {(rows, *self.probe.shape)}, }}"
-        )
-        file.write(b"\x93NUMPY\x01\x00" + (246).to_bytes(2, "little") + head.ljust(245).encode() + b"\n")

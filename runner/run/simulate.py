@@ -32,7 +32,8 @@ from proofmass.runner.run.engine_table import EngineName, engine_problems
 from proofmass.runner.run.faults import RunError, failed, name_fault
 from proofmass.runner.run.hand_over import HandOver, begin
 from proofmass.runner.run.provenance import integration_of, provenance
-from proofmass.runner.run.result import Recorder, Result
+from proofmass.runner.run.recorder import Recorder
+from proofmass.runner.run.result import Result
 from proofmass.runner.run.trace_size import IN_MEMORY, refuse_full, refuse_large, trace_bytes
 
 FIRST_CHUNK = 16  # ticks

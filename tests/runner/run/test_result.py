@@ -16,7 +16,8 @@ from proofmass.graphs.model.graph import Probe
 from proofmass.runner.planning.plan import PlannedProbe
 from proofmass.runner.run import result as result_module
 from proofmass.runner.run import simulate as simulate_module
-from proofmass.runner.run.result import Recorder, Result, Trace, statistics
+from proofmass.runner.run.recorder import Recorder
+from proofmass.runner.run.result import Result, Trace, statistics
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.run.sparkline import sparkline
 from tests.by_hand.results import GRAPH, RATE, made_result, made_trace, mixed_result

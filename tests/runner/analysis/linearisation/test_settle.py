@@ -178,9 +178,13 @@ def test_what_is_unstable_in_tick_0_may_settle() -> None:
         "source.output -> sum.second",
         "sum.output -> integral.input",
     ]
-    planned = plan(Graph(name="two places", rate=1000, blocks=blocks, wires=wires))
+    graph = Graph(name="two places", rate=1000, blocks=blocks, wires=wires, samples=1000)
+    planned = plan(graph)
     tick = settled_tick(Course(planned))
     assert Course(planned).at(tick).states["integral"].total == pytest.approx(1.0, rel=1e-3)
+    found = margins(graph, "both.output")
+    assert found.stable
+    assert max(abs(found.poles)) == pytest.approx(1.0 - 0.06, rel=1e-5), "the slope of 30 x - 30 x^3 at 1 is -60"
 
 
 def test_progress_is_told() -> None:
