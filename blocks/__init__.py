@@ -23,7 +23,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _instead(name: str) -> str:
-    """Return what was meant by a name that is no kind of block."""
+    """Return what was meant by a name that is not a kind of block."""
     from proofmass.blocks.declaration.other_names import kind_hint  # start-up time: few names are wrong
 
     return f"; {kind_hint(name, _kinds(), own=True)}"

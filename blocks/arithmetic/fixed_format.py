@@ -35,7 +35,7 @@ class Fixed:
         """The format named by a text; raises ValueError."""
         found = _NOTATION.fullmatch(text.strip())
         if found is None:
-            raise ValueError("is no format")
+            raise ValueError("is not a format")
         return cls(int(found[1]), int(found[2]), signed=found[3] is None)
 
     @cached_property

@@ -175,7 +175,7 @@ class FixedValue:
 
 
 def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Literal["exact"] = "exact") -> FixedValue:
-    """A constant in a format. Raises ValueError where it is no step of it and no rounding is given, or does not fit.
+    """A constant in a format. Raises ValueError for a value that does not fit, or lies between steps with no rounding.
 
     >>> fixed(0.75, Fixed(8, 4)), fixed(0.1, Fixed(16, 12), "half_even")
     (FixedValue(12, 4), FixedValue(410, 12))
@@ -183,9 +183,9 @@ def fixed(value: int | float | Fraction, format: Fixed, rounding: Rounding | Lit
     try:
         scaled = Fraction(value) * Fraction(2) ** format.fraction
     except (OverflowError, ValueError):
-        raise ValueError(f"{value} is no number that {format!r} could hold") from None
+        raise ValueError(f"{format!r} cannot hold {value}") from None
     if rounding == "exact" and scaled.denominator != 1:
-        raise ValueError(f'{value} is no multiple of {format.resolution}: say a rounding, as in "half_even"')
+        raise ValueError(f'{value} is not a multiple of {format.resolution}: say a rounding, as in "half_even"')
     # Two bits below the step, the lowest set where anything follows, are enough for every rule of rounding.
     below, left = divmod(scaled.numerator * 4, scaled.denominator)
     mantissa = rounded(below | (left != 0), 2, "floor" if rounding == "exact" else rounding)

@@ -125,7 +125,7 @@ def block(unit: str, **named: Any) -> Callable[[Callable[..., Any]], type[Block]
 
     def make(function: Callable[..., Any]) -> type[Block]:
         if not isinstance(function, FunctionType):
-            raise TypeError(f"{shown(function)} is no function; {OF_A_FUNCTION}")
+            raise TypeError(f"{shown(function)} is not a function; {OF_A_FUNCTION}")
         name = "".join(part.title() for part in function.__name__.split("_"))
         parameters = {n: value for n, value in named.items() if isinstance(value, dataclasses.Field)}
         inputs = {n: Input(u, f"The {n}.") for n, u in named.items() if n not in parameters}

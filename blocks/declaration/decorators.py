@@ -62,7 +62,7 @@ def of_a_function(decorator: Method) -> Method:
             told = "inputs are named"
         for name, value in {**({"unit": given[0]} if given else {}), **named}.items():
             if not told and not isinstance(value, str | Field):
-                told = f"{name} is no unit: {shown(value)}"
+                told = f"{name} is not a unit: {shown(value)}"
         if told:
             raise TypeError(f"{told}; {OF_A_FUNCTION}")
         return decorator(*given, **named)

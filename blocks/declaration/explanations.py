@@ -31,7 +31,7 @@ EXPLANATIONS = (
     Explanation(
         "P0102",
         "A file cannot be read",
-        r"cannot be read|there is no (such )?file|is no file|outside the folder|contains itself|larger than"
+        r"cannot be read|there is no (such )?file|is not a file|outside the folder|contains itself|larger than"
         r"|file is too large|has no file|name of a file|no such column|has no column|holds no (list of )?values"
         r"|recording|not a number$|cannot be compared|holds no (whole )?run|holds no study|no folder of this study"
         r"|too few rows|in row|time does not grow|there is no block in the file|edited in place|says no file"
@@ -44,7 +44,7 @@ EXPLANATIONS = (
     Explanation(
         "P0201",
         "There is no such kind of block",
-        r"no such kind of block|^a block needs a kind|^not a block|^is no block$|library has a block of this name",
+        r"no such kind of block|^a block needs a kind|^not a block|^is not a block$|library has a block of this name",
         "The kind is misspelt, is called otherwise here, or is a block of your own that was not brought along.",
         "`proofmass blocks --find WORDS` searches all kinds. Blocks of your own need --blocks FILE.",
     ),
@@ -59,7 +59,7 @@ EXPLANATIONS = (
         "P0203",
         "A table has no such key",
         r"unknown key|^has no \{?\w*\}?$|has no \w+$|given twice|named twice|needs? (one|a|the|an) "
-        r"|is a study, not a graph|this is no graph$"
+        r"|is a study, not a graph|this is not a graph$"
         r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one|a measure)"
         r"|names no|must say|which signal is meant|no table|has no study",
         "A key of the file or of a table in it is unknown, missing, or given twice.",
@@ -75,7 +75,7 @@ EXPLANATIONS = (
     Explanation(
         "P0205",
         "Something that is named is not there",
-        r"there is no |there is nothing|no such|is not one of the choices|is no (output|input|port)"
+        r"there is no |there is nothing|no such|is not one of the choices|is neither an? (input|port)"
         r"|is an (input|output), not|is a (parameter|value|block|port), not|is a value:|a block without"
         r"|is not a signal|not an? (wire|probe|output|port)|is not exported|exports no such|no wire begins"
         r"|not a level",
@@ -97,7 +97,7 @@ EXPLANATIONS = (
         "A quantity of another dimension",
         r" is \S+, not |in decibels|is \{\}, not|takes a plain number|takes \S+ and |has another unit"
         r"|values are not relative|cannot be shown in",
-        "The unit measures something else than what is wanted: a mass is no acceleration.",
+        "The unit measures another quantity: a mass is not an acceleration.",
         "Give it in the unit that the message expects. g is the gram; standard gravity is g0.",
     ),
     Explanation(
@@ -106,7 +106,7 @@ EXPLANATIONS = (
         r"out of range|must be (>|<|at |above |finite|two )|must (lie|not be|ascend|differ|suit|hold)|must be \{\}"
         r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
-        r"|is soft|is no tolerance|is no limit|is bounded already|at least 1|are larger"
+        r"|is soft|is not a tolerance|is not a limit|is bounded already|at least 1|are larger"
         r"|no worst value|in the yield already|has the ages of",
         "A number is smaller or larger than its parameter allows, or a file holds more than a limit.",
         "The message has the bounds. `proofmass blocks KIND` has those of a block.",
@@ -146,7 +146,7 @@ EXPLANATIONS = (
         "P0402",
         "Two ends of a wire have different types, shapes or formats",
         r"the (types|shapes|formats) do not match|a vector cannot|fixed-point value cannot",
-        "A code is no number, a vector is no single value, and fixed-point formats differ in their bits.",
+        "A code is not a number, a vector is not a single value, and fixed-point formats differ in their bits.",
         "Take another output of the block, or put a converter between: AnalogToDigital, VectorElement, FixedCast.",
     ),
     Explanation(
@@ -233,7 +233,7 @@ EXPLANATIONS = (
     Explanation(
         "P0801",
         "A function of an own block is refused",
-        r"of the C library|no engine|is not declared|is no function|compiled|has a type|what .* returns"
+        r"of the C library|no engine|is not declared|is not a function|compiled|has a type|what .* returns"
         r"|fixes a size|type that",
         "Functions of blocks are pure and use what docs/block-language.md lists, so that every engine gives the "
         "same bits.",

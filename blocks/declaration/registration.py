@@ -141,7 +141,7 @@ class Registration(Facts):
 
 
 def refuse_no_unit(kind: Facts, name: str, text: str) -> None:
-    """Raise TypeError where a block of the user's own has a unit that is none; tests see to those of the library."""
+    """Raise TypeError where a block of the user's own names an unknown unit; tests see to those of the library."""
     if kind.__module__.startswith("proofmass.blocks."):
         return
     texts = {n: p.default for n, p in kind.parameters.items() if p.kind is str}

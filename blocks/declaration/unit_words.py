@@ -1,8 +1,8 @@
-"""Words for units that are none of ours: what they stand for, and what to write."""
+"""Words that people write for units: what they stand for, and what to write."""
 
 from fractions import Fraction
 
-WRITTEN_OUT = {  # names that are none of these signs
+WRITTEN_OUT = {  # names, for which there is a sign
     "second": "s",
     "sec": "s",
     "hr": "h",

@@ -235,7 +235,7 @@ def _with(symbol: str, unknown: str, name: str) -> str:
 
 
 def _dimension(text: str) -> tuple[Fraction, ...] | None:
-    """Return the exponents of a unit, None where it is none."""
+    """Return the exponents of a unit, None for an unknown one."""
     try:
         return unit(text).exponents
     except UnitError:
@@ -412,7 +412,7 @@ def _like(name: str) -> str:
 
 
 def _power_of_a_unit(name: str) -> str:
-    """Return the unit of which a name with digits is a power, as of s2; empty for g00, which is none."""
+    """Return the unit of which a name with digits is a power, as of s2; empty for g00, a zero behind g0."""
     letters = name.rstrip("0123456789")
     return letters if letters != name and name[len(letters)] != "0" and is_unit(letters) else ""
 

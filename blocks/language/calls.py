@@ -130,7 +130,7 @@ class Calls(Expressions):
         """Write min, max, sum or math.prod of the entries of the one argument."""
         entries, kind = self.sequence(node.args[0])
         if kind not in NUMBERS:
-            raise refuse(node, f"{target.__name__}() of what is {described(kind)}", "its entries must be numbers")
+            raise refuse(node, f"{target.__name__}() of {described(kind)}", "its entries must be numbers")
         if target in operations.EXTREMES:
             return self.applied(operations.EXTREMES[target], entries), kind
         if target is sum and kind is float:

@@ -141,7 +141,7 @@ class Expressions:
             raise refuse(node, f"{ast.unparse(node)} is not compiled", operations.instead_of_numpy(value))
         word = "a text" if isinstance(value, str) else f"a {type(value).__name__}"
         hint = "a table is a tuple of numbers" if hasattr(value, "__len__") and not isinstance(value, str) else ""
-        raise refuse(node, f"{word} is no value of a block's function", hint or "write numbers")
+        raise refuse(node, f"{word} cannot stand in a block's function", hint or "write numbers")
 
     def _name(self, node: ast.Name) -> Typed:
         kind = self.scope.local(node)
@@ -171,7 +171,7 @@ class Expressions:
         parts = [self.expression(part) for part in node.elts]
         for part, (_, kind) in zip(node.elts, parts, strict=True):
             if isinstance(kind, Meta):
-                raise refuse(part, f"{described(kind)} is no value")
+                raise refuse(part, f"{described(kind)} cannot be an entry")
         return ast.Tuple([made for made, _ in parts], ast.Load()), TupleOf(tuple(kind for _, kind in parts))
 
     def _unaryop(self, node: ast.UnaryOp) -> Typed:
@@ -243,7 +243,7 @@ class Expressions:
         left, _ = self.number(node.left)
         entries, kind = self.expression(node.comparators[0])
         if not isinstance(kind, TupleOf) or not all(entry in NUMBERS for entry in kind.entries):
-            raise refuse(node, f"in, of what is {described(kind)}", "write a loop over its entries", known=kind)
+            raise refuse(node, f"in, of {described(kind)}", "write a loop over its entries", known=kind)
         among = self.applied(whole.is_among, left, entries)
         return among if isinstance(node.ops[0], ast.In) else ast.UnaryOp(ast.Not(), among)
 

@@ -53,7 +53,7 @@ def _plain_form(
     within: tuple[types.FunctionType, ...],
 ) -> Form:
     if not isinstance(function, types.FunctionType):
-        problem = Problem(message=f"a {type(function).__name__} is no function", hint="write it with `def`")
+        problem = Problem(message=f"a {type(function).__name__} is not a function", hint="write it with `def`")
         return Form(None, result or RefusedType(), [problem])
     try:
         tree = tree_of(function)

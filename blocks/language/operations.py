@@ -182,7 +182,7 @@ INSTEAD: dict[Any, str] = {
     any: "write a loop, or conditions with or",
     all: "write a loop, or conditions with and",
     isinstance: "a port or field has one type only",
-    list: "declare a Buffer for what is kept, or a tuple for what is fixed",
+    list: "declare a Buffer for values that change, or a tuple for constants",
     dict: "write a tuple and an integer index",
     str: "functions of a block work with numbers",
     eval: "write the expression",

@@ -16,7 +16,7 @@ class RefusedError(Exception):
         "GeneratorExp": ("a comprehension", "write a loop, into a buffer or a sum"),
         "SetComp": ("a comprehension", "write a loop"),
         "DictComp": ("a comprehension", "write a loop"),
-        "List": ("a list", "declare a Buffer for what is kept, or write a tuple for what is fixed"),
+        "List": ("a list", "declare a Buffer for values that change, or write a tuple for constants"),
         "Set": ("a set", "write a tuple"),
         "Dict": ("a dict", "write a tuple and an integer index"),
         "Lambda": ("a lambda", "define a function at the top of the file"),

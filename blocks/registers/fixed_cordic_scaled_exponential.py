@@ -19,7 +19,7 @@ class FixedCordicScaledExponential(Block):
     iterations: int = param("1", "n, rotations without the repeated ones.", default=16, at_least=1, at_most=40)
     guard_bits: int = param("1", "Further fraction bits of the registers.", default=0, at_least=0, at_most=16)
     preloaded_format: Fixed = param(
-        "1", "Format of what is preloaded; the output has two bits more.", default=Fixed(18, 16)
+        "1", "Format of the preloaded value; the output has two bits more.", default=Fixed(18, 16)
     )
     unit: str = param("", "Unit of factor and output.", default="1")
 

@@ -16,7 +16,7 @@ class Sine(Block):
         "Frequency.",
         default=90.0,
         at_least=0.0,
-        not_driven="sin(2 pi f t) is no oscillation of a moving frequency f: take a NumericallyControlledOscillator",
+        not_driven="sin(2 pi f t) does not oscillate at a moving frequency f: take a NumericallyControlledOscillator",
     )
     phase: float = param("rad", "Phase at the start.", default=0.0)
     offset: float = param("{unit}", "Mean value.", default=0.0)

@@ -40,7 +40,7 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     if limits[0] > limits[1]:
         raise Refusal("nothing can meet it", key="at_least", got=shown(requirement.at_least), expected="below at_most")
     if requirement.at and isinstance(quantity, MeasureOf | YieldOf):
-        raise Refusal("is for what is linearised, which has an operating point", key="at", got=shown(requirement.at))
+        raise Refusal("is for quantities of the linearised graph", key="at", got=shown(requirement.at))
     if requirement.tolerances and isinstance(quantity, StabilityVerdict):
         got = shown(requirement.tolerances)
         raise Refusal("a verdict has no worst value", "require a margin", key="tolerances", got=got)
@@ -81,7 +81,7 @@ def _no_parameter(flat: FlatGraph, name: str, path: tuple[str, ...]) -> Iterator
     if isinstance(known, Missing):
         yield Problem(message=known.message, key=".".join(path[:-1]), path=path, got=shown(name), hint=known.hint)
     elif not isinstance(known[1], Parameter):
-        message, hint = f"{name} is no parameter", f"name a parameter of {split(target)[0]}"
+        message, hint = f"{name} is not a parameter", f"name a parameter of {split(target)[0]}"
         yield Problem(message=message, key=".".join(path[:-1]), path=path, got=shown(name), hint=hint)
 
 

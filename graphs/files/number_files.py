@@ -114,7 +114,7 @@ def _matrix(text: str, name: str) -> list[float]:
     lines = text.splitlines()
     words = lines[0].lower().split()
     if len(words) != 5 or words[1] != "matrix" or words[2] not in ("array", "coordinate"):
-        raise Refusal(f"in row 1 {name} is no matrix of Matrix Market", "%%MatrixMarket matrix array real general")
+        raise Refusal(f"in row 1 {name} is not a matrix of Matrix Market", "%%MatrixMarket matrix array real general")
     _, _, layout, field, symmetry = words
     if field not in ("real", "integer") or symmetry not in ("general", "symmetric"):
         hint = "write it as real, general or symmetric"

@@ -65,7 +65,7 @@ def file_inside(name: object, folder: str) -> Path:
     except (OSError, RuntimeError) as error:
         raise Refusal(f"cannot be read: {getattr(error, 'strerror', None) or error}") from None
     if there:
-        raise Refusal("is no file", hint)
+        raise Refusal("is not a file", hint)
     raise Refusal(f"there is no file {shown(path.name)[1:-1]}", _near(path))
 
 

@@ -39,7 +39,7 @@ def graph_from(source: AnyGraph | str | Path) -> AnyGraph | Graph:
         return read_graph(source)
     if not isinstance(source, Value):
         hint = 'name its file, or write Graph(name="...", rate="1 kHz", blocks={...}, wires=[...], probes=[...])'
-        raise ModelError([Problem(message="this is no graph", got=shown(source), hint=hint)])
+        raise ModelError([Problem(message="this is not a graph", got=shown(source), hint=hint)])
     return source
 
 
@@ -194,7 +194,7 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         word, _, rest = place.partition(" ")
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
         if Path(file).suffix not in ("", ".toml") and not file.startswith("<"):
-            raise _refused(file, line, "this is no graph file: it is not TOML", _graphs_beside(Path(file))) from None
+            raise _refused(file, line, "this is not a graph file: it is not TOML", _graphs_beside(Path(file))) from None
         twice = repeated_key(text, line) if message.startswith(_TWICE) else None
         if twice:
             raise _refused(

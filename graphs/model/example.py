@@ -19,7 +19,7 @@ RATE = 10_000
 SAMPLES = 1001
 FREQUENCIES = (130.0, 170.0, 90.0, 210.0, 50.0, 250.0)  # Hz, different for each source
 SIZES = {"N": 3e-5, "N*m": 1e-6, "m": 2e-7, "m/s": 1e-3, "rad/s": 0.1, "K": 10.0, "T": 5e-5, "W": 1e-5, "F": 1e-12}
-OFFSETS = {"K": 298.15, "W": 2e-5, "F": 1e-11}  # of what is never negative
+OFFSETS = {"K": 298.15, "W": 2e-5, "F": 1e-11}  # of quantities that are never negative
 
 
 def example_of(kind: type[Block], **parameters: Any) -> GraphValue:

@@ -17,7 +17,7 @@ BY_FORMULAS = OPTIONS.keys() | {"from", "until"}  # keys of measures that named 
 
 
 def read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return the formulas of a table by what they set, and the problems of those that are none."""
+    """Return the formulas of a table by what they set, and the problems of the others."""
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
     if not isinstance(table, Mapping):
         return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
@@ -65,7 +65,7 @@ def read_measured(
 ) -> tuple[dict[str, Measure], dict[str, Formula], list[Problem]]:
     """Return the measures of a table, the formulas of their entries by their targets, and the problems of both.
 
-    A formula that needs a value that could not be read is no problem of its own.
+    A formula that needs a value which could not be read adds no problem.
     """
     table, formulas, problems = _with_numbers(measures, values, declared)
     try:

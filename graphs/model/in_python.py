@@ -34,7 +34,7 @@ _CAPITALS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
 
 
 def refuse_unnamed(blocks: object) -> None:
-    """Raise `ModelError` where blocks are no table: with the table that was meant, as far as it can be told."""
+    """Raise `ModelError` unless blocks are a table; the hint is the table that was meant, as far as it can be told."""
     if isinstance(blocks, Mapping):
         return
     entries = blocks if isinstance(blocks, list | tuple) else [blocks]

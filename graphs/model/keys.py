@@ -94,7 +94,7 @@ REQUIREMENT_KEYS = {
     "quantity": 'A measure, "bias"; a margin, "main.phase_margin"; "yield.bias"; or a table as goals of [tune] have.',
     "at_least": "Smallest value that meets it, a number in the unit of the quantity or a text with its own.",
     "at_most": "Largest value that meets it.",
-    "at": 'Of what is linearised: the time, "0 s" when nothing is said, or "settled".',
+    "at": 'Operating point of a linearised quantity: the time, "0 s" when nothing is said, or "settled".',
     "tolerances": 'The limits hold for the worst case within these: { "pid.gain" = "5 %" }, or "spread" of [study].',
 }
 STUDY_KEYS = {

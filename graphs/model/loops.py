@@ -37,7 +37,7 @@ class Loop:
 
 
 def read_moment(at: object) -> str:
-    """Return an operating point as a text, "" for none; raises `Refusal` for what is no time and not "settled"."""
+    """Return an operating point as a text, "" for none; raises `Refusal` unless it is a time or "settled"."""
     if at not in ("", SETTLED):
         try:
             read_duration(at)

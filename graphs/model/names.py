@@ -32,7 +32,7 @@ def find_output(flat: FlatGraph, signal: str) -> tuple[Block, Port] | Missing:
         return Missing(f"{signal} is an input, not an output", _list(f"outputs of {name}", kind.outputs))
     if port in kind.parameters:
         return Missing(f"{signal} is a parameter, not an output", _list(f"outputs of {name}", kind.outputs))
-    return Missing(f"{signal} is no output", did_you_mean(port, kind.outputs, f"outputs of {name}"))
+    return Missing(f"{signal} is not an output", did_you_mean(port, kind.outputs, f"outputs of {name}"))
 
 
 def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
@@ -55,7 +55,7 @@ def find_target(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] 
         return Missing(f"{signal} is an output, not an input", _list(f"inputs of {name}", kind.inputs))
     names = [*kind.inputs, *(parameter for parameter in kind.parameters if kind.drivable(parameter))]
     hint = did_you_mean(port, names, f"inputs of {name}")
-    return Missing(f"{signal} is no input or parameter", hint, f"{name}.{nearest(port, names)}")
+    return Missing(f"{signal} is neither an input nor a parameter", hint, f"{name}.{nearest(port, names)}")
 
 
 def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | Missing:
@@ -69,7 +69,8 @@ def find_any(flat: FlatGraph, signal: str) -> tuple[Block, Port | Parameter] | M
         if port in known:
             return block, known[port]
     names = [*kind.inputs, *kind.outputs, *kind.parameters]
-    return Missing(f"{signal} is no port or parameter", did_you_mean(port, names, f"ports and parameters of {name}"))
+    hint = did_you_mean(port, names, f"ports and parameters of {name}")
+    return Missing(f"{signal} is neither a port nor a parameter", hint)
 
 
 def is_value(root: Graph, path: str) -> bool:

@@ -38,7 +38,7 @@ def with_nearest(
 
 
 def _of_signal(text: str, blocks: Collection[str]) -> str:
-    """A hint with the nearest block of each word of a text that is no name."""
+    """A hint with the nearest block of each word of a text that names no block."""
     wrong = [word for word in _WORD.findall(text) if not NAME.fullmatch(word)]
     near = dict.fromkeys(filter(None, (nearest(word, blocks) for word in wrong)))
     return f"did you mean {' and '.join(near)}?" if near else ""

@@ -221,7 +221,7 @@ def _yield(limit: object) -> YieldOf:
     """Return the yield of a limit; the study that has it is looked at where it is run."""
     if limit is not True and not (isinstance(limit, str) and limit):
         hint = "write yield = true for all limits of [study], or the name of one"
-        raise Refusal("is no limit", hint, key="yield", got=shown(limit))
+        raise Refusal("is not a limit", hint, key="yield", got=shown(limit))
     return YieldOf("" if limit is True else limit)
 
 

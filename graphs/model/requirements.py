@@ -25,7 +25,7 @@ class Requirement:
     text: str = ""
     at_least: float | str | None = None
     at_most: float | str | None = None
-    at: str = ""  # operating point of what is linearised
+    at: str = ""  # operating point of a linearised quantity
     tolerances: str | Mapping[str, Any] = ""  # the limits hold for the worst case within these
 
     def as_written(self) -> dict[str, Any]:

@@ -36,7 +36,7 @@ def by_name(entry: Schema, names: str = "", **more: Any) -> Schema:
 
 
 def by_type(form: Schema, of_tables: Schema) -> Schema:
-    """Return the schema of what is a table of one form, or something else of another: faults are told of that one."""
+    """Return the schema of a value that is a table of one form or another value; faults are told of the fitting one."""
     return {"if": {"type": "object"}, "then": of_tables, "else": form}
 
 

@@ -100,7 +100,7 @@ class Drift:
     history: Mission | None = None  # of that mission
 
     def __repr__(self) -> str:
-        """Return the laws as they have always been written, what is not said left out."""
+        """Return the laws as they have always been written, without their defaults."""
         fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         new = {name: value for name, value in fields.items() if name not in _LATER or value != _LATER[name]}
         return f"Drift({', '.join(f'{name}={value!r}' for name, value in new.items())})"

@@ -65,7 +65,7 @@ def _column(
 
 
 def column_file(values: Iterable[float]) -> tuple[str, bytes]:
-    """A CSV file of which a column holds the values, named by the SHA-256 of what is in it."""
+    """A CSV file of which a column holds the values, named by the SHA-256 of its content."""
     content = "\n".join([COLUMN, *map(repr, values), ""]).encode()
     return f"{hashlib.sha256(content).hexdigest()}.csv", content
 

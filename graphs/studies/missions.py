@@ -96,7 +96,7 @@ def read_mission(given: object, folder: str) -> Mission:
     times, temperatures = {"phases": _phases, "points": _points, "file": _file}[ways[0]](table, folder)
     if not 2 <= len(times) <= MOST_POINTS or times[0] != 0.0 or times[-1] <= 0.0 or sorted(times) != times:
         expected = f"times that ascend from 0, 2 to {MOST_POINTS:,} of them"
-        raise Refusal("is no history", key=ways[0], got=shown(times[:4]), expected=expected)
+        raise Refusal("is not a history", key=ways[0], got=shown(times[:4]), expected=expected)
     if min(temperatures) < LEAST:
         raise Refusal("too cold", key=ways[0], got=f"{min(temperatures):g} K", expected=f"at least {LEAST:g} K")
     return Mission(tuple(times), tuple(temperatures))

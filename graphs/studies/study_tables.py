@@ -61,7 +61,7 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
 
 
 def _fixed(key: str, parameter: Parameter) -> Refusal:
-    """Return the refusal of a parameter that cannot vary, since it is no floating-point number."""
+    """Return the refusal of a parameter that cannot vary, since it is not a floating-point number."""
     kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
     hint = "sweep it: each of its values is compiled anew, a variant of the study"
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
@@ -284,7 +284,7 @@ class StudyTables:
         return MappingProxyType(entries)
 
     def entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
-        """Yield the entries of a table; what is no table is refused."""
+        """Yield the entries of a table; refuse anything else."""
         if not isinstance(entries, Mapping):
             hint = self.docs[table.partition(".")[0]]
             self.refuse(Refusal("must be a table", got=shown(entries), hint=hint), table)

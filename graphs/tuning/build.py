@@ -178,7 +178,7 @@ def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Re
 
 
 def _limit(table: TuningTables, key: str, unit: str) -> float:
-    """Read a limit in the unit of its quantity; decibels are no unit of anything else."""
+    """Read a limit in the unit of its quantity; nothing else is measured in decibels."""
     if unit == "dB":
         try:
             return read_requirement(table[key], "dB")
@@ -196,5 +196,5 @@ def _value(entry: object, unit: str) -> float:
 def _tolerance(entry: object) -> float:
     value = read_quantity({"": entry}, "", "1", at_least=0.0)
     if value >= 1.0:
-        raise Refusal("is no tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
+        raise Refusal("is not a tolerance", 'write a part of the value, as "5 %"', got=shown(entry))
     return value

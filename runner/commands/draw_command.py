@@ -24,7 +24,7 @@ def draw_graph(request: DrawRequest) -> int:
     output = request.output
     ending = output.suffix.lower() if output else ".svg"
     if request.form is None and ending not in _BY_ENDING:
-        raise click.UsageError(f"{ending or 'a name without an ending'} is no kind of diagram: {', '.join(_BY_ENDING)}")
+        raise click.UsageError(f"{ending or 'no ending'} is not a kind of diagram: {', '.join(_BY_ENDING)}")
     form = request.form or _BY_ENDING[ending]
     if form != "svg" and (request.unfold or request.overlay):
         raise click.UsageError(f"--unfold and --overlay need SVG, not {form}")

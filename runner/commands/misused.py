@@ -112,7 +112,7 @@ def _assigned(values: list[str]) -> str:
 
 
 def _quoted(values: list[str], count: int) -> str:
-    """Return as many quantities in quotes, of words such as `1 Hz 100 Hz`; empty if they are none."""
+    """Return as many quantities in quotes, of words such as `1 Hz 100 Hz`; empty for other words."""
     pairs = [f'"{a} {b}"' for a, b in zip(values[::2], values[1::2], strict=False) if _is_number(a) and is_unit(b)]
     return " ".join(pairs[:count]) if len(pairs) >= count else ""
 

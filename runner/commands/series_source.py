@@ -15,7 +15,7 @@ _OF_GRAPHS = {"duration": "duration", "samples": "samples", "seed": "seed", "cha
 
 
 def signal_of(request: OfSignal) -> Series:
-    """Return the signal without what is to be skipped."""
+    """Return the signal without the skipped part."""
     whole = _simulated(request) if request.source.suffix == ".toml" else _recorded(request)
     return whole.behind(quantity("--skip", request.skip, "s"))
 

@@ -137,7 +137,7 @@ def _summary(folder: Path) -> dict[str, Any]:
     except ValueError as error:
         raise _refused(folder, f"{SUMMARY} cannot be read: {error}") from None
     if not isinstance(data, dict):
-        raise _refused(folder, f"{SUMMARY} is no summary of a run")
+        raise _refused(folder, f"{SUMMARY} is not a summary of a run")
     return data
 
 

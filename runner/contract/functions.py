@@ -1,4 +1,4 @@
-"""Checks of a block's functions: what compiled code cannot take, and what they remember that is no state."""
+"""Checks of a block's functions: what compiled code cannot take, and what they remember outside their state."""
 
 import random
 from collections.abc import Iterator

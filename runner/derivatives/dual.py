@@ -2,7 +2,7 @@
 
     f(a + sum of s_i d_i) = f(a) + f'(a) sum of s_i d_i
 
-`slopes` holds what is not zero, by direction, so that a number which depends on nothing is a plain number. Levels nest:
+`slopes` holds the slopes other than zero, by direction; a number that depends on nothing is plain. Levels nest:
 the value and the slopes of a dual number of level 1 may be dual numbers of level 0, which gives mixed second
 derivatives, such as those of a transition matrix by a parameter.
 

@@ -45,7 +45,7 @@ _MOVING = (Deviate, StateBinding, BufferBinding, Time, Tick)
 
 
 def noise_blocks(plan: Plan) -> Noisy:
-    """The blocks that draw random numbers, or round what is not always the same: in fixed point, what noise reaches."""
+    """The blocks that draw random numbers, or round values that vary: in fixed point, those that noise reaches."""
     drawing = given(plan, (Deviate,))
     steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
     rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}

@@ -27,7 +27,7 @@ def state_formats(block: Block, ranges: Mapping[str, Format] = NO_RANGES) -> For
 def function_formats(
     block: Block, name: str, behaviour: Behaviour, constants: Formats, ranges: Mapping[str, Format] = NO_RANGES
 ) -> dict[str, Formats]:
-    """Formats of the arguments and the result of a function; raises `ModelError` for what is no integer.
+    """Formats of the arguments and the result of a function; raises `ModelError` for anything but integers.
 
     What `ranges` says is known of arguments; of a result nothing is.
     """

@@ -162,7 +162,7 @@ class Signal:
 
     def __truediv__(self, divisor: Any) -> NoReturn:
         hint = "multiply by a constant reciprocal, or shift"
-        self._tracer.refuse("a quotient of integers is no integer", got=repr(self), hint=hint)
+        self._tracer.refuse("a quotient of integers is not an integer", got=repr(self), hint=hint)
 
     __rtruediv__ = __rfloordiv__ = __rmod__ = __divmod__ = __rdivmod__ = __truediv__
 

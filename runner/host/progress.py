@@ -1,4 +1,4 @@
-"""Type of what is told of the progress of long work."""
+"""Type of the reports of progress of long work."""
 
 from collections.abc import Callable
 

@@ -62,7 +62,7 @@ class LiveServer(ThreadingHTTPServer):
         return f"http://{ADDRESS}:{self.server_port}/#{self.token}"
 
     def handle_error(self, request: Any, client_address: Any) -> None:
-        """A window that was closed is no fault."""
+        """A closed window is not a fault."""
 
 
 class _Handler(BaseHTTPRequestHandler):

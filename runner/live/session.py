@@ -24,7 +24,7 @@ from proofmass.runner.run.faults import RunError
 _SEED, _DURATION = re.compile(r"\d{1,18}"), re.compile(r"[0-9.eE+-]{1,40}( ?[a-zµμ]{1,5})?")
 _MOST_CHANGES = 10_000
 _MOST_TICKS = 10**12  # of a long run
-_VERDICTS = "verdicts"  # a question that is no tab
+_VERDICTS = "verdicts"  # a question without a tab
 _LONGEST_TEXT = 100  # of an integer or a choice
 
 
@@ -87,7 +87,7 @@ class Session:
         return problems
 
     def change(self, data: object) -> bool:
-        """Put integers and choices into the graph, and show every window the new one; false for what is no change."""
+        """Put integers and choices into the graph, and show every window the new one; False if malformed."""
         changes = data.get("changes") if isinstance(data, dict) else None
         if not isinstance(changes, dict) or self._shown is None:
             return False
@@ -104,7 +104,7 @@ class Session:
         return True
 
     def drawing(self, data: object) -> dict[str, Any] | None:
-        """The diagram with subgraphs unfolded, all for a star; None for what is no question."""
+        """The diagram with subgraphs unfolded, all for a star; None if `question` is malformed."""
         paths = data.get("unfolded") if isinstance(data, dict) else None
         if not isinstance(paths, list) or self._graph is None:
             return None
@@ -113,7 +113,7 @@ class Session:
         return {"svg": svg(self._graph, wanted)}
 
     def long(self, data: object) -> bool:
-        """Begin a run that is too long for a page, unless it is under way; false for what is no wish for one."""
+        """Begin a run that is too long for a page, unless one is running; return False if `data` is malformed."""
         state = read_state(data)
         ticks, pixels = (data.get(key) if isinstance(data, dict) else None for key in ("ticks", "pixels"))
         if state is None or self._graph is None or not _is_count(ticks) or not _is_count(pixels):
@@ -192,7 +192,7 @@ class Session:
             self._listeners.discard(heard)
 
     def set_state(self, data: object) -> bool:
-        """Take over what one window has set, and tell the others; false for what is no state."""
+        """Take over what one window has set, and tell the others; return False if it is not a state."""
         state = read_state(data)
         if state is None or not isinstance(data, dict):
             return False
@@ -202,7 +202,7 @@ class Session:
         return True
 
     def answer(self, question: str, data: object) -> dict[str, Any] | None:
-        """The answer of a tab, or the verdicts, for the graph with changed parameters; None for what is no question."""
+        """The answer of a tab, or the verdicts, for changed parameters; None if the question is malformed."""
         state = read_state(data)
         if state is None or self._graph is None or question not in (*TABS, _VERDICTS):
             return None
@@ -219,7 +219,7 @@ class Session:
                 return {"problems": [Problem(message=str(error)).as_data()]}
 
     def save(self, data: object) -> dict[str, Any] | None:
-        """Write the values of the sliders into the file; None for what is no state, or where nothing may be written.
+        """Write the values of the sliders into the file; None if they are malformed, or where nothing may be written.
 
         Of what a browser sends only numbers are taken: names and units are those of the graph.
         """
@@ -285,7 +285,7 @@ def _name(fixed: Mapping[str, Any]) -> str:
 
 
 def _value(fixed: Mapping[str, Any], text: str) -> int | str:
-    """The value that a text stands for; the text itself where it is none, which the graph then refuses."""
+    """The value that a text stands for, or the text itself, which the graph then refuses."""
     if fixed["whole"]:
         return int(text) if re.fullmatch(r"[+-]?\d{1,18}", text) else text
     return text == "true" if fixed["choices"] == ("false", "true") and text in fixed["choices"] else text

@@ -71,7 +71,7 @@ def picture(figure: "Figure", title: str) -> str:
     """Return a figure as SVG with colours and fonts of the page; the title is read out in its place.
 
     A page is one document: two pictures with clips of the same name would both be cut by the first, so their
-    names have a hash of what is drawn. What many markers have in common is said once.
+    names have a hash of the drawing. What many markers have in common is said once.
     """
     file = io.BytesIO()
     write_figure(figure, file, "svg", **{"svg.fonttype": "none"})

@@ -57,7 +57,7 @@ def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
 
 
 def axis_of(values: Sequence[object]) -> tuple[list[float], str]:
-    """Return where values stand on an axis, and its unit: that of the first; in a row where they are no quantities.
+    """Return where values stand on an axis, and its unit: that of the first; in a row if they are not quantities.
 
     >>> axis_of(["1 kHz", "500 Hz"]), axis_of(["held", "continuous"])
     (([1.0, 0.5], 'kHz'), ([0.0, 1.0], ''))

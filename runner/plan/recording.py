@@ -112,7 +112,7 @@ def read_columns(path: Path, choice: Choice) -> ColumnPair:
         raise RecordingError("is no CSV, Parquet or netCDF file", hint=f"the name must end in {', '.join(readers)}")
     try:
         if path.exists() and not path.is_file():
-            raise RecordingError("is no file")
+            raise RecordingError("is not a file")
         if path.stat().st_size > LARGEST_FILE:
             raise RecordingError("is larger than 2 GiB", hint="cut it into recordings of their own")
         columns = reader(path, choice)
@@ -271,11 +271,11 @@ def _chosen(names: Sequence[str], wanted: str) -> int:
 
 
 def _column(name: str, unit: str, pieces: Iterable[Sequence[object]]) -> Column:
-    """A column of pieces; raises `RecordingError` at what is no finite number."""
+    """A column of pieces; raises `RecordingError` at a value that is not a finite number."""
     values = array("d")
     for row, value in enumerate(chain.from_iterable(pieces), 1):
         if value is not None and not isinstance(value, float | int):
-            raise RecordingError(f"column {name} holds {shown(value, 40)} in row {row}, which is no number")
+            raise RecordingError(f"column {name} holds {shown(value, 40)} in row {row}, which is not a number")
         values.append(math.nan if value is None else value)
         if not math.isfinite(values[-1]):
             raise RecordingError(f"column {name} holds {values[-1]} in row {row}")
@@ -294,7 +294,7 @@ def _converted(column: Column, unit: str) -> Sequence[float]:
     try:
         if not same_dimension(stated, unit):
             raise RecordingError(
-                f"column {column.name} is in {stated}, which is no {unit}", hint=f"set the unit to {stated}"
+                f"column {column.name} is in {stated}, not in {unit}", hint=f"set the unit to {stated}"
             )
         factor = convert_exactly(f"1 {stated}", unit)
     except UnitError as error:

@@ -28,7 +28,7 @@ class Builder:
 
     def __init__(self, name: str, origin: str = "", inline: bool = False) -> None:
         self.name, self.origin, self.inline = name, origin, inline
-        self.line: form.Line | None = None  # of what is written next
+        self.line: form.Line | None = None  # of the next statement
         self.parameters: list[form.Value | form.Storage] = []
         self._variables: list[form.Variable] = []
         self._results: tuple[form.Kind, ...] | None = None

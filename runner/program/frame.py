@@ -50,7 +50,7 @@ class Frame:
         self.tick: Operand = operand(0)
         self.failed: Variable | None = None  # whether anything did, in a function of an instant
 
-    # -- what is there -----------------------------------------------------------------------------------------------
+    # -- memory and wires ---------------------------------------------------------------------------------------------
 
     def now(self, held: Lowered) -> Lowered:
         """Current value of something that is kept."""

@@ -84,7 +84,7 @@ def _lowered(
     """Return the function for arguments like these; `own` keeps those that take functions of the program."""
     function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
-        message = f"a {type(function).__name__} is no function"
+        message = f"a {type(function).__name__} is not a function"
         raise ModelError([Problem(message=message, hint="write it with `def`")])
     key = (function, shape_of(arguments))
     functions = own if has_functions(arguments) else _kept

@@ -190,7 +190,7 @@ class LoweredStatements(LoweredCalls):
         """A loop over tuples and arrays: `numbered` by enumerate, None for one alone, false for several in step."""
         lengths = [len(part) if isinstance(part, tuple) else getattr(part, "length", None) for part in parts]
         if any(length is None for length in lengths):
-            raise refuse(node, "a loop over what is no list", "loops go over range(...), tuples and buffers")
+            raise refuse(node, "a loop over a value that is not a list", "loops go over range(...), tuples and buffers")
         length = min(lengths, default=0)  # type: ignore[type-var]
         if any(isinstance(part, tuple) for part in parts) and not _jumps(node.body):
             for number in range(length):  # type: ignore[arg-type]

@@ -29,7 +29,7 @@ class RunNumbers:
         self.given = {name: self._array(kind, name) for name, kind in _KINDS.items()}
         self.moving = {name: self._array(kind, _MOVING[name], True) for name, kind in _KINDS.items()}
         self.scratch_array = self._array(FLOAT, "scratch", True)
-        self._places: dict[Variable, tuple[Storage, int]] = {}  # of what is read before the ticks and written back
+        self._places: dict[Variable, tuple[Storage, int]] = {}  # of variables read before the ticks, and written back
         self.not_finite = builder.variable(FLOAT, "not_finite")
         self.refused = builder.variable(INTEGER, "refused")
 

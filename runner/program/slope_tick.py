@@ -27,7 +27,7 @@ from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.program.tick_loop import TickLoop
 
 INPUT = -1  # stands for the input among the directions
-READ, VALUED, VALUE, SLOPE = range(4)  # at the wire: of what is read, whether there is a value, and which; the input's
+READ, VALUED, VALUE, SLOPE = range(4)  # at the wire: of the value read, whether it exists, and which; the input's
 AT_THE_WIRE = 4
 _WIRE = "wire that may be cut"
 

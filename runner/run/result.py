@@ -109,7 +109,7 @@ class Trace(NDArrayOperatorsMixin, Plotted):
     def mantissas(self) -> AnyArray:
         """The integers that the register of a fixed-point signal held; raises ValueError for any other signal."""
         if self.format is None or self.format.width > EXACT_BITS:
-            raise ValueError(f"{self.signal} is no fixed-point signal of up to {EXACT_BITS} bits")
+            raise ValueError(f"{self.signal} is not a fixed-point signal of up to {EXACT_BITS} bits")
         return np.ldexp(self.values, self.format.fraction).astype(np.int64)
 
     @property

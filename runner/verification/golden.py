@@ -57,7 +57,7 @@ def record(measurements: Measurements, path: Path) -> int:
 
 
 def read_golden(path: Path) -> Golden:
-    """Read golden results; raises `ModelError` for what is none, `OSError`."""
+    """Read golden results; raises `ModelError` for any other file, `OSError`."""
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
         entries = {str(name): dict(entry) for name, entry in data["quantities"].items()}
@@ -67,7 +67,7 @@ def read_golden(path: Path) -> Golden:
             _allowed(golden, entry, 0.0)
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         hint = "record it again: proofmass verify GRAPH --record"
-        message = f"is no file of golden results: {type(error).__name__} {error}"
+        message = f"is not a file of golden results: {type(error).__name__} {error}"
         raise ModelError([Problem(message=message, file=str(path), hint=hint)]) from None
     return golden
 

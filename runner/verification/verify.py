@@ -49,7 +49,7 @@ class Finding:
         return self.at_least <= self.value <= self.at_most
 
     def as_data(self) -> dict[str, Any]:
-        """Return the finding as plain data, None for what is not finite."""
+        """Return the finding as plain data, None for values that are not finite."""
         data = {key: _finite(value) for key, value in asdict(self).items()}
         return data | {"met": self.met}
 
@@ -92,7 +92,7 @@ class Measurements:
         return self._margins[at]
 
     def values(self, requirement: Requirement) -> list[float]:
-        """Return the value of what is required, or the worst ones on the sides of its limits; raises `ModelError`."""
+        """Return the value of the quantity, or the worst ones on the sides of its limits; raises `ModelError`."""
         quantity = quantity_of(self.flat, requirement)
         if requirement.tolerances and not isinstance(quantity, StabilityVerdict):
             return self._worst(requirement, quantity)

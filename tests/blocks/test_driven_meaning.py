@@ -233,7 +233,7 @@ def test_the_others_are_refused_with_the_block_to_take_instead(name: str, parame
 def test_sine_is_told_in_these_words() -> None:
     with pytest.raises(ModelError, match="take a NumericallyControlledOscillator") as caught:
         checked(driven("Sine", "frequency"))
-    assert "sin(2 pi f t) is no oscillation of a moving frequency f" in str(caught.value)
+    assert "sin(2 pi f t) does not oscillate at a moving frequency f" in str(caught.value)
 
 
 def slopes(block: Block, parameter: str, times: list[float]) -> list[float]:

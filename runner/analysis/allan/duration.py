@@ -34,7 +34,7 @@ class Duration:
 
 
 def duration(of: Allan, tau: float, error: float) -> Duration:
-    """Return how long to record; raises `ModelError` for an averaging time below a value, and an error that is none."""
+    """Return how long to record; raises `ModelError` for too short an averaging time, and an impossible error."""
     problems = []
     if not of.period * (1.0 - 1e-9) <= tau < math.inf:
         expected = f"at least {of.period:g} s, from one value to the next"

@@ -72,7 +72,7 @@ def compiled_runs(
 
 
 def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], span: int) -> tuple[Plan, int]:
-    """Return the plan of what is upstream alone, with the further outputs, and how many ticks it should run."""
+    """Return the plan of the blocks upstream alone, with the further outputs, and how many ticks it should run."""
     flat = plan.graph
     blocks = {name: plan.blocks[name] for name in upstream}
     blocks |= {name: _telling(blocks[name], port) for name, port in ports.items()}

@@ -299,7 +299,7 @@ def _growing(system: OpenLoop) -> Complex:
 
 
 def tick_of_time(plan: Plan, at: At) -> int:
-    """Return the base tick of a time; raises `ModelError` for a text that is none."""
+    """Return the base tick of a time; raises `ModelError` for any other text."""
     try:
         return int(read_duration(at) * plan.schedule.base_rate)
     except Refusal as error:

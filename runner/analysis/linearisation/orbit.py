@@ -95,7 +95,7 @@ class Ends:
 
 @dataclass(frozen=True)
 class OrbitPoint:
-    """The operating point of one map: over how many periods it is taken, and what is to be said of it."""
+    """The operating point of one map: over how many periods it is taken, and a remark about it."""
 
     map: PeriodMap
     periods: int
@@ -148,7 +148,7 @@ class OrbitSearch:
         return min(map(self._plan.stride, self._ends.inputs)) if self._ends.cut else LONGEST_ORBIT
 
     def _point(self) -> OrbitPoint:
-        """Return the map, over how many periods it is, and what is to be said of it."""
+        """Return the map, over how many periods it is, and a remark about it."""
         first = self._map(0)
         at_instants = self._at_instants(first) if self._ends.cut and not _passes(first) else None
         if at_instants is not None:
@@ -380,7 +380,7 @@ class OrbitSearch:
         return Orbit(rows, paired=paired or bool(self._ends.noise))
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
-        """Return what is to be said of a switch that has waited, if it matters."""
+        """Return a remark about a switch that has waited, if it matters."""
         shown = self._shown(first)
         least = WAITED if self._ends.noise or not switched else max(WAITED, _SETTLED_IN / self._rate(first))
         for look in switched[:1]:

@@ -175,8 +175,8 @@ def period_map(
     """Linearise what lies between some wires, from a memory on, or from tick 0.
 
     The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count from their places.
-    `point_slopes` are the derivatives of what is there `by_parameters`. Without them what still has its start value has
-    those of that.
+    `point_slopes` are the derivatives of the memory there `by_parameters`. Without them, memory that still has
+    its start value has the derivatives of that.
     With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from

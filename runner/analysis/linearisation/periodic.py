@@ -50,7 +50,7 @@ class PeriodicPoint:
     moving: str = ""  # a signal that moves one way instead of repeating
 
     def note(self, period: float) -> str:
-        """Return what is said of it in an analysis."""
+        """Return the remark about it in an analysis."""
         return (
             f"about a periodic orbit of {self.ticks * period:.6g} s, found in {self.steps} steps,"
             f" that closes to {self.misfit:.1g}" + (f", while {self.moving} moves on" if self.moving else "")
@@ -151,7 +151,7 @@ class _Shooting:
         return None, worst
 
     def _wrong(self, whole: PeriodMap, memory: Memory, scale: Array, periods: int) -> str:
-        """Return why a point from which the states come back is no periodic one all the same, or ""."""
+        """Return why a point is not periodic although its states come back, or ""."""
         end = whole.end or memory
         names = sorted(self.plan.blocks)
         first, last = dict(states_of(memory, names)), dict(states_of(end, names))

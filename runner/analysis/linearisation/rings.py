@@ -109,7 +109,7 @@ def _place_after(after: Callable[[int], Memory], name: str, place: str, periods:
 
 
 def _ring(place: str, length: int, at: Callable[[int], int]) -> Ring | None:
-    """Return the ring of which `at` is the place after some periods; None if it is no place in so many cells."""
+    """Return the ring of which `at` is the place after some periods; None if it is not a place in so many cells."""
     first, step = at(0), at(1) - at(0)
     if not step or not (0 <= first < length and 0 <= at(1) < length):
         return None

@@ -168,7 +168,7 @@ def maps_of_ticks(
 
 
 def _spread(edges: npt.NDArray[np.bool_], source: int) -> npt.NDArray[np.bool_]:
-    """Return the places that the last column reaches, row by column, by one step or more; the source itself is none."""
+    """Return the places that the last column reaches, row by column, by one step or more, without the source itself."""
     reached = edges[:, source].copy()
     while True:
         reached[source] = False

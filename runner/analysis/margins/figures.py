@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
-LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it they are no limit
+LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it a loop counts as unlimited
 FactorInterval = tuple[float, float]
 
 
@@ -28,7 +28,7 @@ class Figures:
     sensitivity_peak: float | None = None  # max |S|, a factor
     sensitivity_peak_frequency: float | None = None  # Hz
     bandwidth: float | None = None  # Hz
-    distance: float | None = None  # the least |1 + L|; None where L is no single number
+    distance: float | None = None  # the least |1 + L|; None where L is not a single number
     stable_gains: tuple[FactorInterval, ...] = ()  # all intervals of factors with which the loop is stable
     gain_crossovers: tuple[float, ...] = ()  # Hz, where |L| = 1
     gain_crossover_phases: tuple[float, ...] = ()  # rad, arg(-L) there: the phase that is left until -1

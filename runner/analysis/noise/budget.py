@@ -117,7 +117,7 @@ class NoiseBudget(Plotted):
 
     @property
     def referred_unit(self) -> str:
-        """Unit of what is referred to the input, or that of the output without one."""
+        """Unit of the figures: of the input that they are referred to, or of the output without one."""
         return self.input_unit if self.input else self.unit
 
     @property

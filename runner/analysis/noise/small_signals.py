@@ -1,6 +1,6 @@
 """A check that noise is small: where it moves the operating point, the map there must do the same to it.
 
-A product of two noises, or the root of a sum of squares of what is noise alone, has a slope that noise itself sets. The
+A product of two noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The
 map is taken again along a run with noise. Both maps are given the same noise: the rms of what their outputs
 differ by tells them apart, even where each has the same rms, as a slope that only turns.
 """

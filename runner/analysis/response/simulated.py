@@ -169,7 +169,7 @@ def _compared(stimulus: Stimulus, bench: _Bench, rows: list[tuple[Repetition, Ar
 
 
 def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | None) -> float:
-    """Return the peak value of a stimulus in the unit of the input; raises `ModelError` for what is none."""
+    """Return the peak value of a stimulus in the unit of the input; raises `ModelError` for any other text."""
     unit = unit_of(planned.blocks[source[0]], type(planned.blocks[source[0]]).outputs[source[1]])
     expected = f"a quantity in {unit}" if unit != "1" else "a number"
     got = shown(amplitude) if amplitude is not None else ""
@@ -181,7 +181,7 @@ def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | Non
                 return value
     except UnitError as error:
         hint = error.hint if unit != "1" else "the input has no unit"
-    message = "the stimulus needs an amplitude" if amplitude is None else "is no amplitude"
+    message = "the stimulus needs an amplitude" if amplitude is None else "is not an amplitude"
     raise ModelError([Problem(message=message, key="amplitude", got=got, expected=expected, hint=hint)])
 
 

@@ -55,7 +55,7 @@ class Repetition:
 
 
 def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> list[Repetition]:
-    """Return what is to be run, one after the other; raises `ModelError` for a band that does not suit."""
+    """Return the stimuli to run, one after the other; raises `ModelError` for a band that does not suit."""
     _refuse(of)
     low, high = _band(of, wires, bandwidth)
     periods = max(4, math.ceil(1.0 / (low * wires.period) - 1e-9))

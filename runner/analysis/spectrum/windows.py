@@ -26,7 +26,7 @@ WINDOWS: dict[str, tuple[float, ...]] = {
 
 
 def terms(name: str) -> tuple[float, ...]:
-    """The coefficients of a window; raises `ModelError` for a name that is none."""
+    """The coefficients of a window; raises `ModelError` for an unknown name."""
     if name not in WINDOWS:
         hint = did_you_mean(name, WINDOWS, "window")
         raise ModelError([Problem(message="there is no such window", key="window", got=name, hint=hint)])

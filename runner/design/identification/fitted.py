@@ -83,7 +83,7 @@ class Fitted(Told, Plotted):
     outputs: tuple[OutputFit, ...]  # how well each is explained
     levels: tuple[NoiseLevel, ...]  # of noise
     correlation: AnyArray  # of the estimates, a matrix
-    findings: tuple[str, ...]  # what is not identifiable
+    findings: tuple[str, ...]  # about unknowns that are not identifiable
     notes: tuple[str, ...]  # on the recordings
     rows: int  # that were compared
     runs: int  # of the graph

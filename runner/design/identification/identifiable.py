@@ -20,7 +20,7 @@ _ALIKE = 0.02  # difference of parts that count as equal
 
 @dataclass(frozen=True)
 class Certainty:
-    """Standard errors and correlations of the unknowns, and what is not determined."""
+    """Standard errors and correlations of the unknowns, and combinations that are not determined."""
 
     errors: AnyArray  # infinite where an unknown is not determined
     correlation: AnyArray

@@ -72,7 +72,7 @@ class RecordingModel:
 
 
 def output_units(graph: Graph, signals: Sequence[str]) -> dict[str, str]:
-    """Return the unit of each signal; raises `ModelError` for one that is no output, or no single number."""
+    """Return the unit of each signal; raises `ModelError` for one that is not an output, or not a single number."""
     flat, units, problems = flatten(graph), {}, []
     for signal in signals:
         output = find_output(flat, inside(graph, signal))

@@ -58,7 +58,7 @@ class Wanted:
 def recordings_of(
     data: object, inputs: Sequence[Wanted], outputs: Sequence[Wanted], gaps: Gaps
 ) -> tuple[list[RecordedStretch], list[str]]:
-    """Return recordings of files, tables of arrays or xarray datasets, and what is to be said of them.
+    """Return recordings of files, tables of arrays or xarray datasets, and remarks about them.
 
     A table of arrays has the times under "time", or under its first name. Raises `ModelError`.
     """
@@ -84,7 +84,7 @@ def _table(source: Any, wanted: list[str], name: str) -> RecordedTable:
         units = {key: str(values.attrs.get("units", "")) for key, values in named.items()}
         return RecordedTable(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
     if not isinstance(source, Mapping) or not source:
-        message, hint = "is no recording", 'give a file, or {"time": times, "force": values, ...}'
+        message, hint = "is not a recording", 'give a file, or {"time": times, "force": values, ...}'
         raise ModelError([Problem(message=message, key=name, got=type(source).__name__, hint=hint)])
     named = {"time": source["time"], **source} if "time" in source else dict(source)
     columns = {str(key): np.asarray(values, dtype=float) for key, values in named.items()}

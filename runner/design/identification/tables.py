@@ -21,7 +21,7 @@ LARGEST_FILE = 2 << 30
 
 @dataclass(frozen=True)
 class RecordedTable:
-    """Columns by name with their units, and what is to be said of how they were read."""
+    """Columns by name with their units, and remarks about how they were read."""
 
     source: str
     columns: Mapping[str, AnyArray]
@@ -87,7 +87,7 @@ def _read_text(path: Path) -> RecordedTable:
         for column, cell in enumerate(cells):
             number = _number(cell, separator)
             if number is None:
-                raise RecordingError(f"column {names[column]} holds {cell[:40]!r}, which is no number", at)
+                raise RecordingError(f"column {names[column]} holds {cell[:40]!r}, which is not a number", at)
             table[row, column] = number
     if not len(table):
         raise RecordingError("holds no rows below its head")

@@ -11,7 +11,7 @@ _CORRELATED = 0.9
 
 
 def fitted_text(fitted: Fitted) -> str:
-    """Return the values with intervals, how each output agrees, what is not identifiable, and notes."""
+    """Return the values with intervals, how each output agrees, unknowns that are not identifiable, and notes."""
     head = ("parameter", "before", "fitted", f"{CONFIDENCE:.0%} interval", "unit", "")
     rows: list[tuple[str, ...]] = [head, *map(_row, fitted.estimates)]
     for level in fitted.levels:

@@ -16,14 +16,14 @@ UNKNOWN_KEYS = {
     "at_least": "Lower bound.",
     "at_most": "Upper bound.",
     "expected": "What is known of it beforehand: the most likely value.",
-    "uncertainty": "Standard deviation of what is known beforehand.",
+    "uncertainty": "Standard deviation of the value known beforehand.",
 }
 _SPREAD = 2.0  # factor up and down from which starts are taken if there are no bounds
 
 
 @dataclass(frozen=True)
 class Unknown:
-    """One number to find: its name, where it starts, its unit, and what is known of it."""
+    """One number to find: its name, where it starts, its unit, and prior knowledge."""
 
     name: str  # in the flat graph, or OFFSET or DELAY and an output
     written: str

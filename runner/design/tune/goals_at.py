@@ -73,7 +73,7 @@ class GoalsAt:
         self.note: Callable[[TriedPoint], None] = lambda at: None
 
     def nominal(self) -> TriedPoint:
-        """Return the goals at the parameters of the graph; the sizes of what is sought are those that it has there."""
+        """Return the goals at the parameters of the graph; their sizes are those that they have there."""
         note, self.note = self.note, lambda at: None
         self._measure_sizes(self.at_values(self.tuning.nominal, True))
         self.note = note

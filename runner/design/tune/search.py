@@ -19,7 +19,7 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
 
 KEPT = 0.0  # violation up to which a point counts as feasible
-_AIM = 1e-6  # slack that the search keeps, so that rounding of what is written misses nothing
+_AIM = 1e-6  # slack that the search keeps, so that rounding of the written values misses no goal
 _ROUNDS = 40
 _ACCURACY = 1e-8
 

@@ -231,7 +231,7 @@ def _outcome(
 def _multipliers(at: TriedPoint, tuning: Tuning) -> tuple[dict[str, float], dict[str, str]]:
     """Return by how much each goal worsens the objective, and the bounds that do.
 
-    At an optimum the gradient of what is sought is a sum, with positive factors, of gradients of what binds. Where a
+    At an optimum the gradient of the goal is a sum, with positive factors, of gradients of binding limits. Where a
     hard goal is missed, the worst slack is sought.
     """
     missed = at.violation > _MET

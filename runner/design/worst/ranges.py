@@ -96,7 +96,7 @@ def _tolerance(name: str, written: object, nominal: float, unit: str) -> Toleran
         width = convert(str(written), unit)
         tolerance = Tolerance(name, short_unit(unit), width=width)
     except (TypeError, ValueError):
-        raise Refusal("is no tolerance", 'write "5 %", or a width with a unit', got=shown(written)) from None
+        raise Refusal("is not a tolerance", 'write "5 %", or a width with a unit', got=shown(written)) from None
     if not (math.isfinite(width) and width > 0.0):
         hint = "give its width in its unit" if nominal == 0.0 else 'write "5 %"'
         raise Refusal("leaves no room", hint, got=shown(written))

@@ -18,7 +18,7 @@ def module_lines(report: dict[str, Any]) -> Iterator[str]:
 
 
 def proof_lines(proofs: Sequence[Proof]) -> Iterator[str]:
-    """Yield a table of proofs, and what is not proved."""
+    """Yield a table of proofs, and the unproved claims."""
     if not proofs:
         return
     rows = [(p.name, str(p.goals), str(p.proved), f"{p.seconds:.1f}", SOLVER) for p in proofs]

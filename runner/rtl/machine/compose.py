@@ -58,7 +58,7 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         hint = did_you_mean(name, able, "the digital blocks")
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
         if name in planned.blocks:
-            message, got = "is no digital block, and cannot become hardware", type(planned.blocks[name]).__name__
+            message, got = "is not a digital block, and cannot become hardware", type(planned.blocks[name]).__name__
             problem = Problem(
                 message=message, key=f"blocks.{name}", got=got, expected=expected, hint=hint, path=("blocks", name)
             )

@@ -356,5 +356,5 @@ def _apart(a: SmtInteger, b: SmtInteger) -> bool:
 
 def _power_of_two(divisor: Any) -> int:
     if not isinstance(divisor, int) or divisor < 1 or divisor & (divisor - 1):
-        raise TypeError(f"a division by {divisor!r}, which is no constant power of two")
+        raise TypeError(f"a division by {divisor!r}, which is not a constant power of two")
     return divisor.bit_length() - 1

@@ -147,7 +147,7 @@ class _Netlist:
 
     @cached_property
     def transparent(self) -> dict[Term, Term]:
-        """Resting values of the timers, and D of the registers of the pipeline, down to what is no register of it."""
+        """Resting values of the timers, and D of the registers of the pipeline, down to registers outside it."""
         found = dict(self.phases[-1])
         for register in self._ordered():
             found[register] = self.solver.replaced(self.taken[register], found)

@@ -48,7 +48,7 @@ class VerilogExpressions:
 
     def __init__(self, stages: Mapping[Operation, int]) -> None:
         self._stages = stages
-        self._stage = 0  # of what is written
+        self._stage = 0  # of the expression being written
         self._names: dict[Operation, list[str]] = {}  # names of an operation as it comes, and for each later tick
         self._truths: set[Operation] = set()
 

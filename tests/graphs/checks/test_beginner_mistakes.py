@@ -58,7 +58,7 @@ or have the loop solved: algebraic_loops = "newton" under [integration]""",
     "unknown port": (
         [('"readout.output -> adc.voltage"', '"readout.output -> adc.volts"')],
         """\
-model.toml:7: wires: readout.output -> adc.volts: adc.volts is no input or parameter
+model.toml:7: wires: readout.output -> adc.volts: adc.volts is neither an input nor a parameter
   hint:     did you mean voltage?""",
     ),
     "vector into a scalar input": (
@@ -159,7 +159,7 @@ def test_a_mistake_in_a_block_and_one_in_its_wiring_are_said_together(tmp_path: 
     assert (
         said_about(file)
         == """\
-model.toml:5: wires: push.ouput -> mass.force: push.ouput is no output
+model.toml:5: wires: push.ouput -> mass.force: push.ouput is not an output
   hint:     did you mean output?
 model.toml:20: blocks.readout.kind: there is no such kind of block
   got:      'Gian'

@@ -100,13 +100,13 @@ def test_an_unknown_block_port_and_parameter_each_with_the_nearest_name() -> Non
         == """\
 model.toml:5: wires: psh.output -> mass.force: there is no block psh
   hint:     did you mean push? Otherwise declare it: [blocks.psh] and below it its kind
-model.toml:6: wires: mass.displacment -> readout.inptu: mass.displacment is no output
+model.toml:6: wires: mass.displacment -> readout.inptu: mass.displacment is not an output
   hint:     did you mean displacement?
-model.toml:6: wires: mass.displacment -> readout.inptu: readout.inptu is no input or parameter
+model.toml:6: wires: mass.displacment -> readout.inptu: readout.inptu is neither an input nor a parameter
   hint:     did you mean input?
-model.toml:7: wires: readout.output -> adc.refrence: adc.refrence is no input or parameter
+model.toml:7: wires: readout.output -> adc.refrence: adc.refrence is neither an input nor a parameter
   hint:     did you mean reference?
-model.toml:9: probes: adc.cod: adc.cod is no output
+model.toml:9: probes: adc.cod: adc.cod is not an output
   hint:     did you mean code?
 model.toml:9: probes: acd.code: there is no block acd
   hint:     did you mean adc? Otherwise declare it: [blocks.acd] and below it its kind
@@ -280,7 +280,7 @@ other.kind = "Gain"
         (3, "the units do not match"),
         (4, "mass.force is driven twice"),
         (4, "the units differ by a factor of 0.001"),
-        (5, "mass.displacment is no output"),
+        (5, "mass.displacment is not an output"),
         (6, "the types do not match"),
         (7, "adc.bits cannot be driven"),
         (8, "there is no block ghost"),

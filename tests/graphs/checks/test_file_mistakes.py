@@ -53,7 +53,7 @@ def test_a_misspelt_kind_hides_no_fault_at_the_other_end_of_its_wires() -> None:
         ('kind = "Gain"\ngain = "50.43e-9', 'kind = "Gian"\ngain = "50.43e-9'), ("-> sensor.force", "-> sensor.forc")
     )
     assert len(told) == 2
-    assert "sensor.forc is no input or parameter" in told[0]
+    assert "sensor.forc is neither an input nor a parameter" in told[0]
 
 
 def test_a_unit_that_is_a_parameter_is_named() -> None:

@@ -75,7 +75,7 @@ def test_a_parameter_cannot_be_driven_and_a_format_must_be_one() -> None:
         read_graph_text(GRAPH.replace("WIRES", "").replace('"(16, 12)"', '"16.12"'))
     except ModelError as error:
         text = str(error)
-    assert "blocks.gain.input_format: is no format" in text
+    assert "blocks.gain.input_format: is not a format" in text
     assert 'expected: a format such as "(16, 12)": bits in all, bits of the fraction' in text
 
 

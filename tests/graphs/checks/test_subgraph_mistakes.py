@@ -11,13 +11,13 @@ MISTAKES = {
     "an export misspelt in a wire": (
         {"top": changed(THREE_AXES, "axis_2.force", "axis_2.froce")},
         """\
-top.toml:6: wires: push.output -> axis_2.froce: axis_2.froce is no input or parameter
+top.toml:6: wires: push.output -> axis_2.froce: axis_2.froce is neither an input nor a parameter
   hint:     did you mean force?""",
     ),
     "an export misspelt in a probe": (
         {"top": changed(THREE_AXES, '"axis_1.code"', '"axis_1.cdoe"')},
         """\
-top.toml:10: probes: axis_1.cdoe: axis_1.cdoe is no output
+top.toml:10: probes: axis_1.cdoe: axis_1.cdoe is not an output
   hint:     did you mean code?""",
     ),
     "a block inside misspelt": (
@@ -64,13 +64,13 @@ axis.toml:19: blocks.axis_1.channel: the input voltage is not connected
     "an export of nothing": (
         {"axis": changed(AXIS, '"sensor.force"', '"sensor.froce"')},
         """\
-top.toml:5: wires: push.output -> axis_1.force: axis_1.sensor.froce is no input or parameter
+top.toml:5: wires: push.output -> axis_1.force: axis_1.sensor.froce is neither an input nor a parameter
   hint:     did you mean force?
-top.toml:6: wires: push.output -> axis_2.force: axis_2.sensor.froce is no input or parameter
+top.toml:6: wires: push.output -> axis_2.force: axis_2.sensor.froce is neither an input nor a parameter
   hint:     did you mean force?
-top.toml:7: wires: push.output -> axis_3.force: axis_3.sensor.froce is no input or parameter
+top.toml:7: wires: push.output -> axis_3.force: axis_3.sensor.froce is neither an input nor a parameter
   hint:     did you mean force?
-axis.toml:10: axis_1.exports.force: axis_1.sensor.froce is no port or parameter
+axis.toml:10: axis_1.exports.force: axis_1.sensor.froce is neither a port nor a parameter
   got:      sensor.froce
   hint:     did you mean force?""",
     ),

@@ -66,7 +66,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: simulate(GRAPH, time="1 s"), r"did you mean duration\?"),
         (lambda: simulate(GRAPH, set={"gain.gain": 2}), r"graph\.with_parameters\("),
         (lambda: simulate(GRAPH), r'how long: simulate\(graph, duration="1 s"\)'),
-        (lambda: simulate({}), r'this is no graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
+        (lambda: simulate({}), r'this is not a graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
         (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
         (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
         (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),
@@ -137,9 +137,9 @@ def test_the_package_lists_nothing_but_what_it_offers() -> None:
         ('@block(input="V")', 'the unit of the output is missing; write @block("V", voltage="V")'),
         ('@block("V", "V")', 'inputs are named; write @block("V", voltage="V")'),
         ('@block("V", unit="V", input="V")', "the unit of the output is given twice; write @block"),
-        ("@block(3)", "unit is no unit: 3; write @block"),
-        ('@block("V", input=float)', "input is no unit: <class 'float'>; write @block"),
-        ('@block("V", input="V")(3)', "3 is no function; write @block"),
+        ("@block(3)", "unit is not a unit: 3; write @block"),
+        ('@block("V", input=float)', "input is not a unit: <class 'float'>; write @block"),
+        ('@block("V", input="V")(3)', "3 is not a function; write @block"),
     ],
 )
 @pytest.mark.friendly(7, "a wrong decorator is answered by its line")

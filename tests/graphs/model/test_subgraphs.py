@@ -242,7 +242,7 @@ def test_a_problem_inside_names_file_line_and_path_once_for_all_of_an_array(tmp_
         said(tmp_path, channel=changed(channel, 'output_unit = "V"', 'output_unit = "mV"'))
         == """\
 parts/channel.toml:2: wires: axis_1.channel.amplifier.outptu -> axis_1.channel.adc.voltage: \
-axis_1.channel.amplifier.outptu is no output
+axis_1.channel.amplifier.outptu is not an output
   hint:     did you mean output?"""
     )
     assert (

@@ -105,7 +105,7 @@ def test_a_study_of_a_mission_is_written_and_runs_alike_in_all_engines() -> None
         ({}, "needs phases, points or a file"),
         ({"phases": []}, "must be a list of phases"),
         ({"phases": [{"temperature": "300 K"}]}, "needs temperature and for"),
-        ({"points": [["1 h", "300 K"], ["2 h", "300 K"]]}, "is no history"),
+        ({"points": [["1 h", "300 K"], ["2 h", "300 K"]]}, "is not a history"),
         ({"points": [["0 h", "300 K"], ["2 h", "0 K"]]}, "out of range"),
         ({"points": [["0 h", "300 K", 1]]}, "must be a list of times with temperatures"),
         ({"phases": [{"temperature": "300 K", "for": "soon"}]}, "a time"),

@@ -84,7 +84,7 @@ def test_all_mistakes_are_told_at_once(command: Command) -> None:
         (
             ["--probe", "sensor.velocty"],
             1,
-            "--probe sensor.velocty: sensor.velocty is no output",
+            "--probe sensor.velocty: sensor.velocty is not an output",
         ),
         (["--seed", "abc"], 2, "'abc' is not a whole number, such as 1000000"),
         (["--samples", "1.5"], 2, "'1.5' is not a whole number"),
@@ -126,7 +126,7 @@ def test_a_rate_that_is_a_formula_gives_way(command: Command) -> None:
     ("words", "message"),
     [
         (["margins", "library:closed_loop_accelerometer", "--plot", "x.jpg"], "x.jpg ends in none of .svg, .png, .pdf"),
-        (["draw", "library:closed_loop_accelerometer", "-o", "x.png"], ".png is no kind of diagram"),
+        (["draw", "library:closed_loop_accelerometer", "-o", "x.png"], ".png is not a kind of diagram"),
     ],
 )
 def test_a_picture_that_cannot_be_drawn_is_refused_before_any_work(

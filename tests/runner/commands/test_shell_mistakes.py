@@ -34,13 +34,13 @@ ANSWERS = {  # a command line, and words of its answer
     "spectrum loop.toml --band 1 Hz 100 Hz": 'quote it: --band "1 Hz" "100 Hz"',
     "check .": ". is a folder; did you mean ./loop.toml?",
     "check empty": "empty is a folder; name a file in it",
-    "check notes.txt": "notes.txt:1: this is no graph file: it is not TOML\n  hint:     did you mean loop.toml?",
+    "check notes.txt": "notes.txt:1: this is not a graph file: it is not TOML\n  hint:     did you mean loop.toml?",
     "check lop": "did you mean loop.toml?",
     "run closed_loop_acelerometer": f"did you mean {LOOP}?",
     "run loop.toml --out notes.txt": "notes.txt is a file; name a folder",
-    f"margins {LOOP} --loop dac.voltag": "--loop dac.voltag: dac.voltag is no output",
-    "noise loop.toml --output adc.numbr": "--output adc.numbr: adc.numbr is no output",
-    "response loop.toml acceleration.out adc.code": "INPUT acceleration.out: acceleration.out is no output",
+    f"margins {LOOP} --loop dac.voltag": "--loop dac.voltag: dac.voltag is not an output",
+    "noise loop.toml --output adc.numbr": "--output adc.numbr: adc.numbr is not an output",
+    "response loop.toml acceleration.out adc.code": "INPUT acceleration.out: acceleration.out is not an output",
 }
 
 

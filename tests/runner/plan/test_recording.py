@@ -209,8 +209,8 @@ def test_the_column_of_time_cannot_be_played_as_a_signal(tmp_path: Path) -> None
 @pytest.mark.parametrize(
     ("head", "message", "hint"),
     [
-        ("time [s],a [V]", "column a is in V, which is no m/s^2", "set the unit to V"),
-        ("time [m],a [m/s^2]", "column time is in m, which is no s", "set the unit to m"),
+        ("time [s],a [V]", "column a is in V, not in m/s^2", "set the unit to V"),
+        ("time [m],a [m/s^2]", "column time is in m, not in s", "set the unit to m"),
         ("time [s],a [m/s^]", "column a: an exponent must be a number such as 2, -1 or 0.5", ""),
         ("time [sec],a [m/s^2]", "column time: unknown unit 'sec'", ""),
     ],
@@ -227,8 +227,8 @@ def test_a_wrong_unit_is_refused(head: str, message: str, hint: str, tmp_path: P
         ({"time": [0.0, 1.0], "a": [1.0, None]}, "column a holds nan in row 2"),
         ({"time": [0.0, 1.0], "a": [math.inf, 1.0]}, "column a holds inf in row 1"),
         ({"time": [0.0, math.nan], "a": [1.0, 1.0]}, "column time holds nan in row 2"),
-        ({"time": [0.0, 1.0], "a": ["1.0", "2.0"]}, "column a holds '1.0' in row 1, which is no number"),
-        ({"time": [0.0, 1.0], "a": [[1.0], [2.0]]}, "column a holds [1.0] in row 1, which is no number"),
+        ({"time": [0.0, 1.0], "a": ["1.0", "2.0"]}, "column a holds '1.0' in row 1, which is not a number"),
+        ({"time": [0.0, 1.0], "a": [[1.0], [2.0]]}, "column a holds [1.0] in row 1, which is not a number"),
         ({"time": [0.0, 1.0, 1.0], "a": [1, 2, 3]}, "its time does not grow from row 2 to row 3: 1 s, 1 s"),
         ({"time": [0.0, 1.0, 0.5], "a": [1, 2, 3]}, "its time does not grow from row 2 to row 3: 1 s, 0.5 s"),
         ({"time": pyarrow.array([], "double"), "a": pyarrow.array([], "double")}, "holds no rows"),
@@ -272,7 +272,7 @@ def test_a_damaged_file_is_a_problem_not_a_crash(kind: str, damage: str, tmp_pat
 
 def test_what_is_no_file_of_numbers_is_refused(tmp_path: Path) -> None:
     (tmp_path / "folder.csv").mkdir()
-    assert problem_of(tmp_path / "folder.csv").message == "is no file"
+    assert problem_of(tmp_path / "folder.csv").message == "is not a file"
     assert problem_of(Path("/dev/null")).hint == "the name must end in .csv, .parquet, .nc"
     (tmp_path / "latin.csv").write_bytes("time,größe\n0,1\n".encode("latin-1"))
     assert problem_of(tmp_path / "latin.csv").message.startswith("cannot be read: 'utf-8' codec can't decode byte")

@@ -238,7 +238,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (returns_others, (1.0,), "it returns something else elsewhere"),
     (given_back, ([1.0],), "a list is returned"),
     (too_many, (1.0,), "3 variables of something else"),
-    (over_a_number, (1.0,), "a loop over what is no list"),
+    (over_a_number, (1.0,), "a loop over a value that is not a list"),
     (field_set, (Pair(1.0),), "a field cannot be changed"),
     (no_step, (3,), "a range of step 0"),
     (starred, (1.0,), "* among the arguments"),
@@ -352,5 +352,5 @@ def test_what_has_no_source_is_refused() -> None:
     nowhere = types.FunctionType(compile("lambda a: a", "<nowhere>", "eval").co_consts[0], {})
     with pytest.raises(ModelError, match="its source cannot be read"):
         lowering.lower(nowhere, [Value(FLOAT)])
-    with pytest.raises(ModelError, match="is no function"):
+    with pytest.raises(ModelError, match="is not a function"):
         lowering.lower(print, [Value(FLOAT)])

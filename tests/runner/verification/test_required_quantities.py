@@ -114,11 +114,11 @@ def test_they_read_back_and_the_schema_knows_them() -> None:
 @pytest.mark.parametrize(
     ("line", "message", "key"),
     [
-        ('{ quantity = { noise = "plant.out" }, at_most = 1 }', "plant.out is no output", "quantity.noise"),
+        ('{ quantity = { noise = "plant.out" }, at_most = 1 }', "plant.out is not an output", "quantity.noise"),
         ('{ quantity = { nose = "plant.output" }, at_most = 1 }', "unknown key", "quantity.nose"),
         ('{ quantity = { noise = "plant.output" }, at_most = "1 V" }', "V is", "at_most"),
         ('{ quantity = { response = "plant.output" }, at_most = 1 }', "response needs an input", "quantity"),
-        ("{ quantity = { yield = 3 }, at_most = 1 }", "is no limit", "quantity.yield"),
+        ("{ quantity = { yield = 3 }, at_most = 1 }", "is not a limit", "quantity.yield"),
         ('{ quantity = "end", at_most = 1, tolerances = "wide" }', "must be a table of tolerances", "tolerances"),
         ('{ quantity = "main.stable", at_least = 1, tolerances = "spread" }', "a verdict has no worst", "tolerances"),
         ('{ quantity = "yield", at_least = 1, tolerances = "spread" }', "the spread is in the yield", "tolerances"),

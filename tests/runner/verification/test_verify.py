@@ -140,7 +140,7 @@ def test_golden_results_of_what_is_gone(measurements: Measurements, tmp_path: Pa
 def test_files_that_are_no_golden_results(text: str, tmp_path: Path) -> None:
     path = tmp_path / "graph.golden.json"
     path.write_text(text)
-    with pytest.raises(ModelError, match="is no file of golden results"):
+    with pytest.raises(ModelError, match="is not a file of golden results"):
         read_golden(path)
 
 

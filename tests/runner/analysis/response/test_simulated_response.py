@@ -93,9 +93,9 @@ def test_a_converter_is_linear_for_large_signals_only() -> None:
 
 @pytest.mark.parametrize(("wrong", "message"), [
     ({"amplitude": None}, "the stimulus needs an amplitude"),
-    ({"amplitude": "1 V"}, "is no amplitude"),
-    ({"amplitude": 0.0}, "is no amplitude"),
-    ({"amplitude": math.nan}, "is no amplitude"),
+    ({"amplitude": "1 V"}, "is not an amplitude"),
+    ({"amplitude": 0.0}, "is not an amplitude"),
+    ({"amplitude": math.nan}, "is not an amplitude"),
     ({"simulate": "chrip"}, "there is no such stimulus"),
     ({"band": (10.0, 600.0)}, "the band does not suit"),
     ({"band": (1e-9, 60.0)}, "would be too long"),

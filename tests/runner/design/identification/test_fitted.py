@@ -184,7 +184,7 @@ def test_the_picture_shows_run_residuals_and_autocorrelation() -> None:
     ("change", "words"),
     [
         ({"free": ["sensor.stifness"]}, "did you mean stiffness"),
-        ({"outputs": {"seen.volts": "volts"}}, "is no output"),
+        ({"outputs": {"seen.volts": "volts"}}, "is not an output"),
         ({"outputs": {"seen.output": "vots"}}, "did you mean volts"),
         ({"inputs": {"hiss.output": "force", "sensor.velocity": "force"}}, "no wire begins there"),
         ({"free": {"sensor.stiffness": {"at_least": 6.0}}}, "out of its bounds"),

@@ -58,7 +58,7 @@ def test_dialects_units_and_starts(tmp_path: Path, content: str, note: str) -> N
         (text("time,force,volts", rows=[*ROWS[:5], ROWS[4], *ROWS[5:]]), "time does not grow"),
         (text("time,force,volts", rows=[*ROWS[:3], *ROWS[6:], *[(1.0 + k, 0.0, 0.0) for k in range(5)]]), "has 5 gaps"),
         (text("time,force,volts").replace("0.5000", "nan", 1), "the input force misses 1 of 10"),
-        (text("time,force,volts").replace("0.5000", "half", 1), "holds 'half', which is no number"),
+        (text("time,force,volts").replace("0.5000", "half", 1), "holds 'half', which is not a number"),
         (text("time,force,volts") + "1.0,2.0\n", "has 2 cells where the head has 3"),
         (text("time,force,volts", rows=ROWS[:3]), "too few rows"),
         ("0,1,2\n1,2,3\n", "row of column names"),

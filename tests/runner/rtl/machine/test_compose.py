@@ -135,7 +135,7 @@ def test_names_that_are_no_digital_blocks_are_refused_together() -> None:
     text = refused(loop_at_rates(), "gian", "quantiser", "integrator")
     assert "blocks.gian: no such block" in text
     assert "did you mean gain?" in text
-    assert "blocks.quantiser: is no digital block, and cannot become hardware" in text
+    assert "blocks.quantiser: is not a digital block, and cannot become hardware" in text
     assert "got:      FixedQuantiser" in text
     assert "a block whose ports and state are integers, truth values or fixed-point values" in text
 

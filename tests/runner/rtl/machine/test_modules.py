@@ -59,7 +59,7 @@ def test_the_number_of_a_tick_is_no_register() -> None:
     with pytest.raises(ModelError) as caught:
         module_of(Ticking())
     (problem,) = caught.value.problems
-    assert problem.message == "tick is no register"
+    assert problem.message == "tick is not a register"
     assert problem.hint == "count in the state, up to a number that it starts again from"
 
 
