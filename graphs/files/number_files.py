@@ -66,7 +66,7 @@ def _rows(text: str, name: str) -> list[list[str]]:
     try:
         rows = [[cell.strip() for cell in row] for row in csv.reader(text.splitlines(), strict=True) if row]
     except csv.Error as error:
-        raise Refusal(f"{name} is no CSV: {error}") from None
+        raise Refusal(f"{name} is not CSV: {error}") from None
     rows = [row for row in rows if any(row)]
     if not rows:
         raise Refusal(f"{name} holds no values", "one row of numbers or more, separated by commas")

@@ -112,7 +112,7 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
         if head in graph.blocks or head in graph.subgraphs:
             hint = f"{head} is a block inside: name its port too, {signal}.PORT"
         near = nearest(head, graph.exports)
-        words = "no input or parameter" if what == "inputs" else "no output" if what == "outputs" else "not exported"
+        words = {"inputs": "neither an input nor a parameter", "outputs": "not an output"}.get(what, "not exported")
         return Missing(f"{signal} is {words}", hint, f"{path}{near}" if near else "")
     name = split(rest)[0]
     if name not in graph.blocks and head in graph.blocks:

@@ -16,6 +16,7 @@ from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.tolerances import read_tolerance
 from proofmass.runner.design.worst.plot import plot_worst
 from proofmass.runner.design.worst.text import worst_text
 from proofmass.runner.design.worst.worst import worst
@@ -30,7 +31,7 @@ def show_worst(request: WorstRequest) -> int:
         cases = worst(
             source,
             quantities or None,
-            tolerances=dict(map(_tolerance, request.tolerances)),
+            tolerances=dict(map(read_tolerance, request.tolerances)),
             **request.some("at", "corners", "samples"),
             seed=request.seed or 0,
             progress=bar,
@@ -101,11 +102,3 @@ def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:
         yield name, {"measure": name}
     for name in request.yields:
         yield f"yield of {name}", {"yield": True if name == "all" else name}
-
-
-def _tolerance(text: str) -> tuple[str, Any]:
-    name, equals, width = text.partition("=")
-    if not (equals and name.strip() and width.strip()):
-        raise click.UsageError(f'--tolerance {text}: write BLOCK.PARAMETER="5 %", or a width with a unit')
-    low, dots, high = width.partition("..")
-    return name.strip(), [low.strip(), high.strip()] if dots else width.strip()

@@ -219,7 +219,7 @@ def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:
     >>> x * x + 2.0 * x
     Dual(15.0, {'x': 8.0})
     """
-    kept = {key: slope for key, slope in slopes.items() if isinstance(slope, Dual) or slope != 0.0}
+    kept = {key: slope for key, slope in slopes.items() if not _is_nothing(slope)}
     return Dual(value, kept, level) if kept else value
 
 
@@ -227,11 +227,16 @@ def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
     """The chain rule: a value whose slopes are the sum of factors times slopes; what is times 0 is nothing."""
     total: dict[Any, Any] = {}
     for factor, slopes in terms:
-        if not isinstance(factor, Dual) and factor == 0.0:
+        if _is_nothing(factor):
             continue
         for key, slope in slopes.items():
             total[key] = total[key] + factor * slope if key in total else factor * slope
     return dual(value, total, level)
+
+
+def _is_nothing(slope: Any) -> bool:
+    """Return whether a slope is zero, and without slopes or bounds of its own."""
+    return isinstance(slope, int | float) and slope == 0.0
 
 
 def plain(number: Any) -> Any:

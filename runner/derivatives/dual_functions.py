@@ -11,7 +11,8 @@ import types
 from collections.abc import Callable, Collection, Mapping
 from typing import Any
 
-from proofmass.blocks.arithmetic import rounding
+from proofmass.blocks.arithmetic import elementary, rounding
+from proofmass.runner.derivatives.ball import Ball, of_balls
 from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 
@@ -121,10 +122,10 @@ def _of_one(function: Callable[[float], Any], slope: Callable[[Any], Any]) -> Ca
 
     def apply(x: Any) -> Any:
         if not isinstance(x, Dual):
-            return function(x)
+            return of_balls(function, x) if isinstance(x, Ball) else function(x)
         value = apply(x.value)
         try:
-            return chained(x.level, value, (slope(x.value), x.slopes))
+            return chained(x.level, value, (_enclosing(slope(x.value)), x.slopes))
         except (ZeroDivisionError, ValueError):  # as for the square root at 0, which has a value and no slope
             return chained(x.level, value, (UNDEFINED, x.slopes))
 
@@ -139,16 +140,21 @@ def _of_two(
     def apply(x: Any, y: Any) -> Any:
         level = max((number.level for number in (x, y) if isinstance(number, Dual)), default=None)
         if level is None:
-            return function(x, y)
+            return of_balls(function, x, y) if isinstance(x, Ball) or isinstance(y, Ball) else function(x, y)
         here, there = value_of(x, level), value_of(y, level)
         value = apply(here, there)
         try:
-            by_x, by_y = slopes(here, there)
+            by_x, by_y = map(_enclosing, slopes(here, there))
         except (ZeroDivisionError, ValueError):
             by_x, by_y = UNDEFINED, UNDEFINED
         return chained(level, value, (by_x, slopes_of(x, level)), (by_y, slopes_of(y, level)))
 
     return apply
+
+
+def _enclosing(slope: Any) -> Any:
+    """Return a slope; one that is a ball also for the exact values of the doubles in its formula, such as pi."""
+    return slope.widened() if isinstance(slope, Ball) else slope
 
 
 def _itself(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -157,15 +163,29 @@ def _itself(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _counting(function: Callable[[float], Any]) -> Callable[[Any], Any]:
-    return lambda x: function(plain(x))
+    return lambda x: _counted(function, plain(x))
+
+
+def _counted(function: Callable[[float], Any], number: Any) -> Any:
+    if not isinstance(number, Ball):
+        return function(number)
+    if function in (math.isnan, math.isinf, math.isfinite):
+        return function is math.isfinite
+    return function(number) if function in (math.floor, math.ceil) else float(round(number))
 
 
 def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:
     """`int` or `float`: a change of type, which for a dual number changes nothing."""
-    return lambda x=0, *more: x if isinstance(x, Dual) else kind(x, *more)
+
+    def convert(x: Any = 0, *more: Any) -> Any:
+        return x if isinstance(x, Dual) or (kind is float and isinstance(x, Ball)) else kind(x, *more)
+
+    return convert
 
 
 def _hypot(*sides: Any) -> Any:
+    if any(isinstance(plain(side), Ball) for side in sides):
+        return dual_math.sqrt(sum(side * side for side in sides))
     length = math.hypot(*map(plain, sides))
     if length == 0.0:
         return sum((abs(side) for side in sides), 0.0)  # a corner: undefined in every direction
@@ -174,6 +194,8 @@ def _hypot(*sides: Any) -> Any:
 
 def _atan2(y: Any, x: Any) -> Any:
     """Angle of (x, y), from the angle of the quarter that keeps the quotient small."""
+    if isinstance(plain(y), Ball) or isinstance(plain(x), Ball):
+        return _REPLACED[elementary.arctangent2](y, x)
     if not isinstance(y, Dual) and not isinstance(x, Dual):
         return math.atan2(y, x)
     if plain(x) == plain(y) == 0:
@@ -183,6 +205,8 @@ def _atan2(y: Any, x: Any) -> Any:
 
 
 def _power(base: Any, exponent: Any) -> Any:
+    if isinstance(plain(base), Ball) or isinstance(plain(exponent), Ball):
+        return _REPLACED[elementary.power](base, exponent)
     if not isinstance(base, Dual) and not isinstance(exponent, Dual):
         return math.pow(base, exponent)
     if isinstance(exponent, Dual):
@@ -201,8 +225,13 @@ def _power(base: Any, exponent: Any) -> Any:
 
 
 def _copysign(size: Any, sign: Any) -> Any:
-    same = math.copysign(1.0, plain(size)) == math.copysign(1.0, plain(sign))
-    return size * 1.0 if same else size * -1.0
+    return size * (1.0 if _sign(plain(size)) == _sign(plain(sign)) else -1.0)
+
+
+def _sign(number: Any) -> float:
+    if isinstance(number, Ball):
+        return 1.0 if number > 0 else -1.0
+    return math.copysign(1.0, number)
 
 
 def _frexp(x: Any) -> tuple[Any, int]:
@@ -242,18 +271,22 @@ def _wrapped(mantissa: Any, low_bits: int, sign: int) -> Any:
 
 
 def _round_half_even(value: Any) -> Any:
-    return value if isinstance(value, Dual) else rounding.round_half_even(value)
+    return value if isinstance(value, Dual) else _counted(rounding.round_half_even, value)
 
 
 _clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
 
 
 def _nearest_level(value: Any, last: Any) -> Any:
-    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_level(value, last)
+    if isinstance(value, Dual):
+        return _clip(value, 0.0, last)
+    return rounding.nearest_level(round(value) if isinstance(value, Ball) else value, last)
 
 
 def _nearest_even_level(value: Any, last: Any) -> Any:
-    return _clip(value, 0.0, last) if isinstance(value, Dual) else rounding.nearest_even_level(value, last)
+    if isinstance(value, Dual):
+        return _clip(value, 0.0, last)
+    return rounding.nearest_even_level(round(value) if isinstance(value, Ball) else value, last)
 
 
 _OURS: dict[Any, Callable[..., Any]] = {

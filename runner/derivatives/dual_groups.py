@@ -25,10 +25,11 @@ from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.continuous.algebraic import NoSolutionError
+from proofmass.runner.derivatives.ball import Ball
 from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
-from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters
+from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters, is_finite, typed
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Filled, Plan
 from proofmass.runner.plan.solver import Solver
@@ -54,7 +55,7 @@ class DualStages(Stages):
         states, place = {}, 0
         for name, state, kinds in self._states:
             values = zip(kinds, x[place : place + len(kinds)], strict=True)
-            states[name] = state(*(v if isinstance(v, Dual) else kind(v) for kind, v in values))
+            states[name] = state(*(typed(kind, v) for kind, v in values))
             place += len(kinds)
         return states
 
@@ -147,7 +148,7 @@ class DualAdvance(Advance):
         a = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n)] for rate in rates]
         b = [[slopes_of(rate, SIGNALS).get(j, 0.0) for j in range(n, len(about))] for rate in rates]
         for (block, _), slopes in zip(group.states, zip(a, b, strict=True), strict=True):
-            if not all(math.isfinite(plain(slope)) for part in slopes for slope in part):
+            if not all(is_finite(plain(slope)) for part in slopes for slope in part):
                 self.stages.at = f"{block}.derivative"
                 raise ArithmeticError(NO_SLOPE)
         return a, b, rates
@@ -215,7 +216,7 @@ class DualAdvance(Advance):
 def _multiple(change: Matrix, basis: Sequence[tuple[Matrix, list[Any]]]) -> tuple[float, list[Any] | None]:
     """Return what z is a multiple of, for a change of A that is one of another: many directions move one parameter."""
     rows = [[plain(value) for value in row] for row in change]
-    exact = not any(isinstance(value, Dual) for row in change for value in row)
+    exact = not any(isinstance(value, Dual | Ball) for row in change for value in row)
     for other, z in basis if exact else ():
         pairs = [
             (u, plain(v)) for left, right in zip(rows, other, strict=True) for u, v in zip(left, right, strict=True)

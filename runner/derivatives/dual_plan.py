@@ -4,7 +4,9 @@ The derivative of a matrix exponential is read off a larger one, which makes it 
 exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans. Automatic Control 23, 1978, 395).
 """
 
+import math
 import types
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -12,9 +14,11 @@ from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.derivatives.ball import Ball, ball_exponential
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.plan.constants import constants_of
+from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Filled, Plan
 
 PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
@@ -31,14 +35,20 @@ def differentiated(plan: Plan) -> Plan:
             if not plan.is_driven(name):
                 constants[name] = dual_constants(block, parameters[name], plan.block_period(name))
             if "start" in type(block).functions:
-                filled = {b: list(buffers[name, b]) for b in type(block).buffers}
-                start, known = type(block).functions["start"], {**filled, "period": plan.block_period(name)}
-                made = for_duals(start.function)(parameters[name], *(known[b] for b in start.arguments))
-                starts[name] = _typed(made)
-                buffers |= {(name, b): tuple(values) for b, values in filled.items()}
+                starts[name], filled = dual_start(plan, name, parameters[name])
+                buffers |= filled
         except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
             raise ModelError([plan.graph.placed(_no_derivative(name, error))]) from error
     return replace(plan, constants=constants, starts=starts, buffers=buffers)
+
+
+def dual_start(plan: Filled, name: str, parameters: Any) -> tuple[Any, dict[VectorOf, tuple[Any, ...]]]:
+    """Return the state of a block at the start of a run and what it writes into its buffers, of such parameters."""
+    block = plan.blocks[name]
+    filled = {buffer: list(plan.buffers[name, buffer]) for buffer in type(block).buffers}
+    start, known = type(block).functions["start"], {**filled, "period": plan.block_period(name)}
+    state = for_duals(start.function)(parameters, *(known[argument] for argument in start.arguments))
+    return _typed(state), {(name, buffer): tuple(values) for buffer, values in filled.items()}
 
 
 def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
@@ -81,32 +91,49 @@ def _typed(values: Any) -> Any:
     if values is None:
         return None
     kinds = type(values).__annotations__.values()
-    return type(values)(*(v if isinstance(v, Dual) else k(v) for k, v in zip(kinds, values, strict=True)))
+    return type(values)(*(typed(k, v) for k, v in zip(kinds, values, strict=True)))
 
 
-def dual_hold(a: list[list[Any]], b: list[list[Any]], period: float) -> tuple[Matrix, Matrix]:
-    """Return the matrices of `exact_hold.hold` for matrices of dual numbers."""
-    size, rows = len(a), [[*left, *right] for left, right in zip(a, b, strict=True)]
-    width = len(rows[0])
-    held = [[value_of(entry) for entry in row] for row in rows]
-    transition, entry = hold([row[:size] for row in held], [row[size:] for row in held], period)
-    keys = dict.fromkeys(key for row in rows for number in row for key in slopes_of(number))
-    moved = {key: _exponential_slope(rows, key, width, period) for key in keys}
-    joined = [
-        [dual(v, {key: slopes[i][j] for key, slopes in moved.items()}) for j, v in enumerate((*left, *right))]
-        for i, (left, right) in enumerate(zip(transition, entry, strict=True))
+def is_finite(value: Any) -> bool:
+    """Return whether a number without slopes is finite, as balls always are."""
+    return isinstance(value, Ball) or math.isfinite(value)
+
+
+def typed(kind: Callable[[Any], Any], value: Any) -> Any:
+    """Return a value of a type; dual numbers, and balls of real numbers, stay what they are."""
+    if isinstance(value, Dual) or (kind is float and isinstance(value, Ball)):
+        return value
+    return kind(value)
+
+
+def dual_hold(a: Sequence[Sequence[Any]], b: Sequence[Sequence[Any]], period: float) -> tuple[Matrix, Matrix]:
+    """Return the matrices of `exact_hold.hold` for matrices of dual numbers of any levels, or of balls."""
+    size = len(a)
+    rows = _held([[*left, *right] for left, right in zip(a, b, strict=True)], size, period)
+    return [row[:size] for row in rows], [row[size:] for row in rows]
+
+
+def _held(rows: list[list[Any]], size: int, period: float) -> Matrix:
+    """Return the first rows of exp([[A, B], [0, 0]] period), where `rows` are [A B] and A has `size` columns."""
+    levels = [number.level for row in rows for number in row if isinstance(number, Dual)]
+    if not levels:
+        if any(isinstance(number, Ball) for row in rows for number in row):
+            return ball_exponential(rows, period)[:size]
+        transition, entry = hold([row[:size] for row in rows], [row[size:] for row in rows], period)
+        return [[*left, *right] for left, right in zip(transition, entry, strict=True)]
+    level, width = max(levels), len(rows[0])
+    below = [[0.0] * width for _ in range(width - size)]
+    values = [[value_of(number, level) for number in row] for row in rows]
+    moved = {}
+    for key in dict.fromkeys(key for row in rows for number in row for key in slopes_of(number, level)):
+        slope = [[slopes_of(number, level).get(key, 0.0) for number in row] for row in rows]
+        both = [[*left, *right] for left, right in zip(values + below, slope + below, strict=True)]
+        both += [[*[0.0] * width, *row] for row in values + below]
+        moved[key] = [row[width:] for row in _held(both, 2 * width, period)[:size]]
+    return [
+        [dual(value, {key: slopes[i][j] for key, slopes in moved.items()}, level) for j, value in enumerate(row)]
+        for i, row in enumerate(_held(values, size, period))
     ]
-    return [row[:size] for row in joined], [row[size:] for row in joined]
-
-
-def _exponential_slope(rows: list[list[Any]], key: Any, width: int, period: float) -> Matrix:
-    """The derivative by one parameter of the first rows of exp([[A, B], [0, 0]] period)."""
-    below = [[0.0] * width for _ in range(width - len(rows))]
-    matrix = [[value_of(v) for v in row] for row in rows] + below
-    slope = [[slopes_of(v).get(key, 0.0) for v in row] for row in rows] + below
-    both = [[*left, *right] for left, right in zip(matrix, slope, strict=True)]
-    both += [[*[0.0] * width, *row] for row in matrix]
-    return [row[width:] for row in hold(both, [[] for _ in both], period)[0][: len(rows)]]
 
 
 def _no_derivative(name: str, error: Exception) -> Problem:

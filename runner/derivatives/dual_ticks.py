@@ -3,7 +3,6 @@
 Only what the wanted outputs depend on is run. Noise is zero.
 """
 
-import math
 from collections import Counter
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
@@ -19,7 +18,7 @@ from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
-from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters
+from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_parameters, is_finite
 from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -56,9 +55,7 @@ class DualTicks(Interpreter):
         self.quantised: dict[tuple[str, str, int], Any] = {}  # what quantisers are given, where they err
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._advances = [
-            _advance(plan, solver, by_parameters, integrated)
-            for solver in plan.solvers
-            if blocks & set(solver.group.blocks)
+            self._advance(plan, solver, integrated) for solver in plan.solvers if blocks & set(solver.group.blocks)
         ]
         self._outputs = [
             (step, beat, compute if isinstance(step, ConstantsOf) else self._wired(step, compute))
@@ -67,6 +64,13 @@ class DualTicks(Interpreter):
         ]
         self._updates = [update for update in self._updates if update[0] in blocks]
         self._folds = [fold for fold in self._folds if fold[0] in blocks]
+
+    def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
+        if solver.exact and not solver.renewed and not solver.group.ramps and not self._by_parameters:
+            return HeldAdvance(plan, solver)
+        if integrated and not solver.exact and not solver.group.ramps:
+            return IntegratedAdvance(plan, solver, self._by_parameters)
+        return DualAdvance(plan, solver.group, self._by_parameters)
 
     def _wired(self, node: Endpoint, step: Callable[[int], Any]) -> Callable[[int], Any]:
         """Return the step of a wire: its value is recorded, and the input is added."""
@@ -100,10 +104,10 @@ class DualTicks(Interpreter):
 
     def _finite(self, value: Any) -> bool:
         values = value if isinstance(value, list | tuple) else [value]
-        if not super()._finite([plain(v) for v in values]):
+        if not all(is_finite(plain(v)) for v in values):
             return False
         for entry in values:
-            if not all(math.isfinite(plain(slope)) for slope in slopes_of(entry, SIGNALS).values()):
+            if not all(is_finite(plain(slope)) for slope in slopes_of(entry, SIGNALS).values()):
                 raise TickError(self._at, self._memory.tick, NO_SLOPE)
         return True
 
@@ -143,14 +147,6 @@ class DualTicks(Interpreter):
                 memory.wires[node] = [transform(("wire", node, i), value) for i, value in enumerate(wire)]
             else:
                 memory.wires[node] = transform(("wire", node, 0), wire)
-
-
-def _advance(plan: Plan, solver: Solver, by_parameters: bool, integrated: bool) -> Advance:
-    if solver.exact and not solver.renewed and not solver.group.ramps and not by_parameters:
-        return HeldAdvance(plan, solver)
-    if integrated and not solver.exact and not solver.group.ramps:
-        return IntegratedAdvance(plan, solver, by_parameters)
-    return DualAdvance(plan, solver.group, by_parameters)
 
 
 def _within(loop: AlgebraicLoop) -> Problem:

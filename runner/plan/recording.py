@@ -109,7 +109,7 @@ def read_columns(path: Path, choice: Choice) -> ColumnPair:
     }  # fmt: skip
     reader = readers.get(path.suffix.lower())
     if reader is None:
-        raise RecordingError("is no CSV, Parquet or netCDF file", hint=f"the name must end in {', '.join(readers)}")
+        raise RecordingError("is not a CSV, Parquet or netCDF file", hint=f"the name must end in {', '.join(readers)}")
     try:
         if path.exists() and not path.is_file():
             raise RecordingError("is not a file")
@@ -203,7 +203,7 @@ def _read_netcdf4(path: Path, choice: Choice) -> ColumnPair:
 
 
 def _read_classic(path: Path, choice: Choice) -> ColumnPair:
-    """Columns of a netCDF file of version 3, which is no HDF5."""
+    """Columns of a netCDF file of version 3, which is not HDF5."""
     # start-up time: only files in this format need it
     from scipy.io import netcdf_file
 

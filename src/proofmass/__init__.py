@@ -37,6 +37,7 @@ _HOMES = {
     "Tuning": "graphs.tuning.tuning",
     "ValueDeviation": "runner.analysis.noise.over_runs",
     "Wire": "graphs.model.graph",
+    "Proofs": "runner.design.proof.prove",
     "WorstCases": "runner.design.worst.worst",
     "allan": "runner.analysis.allan.deviations",
     "block": "blocks.declaration.declare",
@@ -52,6 +53,7 @@ _HOMES = {
     "margins": "runner.analysis.margins.stability",
     "noise": "runner.analysis.noise.budget",
     "param": "blocks.declaration.declare",
+    "prove": "runner.design.proof.prove",
     "read_graph": "graphs.files.toml_reader",
     "read_series": "runner.analysis.spectrum.series",
     "read_study": "graphs.studies.study_reader",
@@ -92,6 +94,7 @@ _TEXTS = {
     "Spectrum": "runner.analysis.spectrum.text.spectrum_text",
     "Tuned": "runner.design.tune.text.tuned_text",
     "ValueDeviation": "runner.analysis.noise.text.value_text",
+    "Proofs": "runner.design.proof.text.proofs_text",
     "WorstCases": "runner.design.worst.text.worst_text",
 }
 

@@ -2,12 +2,16 @@
 
 from pathlib import Path
 
+import click
+
 from proofmass.runner.commands.declarations.options import (
     PORT,
     QUIET,
     SET,
     Answered,
+    LibraryFile,
     Whole,
+    argument,
     band_option,
     file_argument,
     file_option,
@@ -15,6 +19,12 @@ from proofmass.runner.commands.declarations.options import (
     plot_option,
     seed_option,
     several,
+)
+
+TOLERANCES = several(
+    'Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
+    "--tolerance",
+    metavar="PARAMETER=WIDTH",
 )
 
 
@@ -80,11 +90,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
         **PORT,
     )
     band: tuple[str, str] | None = band_option('Count noise within this band, as "1 Hz" "100 Hz" (default: all).')
-    tolerances: tuple[str, ...] = several(
-        'Vary a parameter by "5 %", by "0.1 V", or within "4.9 V..5.2 V"; repeatable.',
-        "--tolerance",
-        metavar="PARAMETER=WIDTH",
-    )
+    tolerances: tuple[str, ...] = TOLERANCES
     at: str = option('Linearise at this time, or "settled" (default: the start).', default="", metavar="TIME")
     corners: int = option(
         "Try all corners if there are no more than this.", type=Whole(0, 2**20), default=256, show_default=True
@@ -99,7 +105,50 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
     quiet: bool = QUIET
 
 
+class ProveRequest(Answered, does="prove_command.show_proofs"):
+    """Prove that no sensor within tolerances has less than some margins.
+
+    SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
+    Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
+    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is proved.
+
+    \b
+    proofmass prove library:closed_loop_accelerometer
+    proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=10 %" \\
+        --tolerance "pendulum.inertia=10 %" --gain-margin "20 dB" --out proof.json
+    """
+
+    source: Path = file_argument(library=True)
+    tolerances: tuple[str, ...] = TOLERANCES
+    loop: str = option("Prove this loop alone, by its name or an output at which it is opened.", default="", **PORT)
+    gain_margin: str = option("Prove this gain margin, up and down (default: 6 dB).", default="", metavar="DB")
+    phase_margin: str = option("Prove this phase margin (default: 45 deg).", default="", metavar="DEG")
+    seconds: float = option(
+        "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
+    )
+    target: Path | None = file_option("Write a certificate that check-proof verifies.", "-o", "--out", "--output")
+    changes: tuple[str, ...] = SET
+    quiet: bool = QUIET
+
+
+class CheckProofRequest(Answered, does="prove_command.check_proof"):
+    """Check a certificate that `prove --out` wrote.
+
+    The checker shares no code with the search. It verifies every box in whole numbers, and says what it takes for
+    granted. With GRAPH it also says whether the certificate is about that graph. Exit code 1 if it proves nothing.
+
+    \b
+    proofmass prove library:closed_loop_accelerometer --out proof.json
+    proofmass check-proof proof.json library:closed_loop_accelerometer
+    """
+
+    certificate: Path = file_argument()
+    graph: Path | None = argument(type=LibraryFile(dir_okay=False, path_type=Path), required=False)
+
+
 DESIGN = (
     TuneRequest,
     WorstRequest,
+    ProveRequest,
+    CheckProofRequest,
 )

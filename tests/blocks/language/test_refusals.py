@@ -128,6 +128,7 @@ OUTPUTS = {
     "if input > 0.0:\n    u = 1.0\nreturn u": "u may have no value here; give it one before: u = 0.0",
     "u = x.count\nu = u * 0.5\nreturn u": "u is an integer elsewhere, and a number here",
     "return TABLE[0]": "a list cannot stand in a block's function; a table is a tuple of numbers",
+    "return (math, 1.0)[1]": "the module math cannot be an entry",
     "return 123456789012345678901": "an integer of more than 64 bits",
     "return input if input > 0.0 else x.count": "the value is a number in one case and an integer in another",
     "line[0] = 1.0\nreturn 1.0": "it is only read here; buffers are changed in `update`",

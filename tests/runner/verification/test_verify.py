@@ -181,7 +181,7 @@ MISTAKES = {
     'above = { quantity = "last", at_least = "2 A" }': ("A is A, not m^2*kg/s^3/A", "give it in V"),
     'above = { quantity = "last", at_least = 3, at_most = 2 }': ("nothing can meet it", ""),
     'above = { quantity = "last", at_least = 3, at = "1 s" }': (
-        "is for what is linearised, which has an operating point",
+        "is for quantities of the linearised graph",
         "",
     ),
     'above = { quantity = "last", at_least = 1, tolerances = { "integratr.gain" = "5 %" } }': (

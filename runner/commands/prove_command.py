@@ -1,0 +1,70 @@
+"""The commands `prove` and `check-proof`: margins over tolerances as theorems, and certificates of them."""
+
+import click
+
+from proofmass.graphs.files.toml_reader import graph_from, read_table
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import is_study, read_variants
+from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
+from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
+from proofmass.runner.commands.graph_options import graph_of
+from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.progress import progress
+from proofmass.runner.commands.tolerances import read_tolerance
+from proofmass.runner.design.proof.prove import prove
+from proofmass.runner.design.proof.text import proofs_text
+from proofmass.runner.output.export import write_whole
+from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest
+from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, graph_of_certificate
+
+
+def show_proofs(request: ProveRequest) -> int:
+    """Prove the margins of a graph and return the exit code: 1 if one is not proved."""
+    source = _source(request)
+    with progress(request.quiet or request.as_json, "claim") as bar:
+        proofs = prove(
+            source,
+            request.loop,
+            tolerances=dict(map(read_tolerance, request.tolerances)),
+            gain_margin=request.gain_margin,
+            phase_margin=request.phase_margin,
+            seconds=request.seconds,
+            progress=bar,
+        )
+    print_answer(request.as_json, proofs.as_data, [proofs_text(proofs)])
+    if request.target is not None:
+        write_whole(request.target, certificate(proofs))
+        print_file(request.target, request.as_json)
+    return INTERRUPTED if proofs.interrupted else DONE if proofs.proved else WRONG_MODEL
+
+
+def check_proof(request: CheckProofRequest) -> int:
+    """Check a certificate and return the exit code: 1 if it proves nothing, or is that of another graph."""
+    text = request.certificate.read_text(encoding="utf-8", errors="replace")
+    try:
+        claims = check_certificate(text)
+        fault = "" if request.graph is None or _same(text, graph_from(request.graph)) else "is that of another graph"
+    except FalseCertificateError as error:
+        claims, fault = [], str(error)
+    if fault:
+        print_answer(request.as_json, lambda: {"valid": False, "why": fault}, [f"{request.certificate}: {fault}"])
+        return WRONG_MODEL
+    lines = ["proved", *(f"  {claim}" for claim in claims), "taken for granted", *(f"  {one}" for one in ASSUMED)]
+    data = {"valid": True, "claims": claims, "assumed": ASSUMED}
+    print_answer(request.as_json, lambda: data, lines)
+    return DONE
+
+
+def _same(text: str, graph: Graph) -> bool:
+    return graph_of_certificate(text) == graph_digest(graph)
+
+
+def _source(request: ProveRequest) -> Graph | Study:
+    data, _ = read_table(request.source)
+    if not is_study(data):
+        return graph_of(request.source, request.own, request.changes)
+    if request.changes:
+        raise click.UsageError("--set: of a graph, not of a study; change the study's graph instead")
+    return next(iter(read_variants(request.source, own_blocks(request.own)).values()))

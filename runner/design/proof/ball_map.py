@@ -1,0 +1,185 @@
+"""The map of a loop over one period in balls: every sensor whose parameters lie in a box has a map within it.
+
+The blocks' own functions are called with balls for their parameters, and with dual numbers on them: first for signals,
+and within, twice, for the parameters. The operating point is the start of the run, tick 0.
+"""
+
+import copy
+import types
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import reached
+from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint
+from proofmass.runner.analysis.linearisation.period_map import place_of
+from proofmass.runner.derivatives.ball import Ball, UndecidedError
+from proofmass.runner.derivatives.dual import Dual, dual, slopes_of
+from proofmass.runner.derivatives.dual_groups import DualAdvance
+from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, dual_constants, dual_start
+from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.reference.advance import Advance
+from proofmass.runner.reference.interpret import TickError
+
+MatrixRows = list[list[Any]]  # of balls and numbers
+
+
+FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of the first and of the second derivative by coordinates
+
+
+@dataclass(frozen=True)
+class BallMap:
+    """MatrixRows [A B] and below them [C D] of an open loop: numbers and balls, dual in the coordinates of the box."""
+
+    order: int
+    rows: MatrixRows
+    kept: tuple[int, ...]  # numbers of the states that lie between the input and the output
+
+
+def coordinate(value: Any, number: int) -> Any:
+    """Return a ball or number as the coordinate of a number, with its first and second derivative."""
+    return dual(dual(value, {number: 1.0}, SECOND), {number: 1.0}, FIRST)
+
+
+class BallTicks(DualTicks):
+    """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded."""
+
+    def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
+        return DualAdvance(plan, solver.group, False)
+
+
+class StartingLoop:
+    """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
+
+    def __init__(self, plan: Plan, node: Endpoint) -> None:
+        """Raises `ModelError` where the map of the start does not stand for all of the run."""
+        self._plan, self._node = plan, node
+        self._ends = Ends((node,), (node,), cut=True)
+        self._blocks = self._ends.blocks(plan)[0]
+        self._point: OrbitPoint = linearised(plan).point_of(self._ends)
+        if self._point.moves or self._point.map.tick or self._point.map.starting:
+            raise ModelError([plan.graph.placed(_not_at_the_start(node))])
+        if not self._point.map.between().order:
+            raise ModelError([plan.graph.placed(_not_a_loop(node))])
+
+    @cached_property
+    def period(self) -> float:
+        """Seconds of the map."""
+        return self._point.map.period
+
+    def map(self, parameters: Mapping[str, Any], kept: Sequence[int] | None = None) -> BallMap:
+        """Return the map for parameters that hold balls, dual in the coordinates of a box, with the states `kept`.
+
+        Raises `UndecidedError` where a block decides differently within the box.
+        """
+        plan = _with_parameters(self._plan, parameters)
+        begin = start(plan)
+        rings, entries = self._point.rings, self._point.map.states
+        for entry in entries:
+            _seed(begin, place_of(begin, entry, rings), entry)
+        engine = BallTicks(plan, begin, self._blocks, [self._node], [self._node], True, False)
+        try:
+            engine.advance(self._point.ticks, ())
+        except TickError as error:
+            cause = error.__cause__ or error.value
+            raise UndecidedError(f"{error.at}: {cause}") from error
+        memory = engine.memory()
+        values = [_at(memory, place_of(memory, entry, rings)) for entry in entries]
+        values += engine.recorded[self._node]
+        columns = [*entries, *sorted(engine.injected, key=lambda key: key[2])]
+        rows = [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values]
+        kept = _between(rows, len(entries)) if kept is None else kept
+        rows = [[rows[i][j] for j in (*kept, *range(len(entries), len(columns)))]
+                for i in (*kept, *range(len(entries), len(values)))]  # fmt: skip
+        return BallMap(len(kept), rows, tuple(kept))
+
+
+def _with_parameters(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
+    """Return a plan whose blocks have other parameters, which may be balls, with all that follows from them."""
+    moved: dict[str, dict[str, Any]] = {}
+    for name, value in parameters.items():
+        owner, parameter = split(name)
+        moved.setdefault(owner, {})[parameter] = value
+    blocks, constants, starts, buffers = dict(plan.blocks), dict(plan.constants), dict(plan.starts), dict(plan.buffers)
+    for name, values in moved.items():
+        block = copy.copy(plan.blocks[name])
+        vars(block).update(values)
+        blocks[name] = block
+        given = types.SimpleNamespace(**{p: getattr(block, p) for p in type(block).parameters})
+        if not plan.is_driven(name):
+            constants[name] = dual_constants(block, given, plan.block_period(name))
+        if "start" in type(block).functions:
+            starts[name], filled = dual_start(plan, name, given)
+            buffers |= filled
+    return replace(plan, blocks=blocks, constants=constants, starts=starts, buffers=buffers)
+
+
+def _at(memory: Memory, place: Any) -> Any:
+    kind, of, number = place
+    if kind == "state":
+        return memory.states[of][number]
+    return memory.buffers[of][number] if kind == "buffer" else memory.wires[of]
+
+
+def _seed(memory: Memory, place: Any, entry: Any) -> None:
+    """Give a number of the memory a direction of its own."""
+    kind, of, number = place
+    value = _at(memory, place) + dual(0.0, {entry: 1.0}, SIGNALS)
+    if kind == "state":
+        state = memory.states[of]
+        memory.states[of] = state._replace(**{state._fields[number]: value})
+    elif kind == "buffer":
+        memory.buffers[of][number] = value  # type: ignore[index]
+    else:
+        memory.wires[of] = value
+
+
+def _between(rows: MatrixRows, order: int) -> list[int]:
+    """Return the states that the input reaches and that reach the output, by what is not exactly zero anywhere."""
+    links = [(i, j) for i, row in enumerate(rows) for j, value in enumerate(row) if not _is_zero(value)]
+    causes: dict[int, list[int]] = {}
+    effects: dict[int, list[int]] = {}
+    for effect, cause in links:
+        effects.setdefault(cause, []).append(effect)
+        causes.setdefault(effect, []).append(cause)
+    inputs = range(order, len(rows[0]) if rows else order)
+    outputs = range(order, len(rows))
+    # inputs and outputs have the same numbers, but those are causes alone, and these effects alone
+    forward = {state for state in _spread(effects, inputs, order) if state < order}
+    return sorted(forward & {state for state in _spread(causes, outputs, order) if state < order})
+
+
+def _spread(links: Mapping[int, Sequence[int]], ends: range, order: int) -> set[int]:
+    first = {state for end in ends for state in links.get(end, ()) if state < order}
+    within = {state: [other for other in links.get(state, ()) if other < order] for state in range(order)}
+    return first | reached(within, first)
+
+
+def _is_zero(value: Any) -> bool:
+    if isinstance(value, Dual):
+        return False
+    return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
+
+
+def _not_at_the_start(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"the loop through {signal} changes after the start",
+        key=signal,
+        expected="a loop that is the same in every period from the start on",
+        hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
+        path=("blocks", node[0]),
+    )
+
+
+def _not_a_loop(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    message = f"what goes in at {signal} does not come back at the start of the run"
+    return Problem(message=message, key=signal, path=("blocks", node[0]))

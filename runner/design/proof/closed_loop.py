@@ -1,0 +1,228 @@
+"""A loop closed with a factor at its wire, over a box of coordinates q = m + d, |d_i| <= h_i.
+
+    x[n+1] = (A + B F (I - D F)^-1 C) x[n]
+
+F is the factor g of a gain, or [[cos p, -sin p], [sin p, cos p]] of a phase p, whose matrices act on real and imaginary
+part: the loop then has twice as many states. D joins a value of the wire with later ones, so that the inverse is a sum
+of as many powers as a period has values.
+
+The matrix lies between those at the corners of the box: it differs from the interpolation that is linear in each
+coordinate by at most
+
+    sum of h_i^2 / 2 |d^2 A / dq_i^2|
+
+entry by entry, since I - L_1 L_2 ... = (I - L_1) + L_1 (I - L_2) + ... for interpolations L_i along one coordinate.
+An amplifier's gain has no second derivative: all of its tolerance is exact. Coordinates beyond the first few stay in
+the middle, and add h_i |dA / dq_i|.
+"""
+
+import itertools
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.runner.derivatives.ball import arb_of
+from proofmass.runner.derivatives.dual import plain, slopes_of
+from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
+from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.host.arrays import Array
+
+Key = tuple[int, ...]  # numbers of the coordinates of a derivative, in ascending order
+Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
+
+
+@dataclass(frozen=True)
+class Factor:
+    """Factors at the wire of a loop, by one coordinate: the matrix, Arb's, with its first and second derivative."""
+
+    name: str
+    parts: int  # 2 where they are complex
+    derivatives: Callable[[Any], Sequence[Sequence[Sequence[Any]]]]
+
+    def corners(self, low: float, high: float, chord: bool) -> list[Sequence[Sequence[Any]]]:
+        """Return the factors at both ends; with `chord` a few between which all the others lie.
+
+        The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, at 1 / cos of half
+        the angle.
+        """
+        places = [flint.arb(low)] + [flint.arb(high)] * (high > low)
+        ends = [self.derivatives(place)[0] for place in places]
+        if chord and self.parts == 2 and high > low:
+            middle, half = (places[1] + places[0]) / 2, (places[1] - places[0]) / 2
+            ends.append([[value / half.cos() for value in row] for row in self.derivatives(middle)[0]])
+        return ends
+
+
+def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
+    cosine, sine = p.cos(), p.sin()
+    return (
+        ((cosine, -sine), (sine, cosine)),
+        ((-sine, -cosine), (cosine, -sine)),
+        ((-cosine, sine), (-sine, -cosine)),
+    )
+
+
+GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
+PHASE = Factor("phase", 2, _of_phase)
+
+
+@dataclass(frozen=True)
+class OpenCorners:
+    """An open loop over a box: [A B; C D] at its corners, and its parts with their derivatives in all of it."""
+
+    order: int
+    values: int  # of the wire in a period
+    corners: Enclosed  # a matrix for each corner
+    jets: tuple[tuple[Jet, Jet, Jet, Jet], ...]  # of A, B, C and D, in parts that cover the box
+    interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
+
+
+@dataclass(frozen=True)
+class Family:
+    """The matrices of a closed loop over a box: those at the corners, and how far the others may lie beyond them."""
+
+    corners: Enclosed  # the corners of all coordinates, the factor's the fastest
+    factors: int  # at each corner of the others
+    shares: Mapping[int, Array]  # what each coordinate adds, entry by entry
+
+    @property
+    def centre(self) -> Array:
+        """The mean of the corners."""
+        return np.asarray(self.corners.middle.mean(axis=0))
+
+    def moves(self) -> Array:
+        """Return by how much the matrix moves with each coordinate that is at both ends among the corners."""
+        corners = self.corners.middle.reshape(-1, self.factors, *self.corners.middle.shape[1:])
+        number = len(corners)
+        count = number.bit_length() - 1
+        signs = np.array(list(itertools.product((-1.0, 1.0), repeat=count))).reshape(number, count)
+        moves = list(np.tensordot(signs.T, corners.mean(axis=1), 1) / number)
+        if self.factors > 1:
+            moves.append(0.5 * (corners[:, 1] - corners[:, 0]).mean(axis=0))
+        return np.array(moves).reshape(-1, *self.corners.middle.shape[1:])
+
+
+def open_loops(corners: Sequence[BallMap], around: Sequence[BallMap], interpolated: Sequence[int]) -> OpenCorners:
+    """Return an open loop from its maps at the corners of a box, and those over parts that cover the box."""
+    entries = [[[plain(value) for value in row] for row in corner.rows] for corner in corners]
+    n, k = corners[0].order, len(corners[0].rows) - corners[0].order
+    return OpenCorners(n, k, Enclosed.of_balls(entries), tuple(map(_jets, around)), tuple(interpolated))
+
+
+def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:
+    above, below = of.rows[: of.order], of.rows[of.order :]
+    a, b, c, d = (
+        _jet([row[columns] for row in rows])
+        for rows in (above, below)
+        for columns in (slice(None, of.order), slice(of.order, None))
+    )
+    return a, b, c, d
+
+
+def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
+    """Return how far an open loop bends along each coordinate of a box of half `widths`."""
+    jets = _jets(of)
+    return [
+        sum(float(np.sum(_sizes(jet[i, i]))) for jet in jets if (i, i) in jet) * width * width
+        for i, width in enumerate(widths)
+    ]
+
+
+def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+    """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
+    last = len(widths) - 1
+    chord = of.values == 1  # the loop is linear in the factor
+    factors = factor.corners(*ends, chord)
+    stacked = Enclosed.interleaved([_closed_at(of, f) for f in factors])
+    whole = flint.arb(ends[0]).union(flint.arb(ends[1]))
+    jets = [_closed_jet(parts, of.values, factor, whole, last) for parts in of.jets]
+    shares = {}
+    for i, width in enumerate(widths):
+        exact = i in of.interpolated or i == last
+        key, size = ((i, i), 0.5 * width * width) if exact else ((i,), width)
+        sizes = [_sizes(jet[key]) for jet in jets if key in jet]
+        if sizes and width and not (i == last and chord):
+            shares[i] = np.max(sizes, axis=0) * (size * (1.0 + 2.0**-50))
+    return Family(stacked, len(factors), shares)
+
+
+def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
+    """Return the loops at the corners closed with one factor."""
+    n, parts = of.order, len(factor)
+    f = Enclosed.of_balls([factor]).spread(of.values)
+    a, b, c, d = (
+        of.corners[rows, columns].repeated(parts)
+        for rows in (slice(None, n), slice(n, None))
+        for columns in (slice(None, n), slice(n, None))
+    )
+    power = back = f @ c
+    for _ in range(of.values - 1):
+        power = f @ (d @ power)
+        back = back + power
+    return a + b @ back
+
+
+def _closed_jet(jets: Sequence[Jet], values: int, factor: Factor, place: Any, last: int) -> Jet:
+    a, b, c, d = ({key: _repeated(m, factor.parts) for key, m in jet.items()} for jet in jets)
+    f = {(last,) * order: _spread(rows, values) for order, rows in enumerate(factor.derivatives(place))}
+    power = back = _product(f, c)
+    for _ in range(values - 1 if d else 0):
+        power = _product(f, _product(d, power))
+        back = _sum(back, power)
+    return _sum(a, _product(b, back))
+
+
+def _jet(rows: MatrixRows) -> Jet:
+    """Return a matrix of numbers, balls and dual ones as a jet."""
+    height, width = len(rows), len(rows[0]) if rows else 0
+    entries: dict[Key, list[Any]] = {(): [arb_of(plain(value)) for row in rows for value in row]}
+    for place, value in enumerate(value for row in rows for value in row):
+        for i, slope in slopes_of(value, FIRST).items():
+            entries.setdefault((i,), [flint.arb(0)] * (height * width))[place] = arb_of(plain(slope))
+            for j, bend in slopes_of(slope, SECOND).items():
+                if j >= i:
+                    entries.setdefault((i, j), [flint.arb(0)] * (height * width))[place] = arb_of(bend)
+    some = {key: values for key, values in entries.items() if not all(value.is_zero() for value in values)}
+    return {key: flint.arb_mat(height, width, values) for key, values in some.items()}
+
+
+def _repeated(matrix: Any, parts: int) -> Any:
+    """Return a matrix along the diagonal as many times."""
+    if parts == 1:
+        return matrix
+    rows, zeros = matrix.tolist(), [0] * matrix.ncols()
+    return flint.arb_mat([zeros * i + row + zeros * (parts - 1 - i) for i in range(parts) for row in rows])
+
+
+def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:
+    """Return the matrix that applies factors to each value of a wire."""
+    size = values * len(factors)
+    places = [(i, j) for i in range(size) for j in range(size)]
+    entries = [factors[i // values][j // values] if i % values == j % values else 0 for i, j in places]
+    return flint.arb_mat(size, size, entries)
+
+
+def _product(left: Jet, right: Jet) -> Jet:
+    total: dict[Key, Any] = {}
+    for one, u in left.items():
+        for other, v in right.items():
+            if len(one) + len(other) <= 2:
+                key = tuple(sorted(one + other))
+                term = u * v * (2 if one == other and one else 1)
+                total[key] = total[key] + term if key in total else term
+    return total
+
+
+def _sum(left: Jet, right: Jet) -> Jet:
+    both = dict(left)
+    for key, matrix in right.items():
+        both[key] = both[key] + matrix if key in both else matrix
+    return both
+
+
+def _sizes(matrix: Any) -> Array:
+    """Return bounds of the sizes of balls."""
+    return np.array([[float(value.abs_upper()) for value in row] for row in matrix.tolist()]) * (1.0 + 2.0**-50)

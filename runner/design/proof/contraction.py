@@ -1,0 +1,160 @@
+"""Families of matrices that contract in one norm: then every system x[n+1] = A x[n] of the family decays.
+
+All is stable if a matrix T has ||T^-1 A T|| < 1 for all A. The norm is convex: of what lies between corners, the
+corners suffice, and errors add their own norm.
+
+T is searched: first as a root of the covariance that noise along the mean and the moves of the coordinates would have,
+then by descent of the largest norm at the corners, whose slope by X in T (I + X) is v v' - u u', of its singular
+vectors. What is searched is a guess, what is accepted is proved: with X about T^-1 and ||X T - I|| <= e, the norm of
+X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating point for r^2 I - B'B,
+after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433).
+"""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from proofmass.runner.design.proof.closed_loop import Family
+from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
+from proofmass.runner.host.arrays import Array
+
+_ROUNDS = 10  # of the fixed point of the covariance
+_SHARPNESS = (200.0, 2_000.0, 20_000.0)  # of the smooth maximum that is descended
+_STEPS = 60  # of each descent
+
+
+@dataclass(frozen=True)
+class Norm:
+    """A transformation T, and a family in its coordinates."""
+
+    transform: Array
+    family: Family
+
+    @cached_property
+    def _inverse(self) -> Array:
+        return np.asarray(np.linalg.inv(self.transform))
+
+    @cached_property
+    def _corners(self) -> Enclosed:
+        x, t = (Enclosed(part[None], np.zeros_like(part)[None]) for part in (self._inverse, self.transform))
+        return x @ self.family.corners @ t
+
+    @cached_property
+    def shares(self) -> Mapping[int, float]:
+        """The norm of what each coordinate adds beyond the corners."""
+        return {i: float(np.linalg.norm(self._turned(share))) for i, share in self.family.shares.items()}
+
+    @cached_property
+    def rest(self) -> Array:
+        """Bounds of what lies beyond the middles of the corners, entry by entry."""
+        beyond = sum(map(self._turned, self.family.shares.values()), self._corners.radius.max(axis=0))
+        return np.asarray(beyond * UP)
+
+    @cached_property
+    def room(self) -> float:
+        """The norm that the middles of the corners may have."""
+        n = len(self.transform)
+        apart = np.abs(self._inverse @ self.transform - np.eye(n))
+        apart += (n + 4) * UNIT * (np.abs(self._inverse) @ np.abs(self.transform))
+        return (1.0 - _bound(apart * UP)) / UP - _bound(self.rest)
+
+    def worst(self) -> float:
+        """Return the largest norm at a corner, as a double."""
+        return float(np.linalg.norm(self._corners.middle, 2, axis=(1, 2)).max())
+
+    def moves(self) -> list[float]:
+        """Return how much each coordinate that is at both ends among the corners moves the matrix."""
+        return [float(np.linalg.norm(self._inverse @ move @ self.transform, 2)) for move in self.family.moves()]
+
+    def contracts(self) -> bool:
+        """Return whether all matrices of the family shorten every vector: a proof."""
+        return self.room > 0.0 and _shorter_than(self._corners.middle, self.room)
+
+    def improved(self) -> "Norm":
+        """Return a norm with more room: smaller at the worst corner, and for what lies beyond the corners."""
+        matrices, rest, n = self._corners.middle, self.rest, len(self.transform)
+
+        def smooth(x: Array, sharpness: float) -> tuple[float, Array]:
+            step = np.eye(n) + x.reshape(n, n)
+            try:
+                back = np.linalg.inv(step)
+            except np.linalg.LinAlgError:
+                return 1e3, np.zeros(n * n)
+            turned = back @ matrices @ step
+            squares, vectors = np.linalg.eigh(np.swapaxes(turned, 1, 2) @ turned)
+            logs = 0.5 * np.log(squares[:, -1])
+            parts = np.exp(sharpness * (logs - logs.max()))
+            weights = parts / parts.sum()
+            v = vectors[:, :, -1]
+            u = (turned @ v[:, :, None])[:, :, 0] / np.sqrt(squares[:, -1:])
+            slope = back.T @ ((v * weights[:, None]).T @ v - (u * weights[:, None]).T @ u)
+            left, right = np.abs(back) @ rest, rest @ np.abs(step)
+            unknown = left @ np.abs(step)
+            size = float(np.linalg.norm(unknown)) or 1e-300
+            slope += np.sign(step) * (left.T @ unknown) / size
+            slope -= back.T @ (np.sign(back) * (unknown @ right.T)) @ back.T / size
+            return logs.max() + math.log(parts.sum()) / sharpness + size, slope.ravel()
+
+        x = np.zeros(n * n)
+        for sharpness in _SHARPNESS:
+            x = scipy.optimize.minimize(
+                smooth, x, args=(sharpness,), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS}
+            ).x
+        return Norm(np.asarray(self.transform @ (np.eye(n) + x.reshape(n, n))), self.family)
+
+    def _turned(self, sizes: Array) -> Array:
+        return np.asarray(np.abs(self._inverse) @ sizes @ np.abs(self.transform) * UP)
+
+
+def first_norm(family: Family) -> Norm | None:
+    """Return the norm of the covariance where the mean of the corners decays, None elsewhere."""
+    try:
+        radius = radius_of(family)
+        if not radius < 1.0:
+            return None
+        _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
+        a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
+        grown = 1.0 + 0.5 * (max(radius, 0.5) ** -2 - 1.0)
+        w = np.eye(len(a))
+        for _ in range(_ROUNDS):
+            parts = np.einsum("kij,jl,kml->kim", directions, w, directions)
+            shares = np.sqrt(np.maximum(np.einsum("kim,mi->k", parts, np.linalg.inv(w)), 1e-300))
+            shares = np.maximum(shares / shares.sum(), 1e-6)
+            forced = np.einsum("k,kim->im", 1.0 / shares, parts)
+            forced += 1e-6 * (np.diag(np.diag(w)) + (np.trace(forced) or 1.0) * np.eye(len(a)))
+            w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
+            w = (w + w.T) / np.trace(w)
+        return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w)), family)
+    except (np.linalg.LinAlgError, ValueError):
+        return None
+
+
+def radius_of(family: Family) -> float:
+    """Return the size of the largest pole at the mean of the corners, as a double."""
+    return float(max(abs(np.linalg.eigvals(family.centre)), default=0.0))
+
+
+def _bound(sizes: Array) -> float:
+    """Return at least the spectral norm of all matrices with entries of at most these sizes."""
+    return math.sqrt(float(sizes.sum(axis=0).max()) * float(sizes.sum(axis=1).max())) * UP
+
+
+def _shorter_than(matrices: Array, room: float) -> bool:
+    """Return whether all matrices have a spectral norm below `room`: proved, whatever rounding does."""
+    n = matrices.shape[-1]
+    squares = (matrices**2).sum(axis=(1, 2))
+    if not np.isfinite(squares).all():
+        return False
+    shift = 4.0 * (n + 2) * UNIT * (n + squares) * UP
+    gram = np.swapaxes(matrices, 1, 2) @ matrices
+    differences = ((room * room) * (1.0 - 4.0 * UNIT) - shift)[:, None, None] * np.eye(n) - gram
+    try:
+        np.linalg.cholesky(differences)
+    except np.linalg.LinAlgError:
+        return False
+    return True

@@ -1,0 +1,97 @@
+"""The coordinates of a box of tolerances: each is a parameter or a named value, or one divided by it.
+
+The stiffness over a mass bends less along 1/m than along m: the straighter of both is taken.
+"""
+
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.formulas.operations import OPERATIONS
+from proofmass.graphs.model.adjustable import Adjustable
+from proofmass.graphs.model.graph import split
+from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.design.worst.ranges import Range
+from proofmass.runner.plan.planned import Plan
+
+Sides = tuple[tuple[float, float], ...]
+
+
+@dataclass(frozen=True)
+class Coordinates:
+    """Ranges of parameters as sides of a box."""
+
+    plan: Plan
+    adjustable: Adjustable
+    ranges: tuple[Range, ...]
+    inverse: tuple[bool, ...]  # whether a coordinate is one divided by the parameter
+
+    def box(self) -> Sides:
+        """Return the ends of each coordinate."""
+        ends = (
+            (r.low, r.high) if not turned else _turned(r) for r, turned in zip(self.ranges, self.inverse, strict=True)
+        )
+        return tuple(ends)
+
+    def parameters(self, values: Sequence[Any]) -> Mapping[str, Any]:
+        """Return all parameters that move, at values of the coordinates: numbers, balls, or dual ones."""
+        given = {
+            r.name: 1.0 / value if turned else value
+            for r, turned, value in zip(self.ranges, self.inverse, values, strict=True)
+        }
+        return self.adjustable.settings(given, _applied)
+
+    def named(self, values: Sequence[float]) -> dict[str, float]:
+        """Return numbers of the parameters by their written names, at numbers of the coordinates."""
+        pairs = zip(self.ranges, self.inverse, values, strict=False)
+        return {r.written: 1.0 / value if turned else value for r, turned, value in pairs}
+
+    def turned(self, place: int) -> "Coordinates":
+        """Return the same ranges with one coordinate inverted, if zero is not in its range."""
+        inverse = [turned != (i == place and r.low * r.high > 0.0) for i, (r, turned) in self._numbered()]
+        return replace(self, inverse=tuple(inverse))
+
+    def _numbered(self) -> Iterator[tuple[int, tuple[Range, bool]]]:
+        return enumerate(zip(self.ranges, self.inverse, strict=True))
+
+
+def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
+    """Return the coordinates of ranges; raises `ModelError` for what a proof cannot vary."""
+    adjustable = Adjustable(plan.graph)
+    found = Coordinates(plan, adjustable, tuple(ranges), (False,) * len(ranges))
+    problems = [_refused(r, "a list of values has no proof between them") for r in ranges if r.choices]
+    known = [r for r in ranges if not r.choices]
+    problems += [_refused(r, "drift and ages are not in a proof") for r in known if not _is_number(adjustable, r.name)]
+    if not problems:
+        moved = adjustable.settings({r.name: r.nominal for r in ranges})
+        odd = [name for name in moved if split(name)[0] not in plan.blocks or name.endswith(".rate")]
+        problems += [
+            Problem(message="a rate may not vary with tolerances", key=name, path=("tolerances",)) for name in odd
+        ]
+    if problems:
+        raise ModelError([plan.graph.placed(problem) for problem in problems])
+    return found
+
+
+def _applied(operation: str, arguments: list[Any]) -> Any:
+    return for_duals(OPERATIONS[operation].function)(*arguments)
+
+
+def _is_number(adjustable: Adjustable, name: str) -> bool:
+    if adjustable.is_value(name):
+        return True
+    block, _, parameter = name.rpartition(".")
+    return block in adjustable.flat.blocks and parameter in type(adjustable.flat.blocks[block]).parameters
+
+
+def _turned(wanted: Range) -> tuple[float, float]:
+    """Return the ends of one divided by a range, a little further apart than rounding."""
+    ends = 1.0 / wanted.high, 1.0 / wanted.low
+    return ends[0] - 2.0**-50 * abs(ends[0]), ends[1] + 2.0**-50 * abs(ends[1])
+
+
+def _refused(wanted: Range, why: str) -> Problem:
+    key = f"tolerances.{wanted.written}"
+    hint = "prove tolerances of parameters; `proofmass worst` searches everything that a study varies"
+    return Problem(message=why, key=key, hint=hint, path=("tolerances", wanted.written))

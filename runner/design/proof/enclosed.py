@@ -1,0 +1,67 @@
+"""Stacks of matrices in doubles with bounds of their errors: middles, and radii entry by entry.
+
+A product of matrices with n terms an entry is off by at most n u / (1 - n u) |A| |B|, u = 2^-53, in any order of
+summation (Higham, Accuracy and Stability of Numerical Algorithms, section 3.5).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from proofmass.runner.derivatives.ball import arb_of
+from proofmass.runner.host.arrays import Array
+
+UNIT = 2.0**-53  # largest relative rounding error of a double
+UP = 1.0 + 2.0**-40  # more than the rounding of a sum of some thousand positive numbers
+_LEAST = 1e-290  # more than what underflow takes
+
+
+@dataclass(frozen=True)
+class Enclosed:
+    """Matrices of which each entry lies within its radius about its middle."""
+
+    middle: Array  # (stack, rows, columns)
+    radius: Array
+
+    @classmethod
+    def of_balls(cls, stack: Sequence[Sequence[Sequence[Any]]]) -> "Enclosed":
+        """Return matrices of numbers and balls."""
+        arbs = [[[arb_of(value) for value in row] for row in rows] for rows in stack]
+        middle = np.array([[[float(value.mid()) for value in row] for row in rows] for rows in arbs])
+        apart = [
+            [[float((value - m).abs_upper()) for value, m in zip(row, middles, strict=True)] for row, middles in pairs]
+            for pairs in (zip(rows, of, strict=True) for rows, of in zip(arbs, middle.tolist(), strict=True))
+        ]
+        return cls(middle, np.array(apart) * UP)
+
+    @classmethod
+    def interleaved(cls, stacks: Sequence["Enclosed"]) -> "Enclosed":
+        """Return the matrices of stacks of equal length in turn."""
+        shape = (-1, *stacks[0].middle.shape[1:])
+        middle = np.stack([one.middle for one in stacks], axis=1).reshape(shape)
+        return cls(middle, np.stack([one.radius for one in stacks], axis=1).reshape(shape))
+
+    def __getitem__(self, place: tuple[slice, slice]) -> "Enclosed":
+        return Enclosed(self.middle[:, place[0], place[1]], self.radius[:, place[0], place[1]])
+
+    def __add__(self, other: "Enclosed") -> "Enclosed":
+        middle = self.middle + other.middle
+        return Enclosed(middle, (self.radius + other.radius + UNIT * np.abs(middle)) * UP)
+
+    def __matmul__(self, other: "Enclosed") -> "Enclosed":
+        left, right = np.abs(self.middle), np.abs(other.middle)
+        terms = (self.middle.shape[-1] + 2) * UNIT
+        radius = (left * terms + self.radius) @ right + (left + self.radius) @ other.radius
+        return Enclosed(self.middle @ other.middle, radius * UP + _LEAST)
+
+    def repeated(self, times: int) -> "Enclosed":
+        """Return each matrix along the diagonal as many times."""
+        unit = np.eye(times)
+        return Enclosed(np.asarray(np.kron(unit, self.middle)), np.asarray(np.kron(unit, self.radius)))
+
+    def spread(self, size: int) -> "Enclosed":
+        """Return each entry as that of a unit matrix of some size."""
+        unit = np.eye(size)
+        return Enclosed(np.asarray(np.kron(self.middle, unit)), np.asarray(np.kron(self.radius, unit)))

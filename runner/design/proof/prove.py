@@ -1,0 +1,282 @@
+"""Proofs over tolerances: no sensor whose parameters lie in a box has less than these margins.
+
+A loop has a gain margin of m where all factors from 1/m to m at its wire leave it stable, and a phase margin of p where
+all turns from -p to p do; both are boxes with one more coordinate. What is proved is a theorem about the functions of
+the blocks in real numbers; rounding in a run is not a part of it, and the loop is that of the start of the run.
+"""
+
+import math
+import threading
+import time
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import flint
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.graphs.files.toml_reader import GraphSource, graph_from
+from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.graph import Endpoint, Graph
+from proofmass.graphs.model.loops import Loop, read_loops
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.linearisation.analog_loop import analog_group
+from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.derivatives.ball import BITS, UndecidedError
+from proofmass.runner.design.proof.ball_map import StartingLoop
+from proofmass.runner.design.proof.closed_loop import GAIN, PHASE, Factor
+from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
+from proofmass.runner.design.proof.search import BoxMaps, Searched, search
+from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.ranges import Range
+from proofmass.runner.host.interrupts import interrupts
+from proofmass.runner.host.notebook import Told
+from proofmass.runner.host.progress import Progress
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
+_START = "0 s"
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A claim about all sensors: a loop is stable with all factors between two ends at its wire."""
+
+    loop: str
+    open_at: str
+    kind: str  # "stable", "gain margin" or "phase margin"
+    limit: float  # dB or deg; 0 for "stable"
+
+    @property
+    def factor(self) -> Factor:
+        """The factors at the wire."""
+        return PHASE if self.kind == "phase margin" else GAIN
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """The least and the largest factor; of a phase, negative ones follow from the positive ones."""
+        if self.kind == "phase margin":
+            return 0.0, math.nextafter(math.radians(self.limit), math.inf)
+        if self.kind == "stable":
+            return 1.0, 1.0
+        factor = 10.0 ** (self.limit / 20.0) * (1.0 + 1e-15)
+        return 1.0 / factor * (1.0 - 1e-15), factor
+
+    def __str__(self) -> str:
+        """The claim in words."""
+        if self.kind == "stable":
+            return "stable"
+        return f"{self.kind} of at least {self.limit:g} {'deg' if self.kind == 'phase margin' else 'dB'}"
+
+
+@dataclass(frozen=True)
+class MarginProof:
+    """A claim, what came of it, and the parameters of a sensor that breaks it, if one was found."""
+
+    claim: Claim
+    searched: Searched
+    seconds: float
+    coordinates: Coordinates | None = None
+    counterexample: Mapping[str, float] | None = None
+    shown: str = ""  # the margins of that sensor
+
+    @property
+    def status(self) -> str:
+        """ "proved", "refuted" or "open"."""
+        return self.searched.status
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "loop": self.claim.loop,
+            "open_at": self.claim.open_at,
+            "claim": str(self.claim),
+            "kind": self.claim.kind,
+            "limit": self.claim.limit,
+            "status": self.status,
+            "part": self.searched.part,
+            "boxes": self.searched.boxes,
+            "seconds": self.seconds,
+            "why": self.searched.why,
+            "counterexample": None if self.counterexample is None else dict(self.counterexample),
+            "margins_there": self.shown,
+        }
+
+
+@dataclass(frozen=True, repr=False)
+class Proofs(Told):
+    """All claims about a graph within tolerances.
+
+    >>> from proofmass import prove, read_graph
+    >>> found = prove(read_graph("library:closed_loop_accelerometer"), tolerances={"torquer.gain": "5 %"})
+    >>> [(str(proof.claim), proof.status) for proof in found.proofs]
+    [('stable', 'proved'), ('gain margin of at least 6 dB', 'proved'), ('phase margin of at least 45 deg', 'proved')]
+    """
+
+    graph: Graph  # whose sensors they are about
+    ranges: tuple[Range, ...]  # of the parameters
+    proofs: tuple[MarginProof, ...]  # one of each claim
+    interrupted: bool  # True after Ctrl-C
+
+    @property
+    def proved(self) -> bool:
+        """True if all claims are proved."""
+        return all(proof.status == "proved" for proof in self.proofs)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "graph": self.graph.name,
+            "ranges": {
+                r.written: {"nominal": r.nominal, "low": r.low, "high": r.high, "unit": r.unit} for r in self.ranges
+            },
+            "proofs": [proof.as_data() for proof in self.proofs],
+            "proved": self.proved,
+            "interrupted": self.interrupted,
+        }
+
+
+def prove(
+    source: GraphSource | Study,
+    loop: str = "",
+    *,
+    tolerances: Mapping[str, Any] | None = None,
+    gain_margin: str = "",
+    phase_margin: str = "",
+    seconds: float = SECONDS,
+    progress: Progress | None = None,
+) -> Proofs:
+    """Prove that no sensor within tolerances is unstable or has less than these margins, or show one that has.
+
+    `source` is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
+    `tolerances` maps parameters to "5 %", to a width with a unit or to a list of two values. `loop` names one loop;
+    unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
+    given, those that a loop requires, else 6 dB and 45 deg. The search ends after so many `seconds`; `progress` is
+    called with the claims that are done and all claims.
+
+    Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
+    after the start, or lies among continuous blocks, is open, with the reason. Raises `ModelError` for what is wrong
+    with the graph or the tolerances.
+
+    >>> from proofmass import prove, read_graph
+    >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
+    True
+    """
+    graph = source.graph if isinstance(source, Study) else graph_from(source)
+    planned = plan(graph)
+    varied = isinstance(source, Study) or bool(tolerances)
+    ranges = tuple(box_of(source if isinstance(source, Study) else graph, tolerances or {}).ranges) if varied else ()
+    coordinates = coordinates_of(planned, ranges)
+    if loop:
+        loops = dict([one_loop(planned, loop)])
+    else:
+        loops = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
+    claims = {
+        node: list(_claims(planned.graph.loops.get(name), name, node, gain_margin, phase_margin))
+        for name, node in loops.items()
+    }
+    end, proofs = time.monotonic() + seconds, list[MarginProof]()
+    every = sum(map(len, claims.values()))
+    with interrupts() as stop:
+        for node, wanted in claims.items():
+            try:
+                starting = _starting(planned, node)
+            except ModelError as error:
+                why = "; ".join(problem.message for problem in error.problems)
+                proofs += [MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0) for claim in wanted]
+                continue
+            straight = _straight(starting, coordinates)
+            maps = BoxMaps(starting, straight.parameters)
+            for claim in wanted:
+                share = (end - time.monotonic()) / (every - len(proofs))
+                proofs.append(_proof(graph, maps, straight, claim, time.monotonic() + share, stop))
+                if progress is not None:
+                    progress(len(proofs), every)
+        return Proofs(graph, ranges, tuple(proofs), stop.is_set())
+
+
+def _starting(planned: Plan, node: Endpoint) -> StartingLoop:
+    if analog_group(planned, node) is not None:
+        raise ModelError([planned.graph.placed(_continuous(node))])
+    return StartingLoop(planned, node)
+
+
+def _proof(
+    graph: Graph, maps: BoxMaps, coordinates: Coordinates, claim: Claim, until: float, stop: threading.Event
+) -> MarginProof:
+    begin = time.monotonic()
+    searched = search(maps, claim.factor, (*coordinates.box(), claim.ends), until, stop)
+    counterexample, text = None, ""
+    if searched.status == "refuted" and searched.at is not None:
+        counterexample = coordinates.named([0.5 * low + 0.5 * high for low, high in searched.at[:-1]])
+        text, fails = _checked(graph, claim, counterexample)
+        if not fails:
+            why = f"a pole lies at the boundary of stability, at margins of {text}"
+            searched, counterexample, text = replace(searched, status="open", why=why), None, ""
+    return MarginProof(claim, searched, time.monotonic() - begin, coordinates, counterexample, text)
+
+
+def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
+    """Return the margins of a sensor by the exact polynomials of its loop, and whether the claim fails for it."""
+    found = margins(with_parameters(graph, parameters), claim.open_at, at=_START)
+    gains = [abs(20.0 * math.log10(g)) for g in (found.gain_margin, found.gain_reduction) if g]
+    phase = None if found.phase_margin is None else math.degrees(found.phase_margin)
+    text = (
+        found.verdict
+        if not found.stable
+        else ", ".join([f"{min(gains):.4g} dB"] * bool(gains) + [f"{phase:.4g} deg"] * (phase is not None))
+    )
+    if not found.stable:
+        return text, True
+    if claim.kind == "gain margin":
+        return text, bool(gains) and min(gains) < claim.limit
+    return text, claim.kind == "phase margin" and phase is not None and phase < claim.limit
+
+
+def _straight(loop: StartingLoop, coordinates: Coordinates) -> Coordinates:
+    """Return the coordinates of which each bends less, of a parameter and one divided by it."""
+
+    def bends(of: Coordinates) -> list[float]:
+        try:
+            return BoxMaps(loop, of.parameters).bends(of.box())
+        except UndecidedError:
+            return [math.inf] * len(of.ranges)
+
+    with flint.ctx.workprec(BITS):
+        for place, bend in enumerate(bends(coordinates)):
+            turned = coordinates.turned(place)
+            if bend and bends(turned)[place] < bend:
+                coordinates = turned
+    return coordinates
+
+
+def _claims(required: Loop | None, name: str, node: Endpoint, gain_margin: str, phase_margin: str) -> Iterator[Claim]:
+    at = ".".join(node)
+    own = {key: value for key, value in (("gain_margin", gain_margin), ("phase_margin", phase_margin)) if value}
+    read, problems = read_loops({"loop": {"open_at": at, **own}}, lambda _: True)
+    if problems:
+        raise ModelError(
+            [
+                Problem(message=p.message, key=p.key.split(".")[-1], got=p.got, expected=p.expected, hint=p.hint)
+                for p in problems
+            ]
+        )
+    yield Claim(name, at, "stable", 0.0)
+    for kind, key, usual in (("gain margin", "gain_margin", 6.0), ("phase margin", "phase_margin", 45.0)):
+        given = getattr(read["loop"], key)
+        limit = given if given is not None else (getattr(required, key) if required else None)
+        yield Claim(name, at, kind, usual if limit is None else limit)
+
+
+def _continuous(node: Endpoint) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"the loop through {signal} lies among continuous blocks, and proofs are about sampled loops",
+        key=signal,
+        got=shown(signal),
+        expected="a loop with a wire that is sampled or held",
+        hint="open the loop at a discrete block with --loop, or search with `proofmass worst`",
+        path=("blocks", node[0]),
+    )

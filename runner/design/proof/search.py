@@ -1,0 +1,188 @@
+"""Search for a proof that a loop is stable everywhere in a box: boxes are halved until each contracts in a norm.
+
+A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not contract, along the
+one that moves most. Halves begin with the norm of the whole.
+"""
+
+import itertools
+import threading
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
+from proofmass.runner.design.proof.ball_map import BallMap, StartingLoop, coordinate
+from proofmass.runner.design.proof.closed_loop import Factor, Family, OpenCorners, bends, closed_loops, open_loops
+from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
+from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.host.arrays import Array
+
+_Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
+MOST_CORNERS = 9  # coordinates whose ends are looked at together
+_SLICES = 8  # in which second derivatives are bounded one by one
+_FINEST = 1e-6  # part of a side of the first box below which none is halved
+_KEPT = 4_096  # maps of boxes
+_NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
+
+
+@dataclass(frozen=True)
+class ProvedRegion:
+    """A box that contracts, and its norm."""
+
+    box: Sides
+    norm: Norm
+    loops: OpenCorners  # opened, of the parameters of the box
+
+
+@dataclass(frozen=True)
+class Searched:
+    """Outcome of a search: `leaves` cover the box if it is proved; at the middle of the box `at` it is not stable."""
+
+    status: str  # "proved", "refuted" or "open"
+    leaves: tuple[ProvedRegion, ...]
+    boxes: int  # that were looked at
+    part: float  # of the box that is proved
+    at: Sides | None = None
+    why: str = ""
+
+
+class BoxMaps:
+    """Maps of a loop over boxes; halves along the factor share those of the parameters."""
+
+    def __init__(self, loop: StartingLoop, parameters: _Parameters) -> None:
+        self._loop, self._parameters = loop, parameters
+        self._known: dict[Sides, OpenCorners] = {}
+
+    def family(self, box: Sides, factor: Factor) -> Family:
+        """Return the closed loops of a box, the last side of which is that of the factor; raises `UndecidedError`."""
+        return closed_loops(self.open(box[:-1]), factor, box[-1], [_half(*side) for side in box])
+
+    def open(self, sides: Sides) -> OpenCorners:
+        """Return the open loops of a box of parameters."""
+        if sides not in self._known:
+            while len(self._known) >= _KEPT:
+                del self._known[next(iter(self._known))]
+            self._known[sides] = self._over(sides)
+        return self._known[sides]
+
+    def _over(self, sides: Sides) -> OpenCorners:
+        whole = self._dual(sides)
+        bent = int(np.argmax(bends(whole, [_half(*side) for side in sides]))) if sides else 0
+        around = [self._dual(part) for part in _slices(sides, bent)] if sides else [whole]
+        wide = [i for i, (low, high) in enumerate(sides) if low < high]
+        chosen = wide[:MOST_CORNERS]
+        corners = []
+        for place in itertools.product((0, 1), repeat=len(chosen)):
+            ends = dict(zip(chosen, place, strict=True))
+            points = [side[ends[i]] if i in ends else _middle(*side) for i, side in enumerate(sides)]
+            corners.append(self._loop.map(self._parameters([ball(point, point) for point in points]), whole.kept))
+        return open_loops(corners, around, chosen)
+
+    def bends(self, sides: Sides) -> list[float]:
+        """Return how far the loop bends along each side of a box, by its middle; raises `UndecidedError`."""
+        middle = tuple((_middle(*side),) * 2 for side in sides)
+        return bends(self._dual(middle), [_half(*side) for side in sides])
+
+    def _dual(self, sides: Sides) -> BallMap:
+        """Return the map over a box, with its derivatives."""
+        return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]))
+
+
+def search(maps: BoxMaps, factor: Factor, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
+    """Return a proof that all of a box is stable, or where it is not, or how far it came by a time or a wish."""
+    with flint.ctx.workprec(BITS):
+        return _search(maps, factor, whole, until, stop)
+
+
+def _search(maps: BoxMaps, factor: Factor, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
+    left: list[tuple[Sides, Array | None]] = [(whole, None)]
+    leaves, boxes = list[ProvedRegion](), 0
+    while left:
+        if boxes and (time.monotonic() > until or (stop is not None and stop.is_set())):
+            return Searched("open", tuple(leaves), boxes, _part(leaves, whole), left[-1][0], "the time is up")
+        box, transform = left.pop()
+        boxes += 1
+        try:
+            family = maps.family(box, factor)
+        except UndecidedError as error:
+            halves = _halves(box, _widths(box, whole), whole)
+            if not halves:
+                return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, str(error))
+            left += [(half, transform) for half in halves]
+            continue
+        norm = _norm(family, transform)
+        if norm is not None and norm.contracts():
+            leaves.append(ProvedRegion(box, norm, maps.open(box[:-1])))
+            continue
+        if norm is None or radius_of(norm.family) >= 1.0:
+            return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), box)
+        halves = _halves(box, _weights(norm, box), whole)
+        if not halves:
+            why = "a pole lies too near the boundary of stability"
+            return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
+        left += [(half, norm.transform) for half in halves]
+    return Searched("proved", tuple(leaves), boxes, 1.0)
+
+
+def _norm(family: Family, transform: Array | None) -> Norm | None:
+    """Return a norm for a box, that of its whole if it serves; None where the middle does not decay."""
+    given = None if transform is None else Norm(transform, family)
+    if given is not None and (given.contracts() or given.worst() < 1.0 - _NEARLY):
+        return given
+    own = first_norm(family)
+    norms = [norm for norm in (given, own) if norm is not None]
+    return min(norms, key=Norm.worst).improved() if own is not None else None
+
+
+def _weights(norm: Norm, box: Sides) -> list[float]:
+    """Return what halving each side promises."""
+    shares = [norm.shares.get(i, 0.0) for i in range(len(box))]
+    if norm.worst() < 1.0 and any(shares):
+        return shares
+    *sides, factor = (high > low for low, high in box)
+    at_ends = [i for i, wide in enumerate(sides) if wide][:MOST_CORNERS] + [len(sides)] * factor
+    moves = dict(zip(at_ends, norm.moves(), strict=True))
+    return [moves.get(i, share) for i, share in enumerate(shares)]
+
+
+def _slices(box: Sides, place: int) -> list[Sides]:
+    """Return the slices of a box along one side."""
+    low, high = box[place]
+    ends = [low + (high - low) * part / _SLICES for part in range(_SLICES)] + [high]
+    return [(*box[:place], side, *box[place + 1 :]) for side in itertools.pairwise(ends)]
+
+
+def _middle(low: float, high: float) -> float:
+    return 0.5 * low + 0.5 * high
+
+
+def _half(low: float, high: float) -> float:
+    """Return at least the distance from the middle to each end."""
+    middle = _middle(low, high)
+    return max(high - middle, middle - low) * (1.0 + 2.0**-50)
+
+
+def _widths(box: Sides, whole: Sides) -> list[float]:
+    return [(b - a) / (high - low) if high > low else 0.0 for (a, b), (low, high) in zip(box, whole, strict=True)]
+
+
+def _halves(box: Sides, weights: Sequence[float], whole: Sides) -> list[Sides]:
+    """Return both halves along the side of the largest weight, none where all sides with one are too fine."""
+    widths = _widths(box, whole)
+    wide = [w if w > _FINEST else 0.0 for w in widths]
+    weighted = [w if width else 0.0 for w, width in zip(weights, wide, strict=True)]
+    place = int(np.argmax(weighted if any(weighted) else wide))
+    if not wide[place]:
+        return []
+    low, high = box[place]
+    middle = 0.5 * low + 0.5 * high
+    return [(*box[:place], side, *box[place + 1 :]) for side in ((low, middle), (middle, high))]
+
+
+def _part(leaves: Sequence[ProvedRegion], whole: Sides) -> float:
+    """Return the part of a box that leaves cover."""
+    return sum(float(np.prod([w for w in _widths(leaf.box, whole) if w])) for leaf in leaves)

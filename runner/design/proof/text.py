@@ -1,0 +1,49 @@
+"""Proofs as text for people."""
+
+from collections.abc import Iterator
+
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.design.proof.prove import MarginProof, Proofs
+from proofmass.runner.output.counts import count
+from proofmass.runner.output.text_table import text_table
+
+_NOTHING_VARIES = 'nothing varies: this is the sensor as it is; --tolerance "BLOCK.PARAMETER=5 %" lets a parameter vary'
+
+
+def proofs_text(proofs: Proofs) -> str:
+    """Return each claim with what came of it, and sensors that break one."""
+    lines = ["interrupted: what was proved until then"] if proofs.interrupted else []
+    lines += [_box(proofs)]
+    for loop, open_at in dict.fromkeys((one.claim.loop, one.claim.open_at) for one in proofs.proofs):
+        own = [one for one in proofs.proofs if one.claim.loop == loop]
+        lines.append(f"loop {loop}" + (f", opened at {open_at}" if open_at != loop else ""))
+        lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
+    return "\n".join([*lines, *_shown(proofs)])
+
+
+def _box(proofs: Proofs) -> str:
+    if not proofs.ranges:
+        return f"at the start of the run; {_NOTHING_VARIES}"
+    sides = [f"{r.written} from {in_print(r.low, r.unit, 6)} to {in_print(r.high, r.unit, 6)}" for r in proofs.ranges]
+    return f"for every sensor, at the start of the run, with {', '.join(sides)}"
+
+
+def _result(proof: MarginProof) -> str:
+    searched = proof.searched
+    looked = f"{count(searched.boxes, 'region')}, {proof.seconds:.1f} s"
+    if proof.status == "proved":
+        return looked
+    if proof.status == "refuted":
+        return f"{proof.shown} at the sensor below"
+    part = f"{100.0 * searched.part:.3g} % of the tolerances proved, {looked}; " if searched.boxes else ""
+    return f"{part}{searched.why}"
+
+
+def _shown(proofs: Proofs) -> Iterator[str]:
+    """Yield what to type to see a sensor that breaks a claim."""
+    for proof in proofs.proofs:
+        if proof.counterexample is not None:
+            units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
+            settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in proof.counterexample.items()]
+            yield f"not {proof.claim}, of {proof.claim.loop}: see it by"
+            yield f'  proofmass margins GRAPH --at "0 s" --loop {proof.claim.loop}{"".join(settings)}'

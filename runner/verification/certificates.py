@@ -1,0 +1,89 @@
+"""Proofs as certificates: all that a checker needs to verify them, and what it takes for granted."""
+
+import hashlib
+import json
+from typing import Any
+
+from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.design.proof.closed_loop import OpenCorners
+from proofmass.runner.design.proof.coordinates import Coordinates, Sides
+from proofmass.runner.design.proof.prove import MarginProof, Proofs
+from proofmass.runner.host.versions import version
+from proofmass.runner.verification.proof_checker import FORMAT, digest_of
+
+ASSUMED = (
+    "The matrices enclose those of the graph: they come from its functions, called with intervals of numbers.",
+    "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
+    "Loops are those of the start of the run, tick 0. Quantisers count as a gain of one, limits by their slope there.",
+    "Parameters stay as they are while the sensor runs.",
+)
+
+
+def certificate(proofs: Proofs) -> str:
+    """Return the certificate of all that is proved, as JSON."""
+    loops: list[dict[str, Any]] = []
+    places: dict[int, int] = {}
+    content: dict[str, Any] = {
+        "format": FORMAT,
+        "version": version("proofmass"),
+        "graph": proofs.graph.name,
+        "graph_sha256": graph_digest(proofs.graph),
+        "assumed": list(ASSUMED),
+        "claims": [_claim(one, loops, places) for one in proofs.proofs if one.status == "proved"],
+        "loops": loops,
+    }
+    return json.dumps(content | {"sha256": digest_of(content)}, sort_keys=True, allow_nan=False) + "\n"
+
+
+def graph_digest(graph: Graph) -> str:
+    """Return the SHA-256 of a graph, whatever its comments and the order of its keys."""
+    return hashlib.sha256(write_graph(graph).encode()).hexdigest()
+
+
+def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, int]) -> dict[str, Any]:
+    leaves = []
+    for leaf in proof.searched.leaves:
+        if id(leaf.loops) not in places:
+            places[id(leaf.loops)] = len(loops)
+            loops.append(_loop(leaf.loops, leaf.box[:-1]))
+        beyond = sum(leaf.norm.family.shares.values(), 0.0 * leaf.norm.transform)
+        leaves.append(
+            {
+                "box": leaf.box,
+                "loop": places[id(leaf.loops)],
+                "transform": leaf.norm.transform.tolist(),
+                "beyond": (beyond * (1.0 + 2.0**-40)).tolist(),
+            }
+        )
+    claim = proof.claim
+    return {
+        "loop": claim.loop,
+        "open_at": claim.open_at,
+        "coordinates": _coordinates(proof.coordinates) if proof.coordinates else [],
+        "claim": str(claim),
+        "kind": claim.kind,
+        "limit": claim.limit,
+        "factor": claim.factor.name,
+        "ends": claim.ends,
+        "leaves": leaves,
+    }
+
+
+def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:
+    wide = [i for i, (low, high) in enumerate(box) if low < high]
+    return {
+        "order": of.order,
+        "values": of.values,
+        "box": box,
+        "interpolated": list(of.interpolated),
+        "bounded": [i for i in wide if i not in of.interpolated],
+        "corners": {"middle": of.corners.middle.tolist(), "radius": of.corners.radius.tolist()},
+    }
+
+
+def _coordinates(of: Coordinates) -> list[dict[str, Any]]:
+    return [
+        {"name": r.written, "unit": r.unit, "inverse": inverse, "low": low, "high": high}
+        for r, inverse, (low, high) in zip(of.ranges, of.inverse, of.box(), strict=True)
+    ]

@@ -1,0 +1,65 @@
+"""`prove` and `check-proof` as the shell sees them."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from proofmass.runner.command_line import main
+from tests.by_hand.design_texts import INTEGRATING
+
+Captured = pytest.CaptureFixture[str]
+
+
+@pytest.fixture
+def loop(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> str:
+    monkeypatch.chdir(tmp_path)
+    Path("loop.toml").write_text(INTEGRATING, encoding="utf-8")
+    return "loop.toml"
+
+
+def test_claims_are_proved_and_the_certificate_holds(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--gain-margin", "10 dB", "--out", "proof.json"]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "controller.gain from 90 to 110" in shown
+    assert shown.count(" proved ") == 3
+    assert "wrote proof.json" in shown
+    assert main(["check-proof", "proof.json", loop]) == 0
+    shown = capsys.readouterr().out
+    assert "main, gain margin of at least 10 dB: 1 box" in shown
+    assert "taken for granted" in shown
+    assert main(["check-proof", "proof.json", "library:template"]) == 1
+    assert "is that of another graph" in capsys.readouterr().out
+    text = Path("proof.json").read_text(encoding="utf-8")
+    Path("proof.json").write_text(text.replace('"limit": 10.0', '"limit": 11.0'), encoding="utf-8")
+    assert main(["check-proof", "proof.json", "--json"]) == 1
+    assert json.loads(capsys.readouterr().out) == {"valid": False, "why": "was changed: its hash is another"}
+
+
+def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None:
+    assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--phase-margin", "84 deg"]) == 1
+    shown = capsys.readouterr().out
+    assert "phase margin of at least 84 deg  refuted" in shown
+    (line,) = [line for line in shown.splitlines() if line.strip().startswith("proofmass margins")]
+    setting = line.split('--set "')[1].rstrip('"')
+    assert main(["margins", loop, "--at", "0 s", "--loop", "main", "--set", setting, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    assert "phase_margin_deg" in json.dumps(found)
+    gain = float(setting.split("=")[1])
+    assert gain > 100.0
+
+
+def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
+    assert main(["prove", loop, "--json"]) == 0
+    data = json.loads(capsys.readouterr().out)
+    assert data["proved"] is True
+    assert [one["status"] for one in data["proofs"]] == ["proved"] * 3
+
+
+def test_wrong_options_are_answered(loop: str, capsys: Captured) -> None:
+    assert main(["prove", loop, "--tolerance", "controller.gain"]) == 2
+    assert main(["prove", loop, "--tolerance", "controller.gian=5 %"]) == 1
+    assert "did you mean" in capsys.readouterr().err
+    assert main(["prove", loop, "--phase-margin", "4 V"]) == 1
+    assert main(["check-proof", loop]) == 1

@@ -1,0 +1,311 @@
+"""Proofs over tolerances: closed forms, random loops with truth by hand, refuted claims that are run, certificates."""
+
+import ast
+import itertools
+import json
+import math
+import random
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass import blocks
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.design.proof.prove import Proofs, prove
+from proofmass.runner.run.simulate import simulate
+from proofmass.runner.verification import proof_checker
+from proofmass.runner.verification.certificates import certificate
+from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, digest_of
+
+INTEGRATING = """
+name = "integrating"
+rate = "1 kHz"
+samples = 400
+wires = ["step.output -> error.first", "hold.output -> error.second", "error.output -> gain.input",
+         "gain.output -> plant.input", "plant.output -> hold.input"]
+probes = ["hold.output"]
+
+[loops.main]
+open_at = "hold.output"
+
+[blocks.step]
+kind = "Step"
+unit = "1"
+[blocks.error]
+kind = "Difference"
+[blocks.gain]
+kind = "Gain"
+gain = 100.0
+[blocks.plant]
+kind = "DiscreteIntegrator"
+output_unit = "1"
+gain = 1.0
+[blocks.hold]
+kind = "Gain"
+"""  # L = g T / (z - 1) with g the product of all gains and T = 1 ms
+GRAPH = read_graph_text(INTEGRATING)
+
+
+def status(proofs: Proofs) -> list[str]:
+    return [proof.status for proof in proofs.proofs]
+
+
+def test_the_gain_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> None:
+    """It is stable for 0 < g T < 2: at 110 /s it bears a factor of 18.18, 25.19 dB."""
+    limit = 20.0 * math.log10(2.0 / 0.11)
+    within = {"gain.gain": "10 %"}
+    assert status(prove(GRAPH, tolerances=within, gain_margin=f"{limit - 0.01} dB", phase_margin="45 deg")) == [
+        "proved",
+        "proved",
+        "proved",
+    ]
+    found = prove(GRAPH, tolerances=within, gain_margin=f"{limit + 0.01} dB", phase_margin="45 deg")
+    assert status(found) == ["proved", "refuted", "proved"]
+    (gain,) = [one.counterexample for one in found.proofs if one.counterexample]
+    assert 2.0 / (gain["gain.gain"] * 1e-3) < 10.0 ** ((limit + 0.01) / 20.0)
+
+
+def test_the_phase_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> None:
+    """|L| = 1 at 2 sin(w / 2) = g T, where the phase is -90 deg - w / 2."""
+    limit = 90.0 - math.degrees(math.asin(0.5 * 500.0 * 1.1**2 * 1e-3))
+    graph = GRAPH.with_parameters({"gain.gain": 500.0})
+    within = {"gain.gain": "10 %", "hold.gain": "10 %"}
+    for off, expected in ((-0.02, "proved"), (0.02, "refuted")):
+        found = prove(graph, tolerances=within, phase_margin=f"{limit + off} deg", gain_margin="3 dB")
+        assert status(found) == ["proved", "proved", expected]
+
+
+def test_a_sensor_that_breaks_a_claim_grows_in_a_run() -> None:
+    found = prove(GRAPH, tolerances={"gain.gain": ["50", "3000"]})
+    assert status(found)[0] == "refuted"
+    sensor = found.proofs[0].counterexample
+    assert sensor is not None
+    values = simulate(GRAPH.with_parameters(dict(sensor)))["hold.output"].values
+    assert abs(values[-1]) > 1e3 * abs(values[3])
+    assert not margins(GRAPH.with_parameters(dict(sensor))).stable
+
+
+def test_without_tolerances_the_sensor_itself_is_proved() -> None:
+    found = prove(GRAPH)
+    assert status(found) == ["proved"] * 3
+    assert found.ranges == ()
+
+
+# -- random loops, whose truth is written down by hand -----------------------------------------------------------------
+
+
+def two_integrators(values: dict[str, float]) -> Graph:
+    """x1 += a T (-k y - b x1), x2 += c T x1 with y = x2, opened behind the gain k."""
+    text = INTEGRATING.replace(
+        '"gain.output -> plant.input", "plant.output -> hold.input"',
+        """
+        "gain.output -> inner.first", "damping.output -> inner.second", "inner.output -> first.input",
+        "first.output -> damping.input", "first.output -> plant.input", "plant.output -> hold.input\"""",
+    )
+    text += '[blocks.inner]\nkind = "Difference"\n[blocks.first]\nkind = "DiscreteIntegrator"\noutput_unit = "1"\n'
+    text += '[blocks.damping]\nkind = "Gain"\n'
+    return read_graph_text(text.replace('hold.output"\n', 'gain.output"\n')).with_parameters(values)
+
+
+def radius(of: dict[str, float], factor: complex = 1.0) -> float:
+    t = 1e-3
+    matrix = np.array(
+        [
+            [
+                1.0 - of["first.gain"] * t * of["damping.gain"],
+                -of["first.gain"] * t * of["gain.gain"] * of["hold.gain"] * factor,
+            ],
+            [of["plant.gain"] * t, 1.0],
+        ]
+    )
+    return float(max(abs(np.linalg.eigvals(matrix))))
+
+
+SLOW = [seed for seed in range(40) if seed not in (2, 4, 6, 7, 9, 10)]
+
+
+@pytest.mark.parametrize(
+    "seed", [2, 4, 6, 7, 9, 10, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in SLOW)]
+)
+def test_random_loops_have_no_false_proof(seed: int) -> None:
+    draw = random.Random(seed)
+    values = {
+        "gain.gain": draw.uniform(50.0, 400.0),
+        "first.gain": draw.uniform(1.0, 40.0),
+        "damping.gain": draw.uniform(1.0, 60.0),
+        "plant.gain": draw.uniform(1.0, 60.0),
+        "hold.gain": 1.0,
+    }
+    width = draw.choice((0.05, 0.15, 0.3))
+    varied = [name for name in values if name != "hold.gain"]
+    limit = draw.choice((3.0, 6.0, 10.0))
+    found = prove(
+        two_integrators(values),
+        tolerances=dict.fromkeys(varied, f"{100.0 * width} %"),
+        gain_margin=f"{limit} dB",
+        seconds=20.0,
+    )
+    ends = 10.0 ** (-limit / 20.0), 10.0 ** (limit / 20.0)
+    corners = [dict(zip(varied, signs, strict=True)) for signs in itertools.product((-1.0, 1.0), repeat=len(varied))]
+    places = corners + [{name: draw.uniform(-1.0, 1.0) for name in varied} for _ in range(200)]
+    sensors = [values | {name: values[name] * (1.0 + width * place[name]) for name in varied} for place in places]
+    truth = {
+        "stable": max(map(radius, sensors)),
+        "gain margin": max(radius(one, g) for one in sensors for g in (*ends, draw.uniform(*ends))),
+        "phase margin": max(radius(one, np.exp(1j * p)) for one in sensors for p in (0.0, math.pi / 8, math.pi / 4)),
+    }
+    for proof in found.proofs:
+        if proof.status == "proved":
+            assert truth[proof.claim.kind] < 1.0
+        if proof.status == "refuted":
+            broken = values | dict(proof.counterexample or {})
+            factors = {
+                "stable": [1.0],
+                "gain margin": np.linspace(*ends, 400),
+                "phase margin": np.exp(1j * np.linspace(0.0, math.pi / 4, 400)),
+            }
+            assert max(radius(broken, g) for g in factors[proof.claim.kind]) >= 1.0 - 1e-6
+        if truth[proof.claim.kind] > 1.0 + 1e-6:
+            assert proof.status != "proved"
+        if truth[proof.claim.kind] < 0.98:
+            assert proof.status == "proved"
+
+
+# -- what has no proof -------------------------------------------------------------------------------------------------
+
+
+def test_loops_without_a_proof_say_why() -> None:
+    found = prove("library:closed_loop_fluxgate", seconds=10.0)
+    assert status(found) == ["open"] * 3
+    assert "changes after the start" in found.proofs[0].searched.why
+    analog = Graph(
+        name="analog",
+        rate="1 kHz",
+        samples=10,
+        blocks={"plant": blocks.Integrator(gain=3.0, output_unit="1"), "back": blocks.Gain(gain=-1.0)},
+        wires=["plant.output -> back.input", "back.output -> plant.input"],
+        loops={"main": {"open_at": "back.output"}},
+    )
+    assert "among continuous blocks" in prove(analog).proofs[0].searched.why
+
+
+def test_what_cannot_vary_is_refused_with_a_reason() -> None:
+    with pytest.raises(ModelError, match="neither a port nor a parameter"):
+        prove(GRAPH, tolerances={"gain.gian": "5 %"})
+    with pytest.raises(ModelError, match="gain_margin"):
+        prove(GRAPH, gain_margin="6 V")
+    assert status(prove(GRAPH, tolerances={"gain.gain": "10 %"}, seconds=0.0))  # no time, and an answer all the same
+
+
+# -- certificates ------------------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def proved() -> str:
+    graph = GRAPH.with_parameters({"gain.gain": 500.0})
+    return certificate(prove(graph, tolerances={"gain.gain": "30 %", "hold.gain": "20 %"}, gain_margin="2 dB"))
+
+
+def test_a_certificate_is_what_its_checker_says(proved: str) -> None:
+    lines = check_certificate(proved)
+    assert [line.split(":")[0] for line in lines] == [
+        "main, stable",
+        "main, gain margin of at least 2 dB",
+        "main, phase margin of at least 45 deg",
+    ]
+
+
+def test_a_changed_certificate_is_refused(proved: str) -> None:
+    draw, seen = random.Random(1), 0
+    digits = [i for i, letter in enumerate(proved) if letter.isalnum()]
+    for _ in range(300):
+        place = draw.choice(digits)
+        letter = draw.choice("0123456789")
+        if letter != proved[place]:
+            seen += 1
+            with pytest.raises(FalseCertificateError):
+                check_certificate(proved[:place] + letter + proved[place + 1 :])
+    assert seen > 200
+    for text in ("", "[]", "{}", "null", '{"format": "proofmass proof 1"}', proved[: len(proved) // 2]):
+        with pytest.raises(FalseCertificateError):
+            check_certificate(text)
+
+
+def forged(text: str, change: Any) -> str:
+    """A certificate with something changed, and a hash that is right again."""
+    content = json.loads(text)
+    content.pop("sha256")
+    change(content)
+    return json.dumps(content | {"sha256": digest_of(content)})
+
+
+def _wider(c: Any) -> None:
+    c["claims"][1]["coordinates"][0]["high"] *= 1.001
+
+
+def _more(c: Any) -> None:
+    c["claims"][1]["limit"] = 2.001
+
+
+def _other_factor(c: Any) -> None:
+    c["claims"][2]["factor"] = "gain"
+
+
+def _half(c: Any) -> None:
+    c["claims"][1]["leaves"] = c["claims"][1]["leaves"][:-1]
+
+
+def _grown(c: Any) -> None:
+    for loop in c["loops"]:
+        loop["corners"]["middle"][0][0][0] = 5.0
+
+
+def _unsure(c: Any) -> None:
+    for leaf in c["claims"][0]["leaves"]:
+        leaf["beyond"][0][0] = 1.0
+
+
+def _negative(c: Any) -> None:
+    c["claims"][0]["leaves"][0]["beyond"][0][0] = -1.0
+
+
+def _flat(c: Any) -> None:
+    c["claims"][0]["leaves"][0]["transform"][0][0] = 0.0
+
+
+def _fewer_corners(c: Any) -> None:
+    for loop in c["loops"]:
+        for part in ("middle", "radius"):
+            loop["corners"][part] = loop["corners"][part][:-1]
+
+
+def _narrow_loop(c: Any) -> None:
+    for loop in c["loops"]:
+        loop["box"] = [[low, low] for low, _ in loop["box"]]
+
+
+FORGERIES = [_wider, _more, _other_factor, _half, _grown, _unsure, _negative, _flat, _fewer_corners, _narrow_loop]
+
+
+@pytest.mark.parametrize("change", FORGERIES, ids=lambda change: change.__name__)
+def test_a_forged_certificate_is_refused(proved: str, change: Any) -> None:
+    assert check_certificate(forged(proved, lambda c: None))
+    with pytest.raises(FalseCertificateError):
+        check_certificate(forged(proved, change))
+
+
+def test_the_checker_shares_no_code_and_is_short() -> None:
+    text = Path(proof_checker.__file__).read_text(encoding="utf-8")
+    names = {
+        alias.name if isinstance(node, ast.Import) else node.module
+        for node in ast.walk(ast.parse(text))
+        if isinstance(node, ast.Import | ast.ImportFrom)
+        for alias in node.names
+    }
+    assert not any(str(name).startswith("proofmass") for name in names)
+    assert len(text.splitlines()) <= 300
