@@ -271,7 +271,8 @@ class Interpreter(Outputs):
         self._folds = [
             (name, self._bound(name, "fold")) for name, block in plan.blocks.items() if "fold" in type(block).functions
         ]
-        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
+        ahead = plan.ahead if plan.solvers else ()
+        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in ahead]
 
     def memory(self) -> Memory:
         """Return the memory itself, which moves on with the run."""
