@@ -46,11 +46,12 @@ DIGITAL = [
 LONG = {"FixedCordicVectoring", "FixedInPhaseQuadratureDemodulator", "FixedMassSpringDamper", "FixedStateSpace"}
 
 
-def _some_exhaustive(blocks: Sequence[Block]) -> Iterator[Any]:
+def _some_exhaustive(blocks: Sequence[Block]) -> list[Any]:
     """Parameters of a test: those whose proof takes seconds are exhaustive; FixedCordicRotation stays for them."""
-    for block in blocks:
-        name = type(block).__name__
-        yield pytest.param(block, id=name, marks=[pytest.mark.exhaustive] if name in LONG else [])
+    return [
+        pytest.param(block, id=name, marks=[pytest.mark.exhaustive] if name in LONG else [])
+        for name, block in ((type(block).__name__, block) for block in blocks)
+    ]
 
 
 def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
