@@ -271,8 +271,7 @@ class Interpreter(Outputs):
         self._folds = [
             (name, self._bound(name, "fold")) for name, block in plan.blocks.items() if "fold" in type(block).functions
         ]
-        ahead = plan.ahead if plan.solvers else ()
-        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in ahead]
+        self._sources = [(node, self._source(*node), plan.bindings(*node)) for node in plan.ahead]
 
     def memory(self) -> Memory:
         """Return the memory itself, which moves on with the run."""
@@ -309,7 +308,7 @@ class Interpreter(Outputs):
                 state = step(tick)
                 if state is not None:
                     states[name] = state
-        following = self._ahead(tick)
+        following = self._ahead(tick) if self._advances else {}
         for advance in self._advances:
             moment = Moment(self._constants, states, self._memory.wires, following, tick * self._period)
             try:
