@@ -157,10 +157,7 @@ def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
             return f"{shown}() would make a run another each time", operations.UNREPEATABLE[place]
         if place in operations.OUTSIDE:
             return f"{shown}() reaches outside the block", "a block sees its parameters, state and inputs only"
-    try:
-        instead = operations.INSTEAD.get(target)
-    except TypeError:
-        instead = None
+    instead = operations.INSTEAD.get(target)
     if module == "numpy":
         instead = operations.instead_of_numpy(target)
     if target is round:
