@@ -229,6 +229,18 @@ def instead_of_numpy(value: Any) -> str:
     return f"write {instead}" if instead else "write numbers: float, int, bool, and functions of math"
 
 
+def modules_of(target: Any) -> tuple[str, str]:
+    """Return the first names of the modules that a function comes from, and the object that it is a method of.
+
+    >>> import random
+    >>> modules_of(random.gauss), modules_of(random.random)
+    (('random', 'random'), ('', 'random'))
+    """
+    homes = (getattr(of, "__module__", "") or "" for of in (target, getattr(target, "__self__", None)))
+    module, owner = (str(home).partition(".")[0].lstrip("_") for home in homes)
+    return module, owner
+
+
 UNREPEATABLE = {
     "random": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
     "secrets": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
