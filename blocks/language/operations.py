@@ -230,14 +230,15 @@ def instead_of_numpy(value: Any) -> str:
 
 
 def modules_of(target: Any) -> tuple[str, str]:
-    """Return the first names of the modules that a function comes from, and the object that it is a method of.
+    """Return the modules that a function comes from, and the object that it is a method of: "random" for all dice.
 
     >>> import random
     >>> modules_of(random.gauss), modules_of(random.random)
     (('random', 'random'), ('', 'random'))
     """
     homes = (getattr(of, "__module__", "") or "" for of in (target, getattr(target, "__self__", None)))
-    module, owner = (str(home).partition(".")[0].lstrip("_") for home in homes)
+    names = [str(home).split(".") for home in homes]
+    module, owner = ("random" if "random" in parts else parts[0].lstrip("_") for parts in names)
     return module, owner
 
 

@@ -6,16 +6,19 @@ from typing import Any
 
 import pytest
 
+from proofmass import blocks
 from proofmass.blocks import AnalogToDigital, FixedQuantiser, LowPass
 from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration import libraries
 from proofmass.blocks.declaration.catalog import family_about, family_of, load_own_blocks, own_file
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.blocks.declaration.shown_units import display, displayed, long_time, relative_text
-from proofmass.blocks.language.forms import problems_of
+from proofmass.blocks.declaration.shown_units import as_written, display, displayed, long_time, prefix, relative_text
+from proofmass.blocks.declaration.spelled_units import usual_unit
+from proofmass.blocks.language.forms import form_of, problems_of
 from tests.by_hand.functions import drive
 
 HEAD = '''
+import numpy
 from random import random
 from typing import NamedTuple
 
@@ -62,6 +65,7 @@ def test_a_family_of_its_own(tmp_path: Path) -> None:
     assert (family_of(kind), family_about("own")) == ("own", "Blocks of your own file.")
     assert own_file(kind) == tmp_path / "mine.py"
     assert own_file(LowPass) is None
+    assert family_about(family_of(LowPass)) == "Transfer functions, averages, decimators and demodulators."
 
 
 @pytest.mark.parametrize("text", ["", "  "])
@@ -87,6 +91,12 @@ def test_a_count_that_is_empty_is_no_count(text: str) -> None:
         ),
         pytest.param(
             "class Constants(NamedTuple):\n    a: float\n\n\n@Mine.constants\ndef constants(p) -> Constants:\n"
+            "    return Constants(p.gain * numpy.random.random())",
+            "numpy.random.random() would make a run another each time",
+            marks=pytest.mark.defect("S696", before="NumPy's dice in constants: another run each time", after="told"),
+        ),
+        pytest.param(
+            "class Constants(NamedTuple):\n    a: float\n\n\n@Mine.constants\ndef constants(p) -> Constants:\n"
             "    return helped(p.gain)\n\n\ndef helped(gain):\n    return Constants(gain * random())",
             "random() would make a run another each time",
             marks=pytest.mark.defect(
@@ -94,7 +104,7 @@ def test_a_count_that_is_empty_is_no_count(text: str) -> None:
             ),
         ),
     ],
-    ids=["no record", "a text", "global", "random"],
+    ids=["no record", "a text", "global", "numpy", "random"],
 )
 def test_functions_that_no_engine_runs_alike(text: str, message: str, tmp_path: Path) -> None:
     decorated = text if text.startswith("class") else f"@Mine.update\n{text}"
@@ -140,6 +150,11 @@ def test_numbers_in_the_unit_that_is_wanted() -> None:
     assert displayed(1e-5, "rad/s", "deg/h", 4) == "2.063 °/h"
     assert displayed(2.5e-3, "V", "") == "2.5 mV"
     assert displayed(0.25, "%", "1") == "0.0025"
+    assert prefix("mV", 5.0) == (1.0, "mV")
+    assert prefix("mV", 2e-3) == (pytest.approx(1e3), "µV")
+    assert prefix("kHz", 2e-3) == (pytest.approx(1e3), "Hz")
+    assert as_written("", 5400.0, "s") == "1.5 h"
+    assert [usual_unit(*one) for one in (("V/m", 2e7), ("kg", 5e-8), ("V", math.inf))] == ["MV/m", "ug", "V"]
 
 
 def test_long_times_and_parts_of_a_whole() -> None:
@@ -151,3 +166,35 @@ def test_long_times_and_parts_of_a_whole() -> None:
         "0.1 %",
         "2.5 %",
     ]
+
+
+def test_a_helper_that_has_no_source_is_let_pass(tmp_path: Path) -> None:
+    text = "exec('def made(gain): return 2.0 * gain')\n\n\nclass Constants(NamedTuple):\n    a: float\n\n\n"
+    text += "@Mine.constants\ndef constants(p) -> Constants:\n    return Constants(made(p.gain))\n"
+    kind = mine(tmp_path, text + LEVEL.replace("p, input", "c, input").replace("p.gain", "c.a"))
+    assert problems_of(kind) == []
+
+
+def test_annotations_in_quotes_and_lists_of_numbers(tmp_path: Path) -> None:
+    text = "from __future__ import annotations\n" + HEAD.replace(
+        '    gain: float = param("1", "Gain.", default=2.0)\n',
+        '    taps: tuple[float, ...] = param("1", "Taps.", default=(1.0, 2.0))\n',
+    )
+    text += "class State(NamedTuple):\n    level: float\n\n\ndef twice(a: float) -> float:\n    return 2.0 * a\n\n\n"
+    text += "@Mine.update\ndef update(p, x: State, input: float) -> State:\n    return State(x.level + input)\n\n\n"
+    level = LEVEL.replace("    return p.gain * input", "    return twice(sum_of(p.taps)) * input")
+    text += (
+        "def sum_of(taps):\n    total = 0.0\n    for tap in taps:\n        total += tap\n    return total\n\n" + level
+    )
+    (tmp_path / "mine.py").write_text(text)
+    kind = load_own_blocks(tmp_path / "mine.py")["Mine"]
+    assert problems_of(kind) == []
+    form = form_of(kind, kind.output_functions["level"])
+    assert form is not None
+    assert form.function is not None
+    assert form.function(kind(taps=(0.5, 3.0)), 2.0) == 2.0 * 3.5 * 2.0
+
+
+def test_a_name_of_no_block_is_no_attribute() -> None:
+    with pytest.raises(AttributeError, match="gian"):
+        blocks.gian  # noqa: B018

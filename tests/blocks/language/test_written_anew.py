@@ -38,6 +38,14 @@ def test_what_raises_still_raises(function: Callable[[float], Any]) -> None:
         form.function(-1.0)
 
 
+def test_a_function_that_only_raises_has_a_type_all_the_same() -> None:
+    form = plain_form(functions.always, (float,), None)  # type: ignore[arg-type]
+    assert (form.problems, form.result) == ([], int)
+    assert form.function is not None
+    with pytest.raises(ValueError, match=r"never 2\.0"):
+        form.function(2.0)
+
+
 def test_two_functions_of_one_name_stay_apart(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     for name, text in (("early", "return 2.0 * a"), ("later", "return a - 1.0")):
         (tmp_path / f"{name}_of_two.py").write_text(f"def taken(a: float) -> float:\n    {text}\n")
@@ -61,6 +69,7 @@ def test_two_functions_of_one_name_stay_apart(tmp_path: Path, monkeypatch: pytes
     ("function", "message"),
     [
         (functions.of_a_class, "Named.text is not compiled"),
+        (functions.of_a_label, "a Labelled is no value of a block's function"),
         (functions.starred, "max() is not compiled"),
         (functions.of_a_module, "the module math is no value"),
         (functions.below_a_text, "a text is no value of a block's function"),

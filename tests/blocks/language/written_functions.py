@@ -66,6 +66,17 @@ def reset(a: float, b: float) -> float:
     return total
 
 
+def cut(a: float, b: float) -> float:
+    level = 2.0 * a
+    if level > b:
+        level = 1
+    return level
+
+
+def counted_back(a: float, b: float) -> float:
+    return (a, b)[-int(b > a)]
+
+
 def every_way(a: float, b: float) -> float:
     if a > b:
         return a
@@ -127,6 +138,24 @@ def only_looks(a: float) -> None:
         raise ValueError("below zero")
 
 
+class Labelled(NamedTuple):
+    """A record with a text."""
+
+    label: str
+    level: float
+
+
+LABELLED = Labelled("label", 1.0)
+
+
+def of_a_label(a: float) -> float:
+    return a * LABELLED.level
+
+
+def always(a: float):  # type: ignore[no-untyped-def]
+    raise ValueError(f"never {a}")
+
+
 class Named:
     """A class with a member that is no number."""
 
@@ -175,6 +204,20 @@ def put(a: float) -> float:
 
 
 COMPILED = [
-    *(declared, signs, counted, of_record, of_tuple, both_turned, reset, every_way, levelled, searched, handed_on),
+    *(
+        declared,
+        signs,
+        counted,
+        cut,
+        counted_back,
+        of_record,
+        of_tuple,
+        both_turned,
+        reset,
+        every_way,
+        levelled,
+        searched,
+        handed_on,
+    ),
 ]
 RAISING = [refused_number, refused_count, refused_truth, refused_pair, refused_tuple, only_looks]
