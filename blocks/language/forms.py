@@ -101,8 +101,6 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
         case Meaning.INPUT:
             declared = kind.inputs[name]
             return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
-        case Meaning.PARAMETERS:
-            return RefusedType()
         case _:
             raise TypeError(f"{meaning.name} has no type")
 
