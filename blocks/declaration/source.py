@@ -32,6 +32,8 @@ def tree_of(function: types.FunctionType) -> ast.FunctionDef:
         definition = _alone(text, code) or _definitions(text, code.co_filename).get((code.co_firstlineno, code.co_name))
     except (OSError, TypeError, SyntaxError):
         raise SourceError("its source cannot be read") from None
+    if definition is None and code.co_name == "<lambda>":
+        raise SourceError("its line has several lambdas, or its file has changed since it was loaded")
     if definition is None or not _same(definition[1], code):
         raise SourceError("its file has changed since it was loaded")
     return definition[0]

@@ -184,7 +184,7 @@ def c_power(a: float, b: float) -> float:
     try:
         return math.pow(a, b)
     except ValueError:
-        return math.inf if a == 0.0 else math.nan
+        return math.nan if a != 0.0 else math.copysign(math.inf, a) if b % 2.0 == 1.0 else math.inf
     except OverflowError:
         return -math.inf if a < 0.0 and b % 2.0 == 1.0 else math.inf
 

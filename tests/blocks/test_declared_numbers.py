@@ -1,6 +1,6 @@
-"""Defaults and bounds of all parameters are those of a list, so that none changes without a word.
+"""Defaults and bounds of all parameters and inputs are those of a list, so that none changes without a word.
 
-A graph that does not say a parameter has its default: another one changes its runs.
+A graph that does not say a parameter or wire an input has its default: another one changes its runs.
 `python -m tests.blocks.test_declared_numbers` writes the list.
 """
 
@@ -21,6 +21,7 @@ def declared() -> str:
     lines = []
     for kind in all_blocks().values():
         lines += [f"{kind.__name__}\n", *map(told, kind.parameters.values())]
+        lines += [f"    input {p.name} = {p.default!r}\n" for p in kind.inputs.values() if p.default is not None]
     return "".join(lines)
 
 

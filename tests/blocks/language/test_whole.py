@@ -5,6 +5,7 @@ Compiled code is made of them. Here they run as they are written, where Python's
 
 import itertools
 import math
+import random
 from collections.abc import Callable
 from typing import Any
 
@@ -61,6 +62,7 @@ def test_factorials() -> None:
 
 def test_roots() -> None:
     squares = [n * n + near for n in (1, 2, 94906265, 94906266, 94906267, 3037000499) for near in (-1, 0, 1, 2 * n)]
+    squares += [n * n + near for n in random.Random(1).choices(range(2**26, 3037000500), k=2000) for near in (-1, 0, 1)]
     for a in (0, 1, 2, 3, *squares, 2**62, 2**53 - 1, 2**53, HIGHEST):
         assert whole.integer_root(a) == math.isqrt(a), a
         assert not whole.integer_root_fails(a)

@@ -13,6 +13,7 @@ from proofmass.graphs.studies.build import Study
 from proofmass.runner.comparison.studies import compare_studies
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.whole.study import run_study
+from tests.by_hand.amounts import amounts
 
 GRAPH = read_graph_text("""\
 name = "two gains"
@@ -145,18 +146,19 @@ both = { kind = "Sum" }
 
 
 @pytest.mark.defect("S207", before="with 20 points intervals of 95 % held 28 %", after="they hold 95 %")
-def test_points_of_a_sweep_are_no_more_sensors() -> None:
+@pytest.mark.parametrize("seeds", amounts(120, 300))
+def test_points_of_a_sweep_are_no_more_sensors(seeds: int) -> None:
     truth = {"offset": 0.0, "both": float(np.mean(MANY))}
     good = 0.38292492254802624  # of a normal deviate within half a standard deviation
     held = dict.fromkeys([*truth, "yield"], 0)
-    for seed in range(300):
+    for seed in range(seeds):
         result = at_points(seed)
         for row in result.summary():
             low, high = row["intervals"]["mean"]
             held[row["measure"]] += low <= truth[row["measure"]] <= high
         low, high = result.yield_intervals()["offset"]
         held["yield"] += low <= good <= high
-    assert all(times >= 0.93 * 300 for times in held.values()), held
+    assert all(times >= 0.93 * seeds for times in held.values()), held
 
 
 @pytest.mark.defect("S208", before="equal studies of 20 points had moved in 80 % of all cases", after="5 % at most")

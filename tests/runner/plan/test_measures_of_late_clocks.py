@@ -16,6 +16,7 @@ from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import simulate
+from tests.by_hand.amounts import amounts
 
 PARTS = """
 name = "late clocks"
@@ -56,13 +57,14 @@ OPTIONS = {
 Array = npt.NDArray[np.float64]
 
 
+@pytest.mark.parametrize("count", amounts(192, 512))
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 @pytest.mark.defect("S214", before="phase 0.5885 rad of a clock 0.3 ms late", after="0.4 rad")
-def test_all_statistics_in_random_windows(tmp_path: Path, engine: EngineName) -> None:
+def test_all_statistics_in_random_windows(tmp_path: Path, engine: EngineName, count: int) -> None:
     chance = random.Random(7)
     statistics = tuple(STATISTICS)
     windows = []
-    for number in range(512):
+    for number in range(count):
         start, end = chance.randrange(0, 40_000, 10), chance.choice([None, chance.randrange(90_000, 200_000, 10)])
         windows.append((SIGNALS[number % 3], statistics[number // 3 % len(statistics)], start, end))
     result = simulate(_graph(tmp_path, *windows), engine=engine)

@@ -311,7 +311,7 @@ def test_more_rows_than_may_be_are_refused_before_they_are_read(form: str, tmp_p
 
 @pytest.mark.parametrize("form", ["csv", "parquet", "nc", "classic"])
 def test_columns_take_at_most_twice_their_file(form: str, tmp_path: Path) -> None:
-    rows = 200_000
+    rows = 100_000
     times, values = np.arange(rows) / 1000.0, np.random.default_rng(1).normal(size=rows)
     if form == "csv":
         lines = (f"{t!r},{v!r}\n" for t, v in zip(times.tolist(), values.tolist(), strict=True))

@@ -31,11 +31,13 @@ from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Place
+from proofmass.runner.planning.plan import plan
 from proofmass.runner.run import simulate as simulation
 from proofmass.runner.run.checkpoint import FILE
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
+from proofmass.runner.run.trace_size import refuse_full
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 OWN = """from typing import Any
@@ -228,6 +230,15 @@ class TestRefused:
         (problem,) = refused.value.problems
         assert problem.expected == f"at most 1.0 GiB, which {tmp_path} has left"
         assert not (tmp_path / "new").exists()
+
+    def test_traces_that_just_fit(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+        graph = made(tmp_path)
+        size = sum(trace.values.nbytes for trace in simulate(graph, samples=1000, engine="python").traces.values())
+        disks = [shutil._ntuple_diskusage(2**40, 2**40 - free, free) for free in (size, size - 1)]
+        monkeypatch.setattr(shutil, "disk_usage", lambda _: disks.pop(0))
+        refuse_full(plan(graph), 1000, tmp_path / "enough")
+        with pytest.raises(ModelError, match="do not fit on the disk"):
+            refuse_full(plan(graph), 1000, tmp_path / "short")
 
     def test_another_parameter(self, folder: Path) -> None:
         text = self.message(folder, made(folder.parent, blocks={"adc": AnalogToDigital(bits=14, reference=16.0)}))

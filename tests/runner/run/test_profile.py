@@ -88,3 +88,9 @@ def test_other_processors_are_refused(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(profiling, "can_profile", lambda: False)
     with pytest.raises(ModelError, match="x86-64 only"):
         profile(read_graph(library_file("template.toml")), RunOptions())
+
+
+def test_a_wrong_graph_is_told_before_anything_is_timed() -> None:
+    graph = Graph(name="wrong", rate="1 kHz", samples=10, blocks={"short": short()}, wires=[])
+    with pytest.raises(ModelError, match=r"short\.value"):
+        profile(graph, RunOptions())

@@ -13,9 +13,10 @@ import pytest
 from proofmass.blocks import WhiteNoise
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Probe
-from proofmass.runner.planning.plan import PlannedProbe
+from proofmass.runner.planning.plan import PlannedProbe, plan
 from proofmass.runner.run import result as result_module
 from proofmass.runner.run import simulate as simulate_module
+from proofmass.runner.run.checkpoint import save_checkpoint
 from proofmass.runner.run.recorder import Recorder
 from proofmass.runner.run.result import Result, Trace, statistics
 from proofmass.runner.run.simulate import simulate
@@ -212,3 +213,32 @@ def test_a_sparkline_keeps_spikes_and_is_empty_where_nothing_can_be_drawn() -> N
     assert [x for x, y in points if y < 20.0] == [93.5]  # upwards is less
     assert sparkline(np.array([1.0])) == sparkline(np.array([1.0, np.nan])) == sparkline(np.zeros((3, 2))) == ""
     assert "12" in sparkline(np.ones(5))
+
+
+def test_a_signal_that_was_not_recorded_names_the_nearest_one() -> None:
+    with pytest.raises(KeyError) as caught:
+        mixed_result()["adc.cod"]
+    assert str(caught.value) == "'adc.cod' was not recorded; did you mean adc.code?"
+
+
+@pytest.mark.parametrize("signal", ["sine.output", "cells.sums"])
+def test_mantissas_are_those_of_fixed_point_signals_alone(signal: str) -> None:
+    with pytest.raises(ValueError, match=rf"{signal} is not a fixed-point signal of up to \d+ bits"):
+        mixed_result()[signal].mantissas  # noqa: B018
+
+
+def test_a_vector_is_a_table_with_a_column_for_each_entry() -> None:
+    trace = mixed_result()["cells.sums"]
+    frame = trace.to_pandas()
+    assert list(frame.columns) == [f"cells.sums[{entry}] [V/s]" for entry in range(trace.values.shape[1])]
+    assert frame.to_numpy().tolist() == trace.values.tolist()
+    assert frame.index.tolist() == trace.times.tolist()
+    single = mixed_result()["adc.code"].to_pandas()
+    assert (single.name, single.tolist()) == ("adc.code [1]", mixed_result()["adc.code"].values.tolist())
+
+
+def test_only_an_interrupted_run_has_a_checkpoint(tmp_path: Path) -> None:
+    graph = Graph(name="short", rate="1 kHz", blocks={"noise": WhiteNoise(density=1.0)}, probes=["noise.output"])
+    with pytest.raises(ValueError, match="the run was not interrupted"):
+        save_checkpoint(simulate(graph, samples=3), plan(graph), tmp_path)
+    assert list(tmp_path.iterdir()) == []

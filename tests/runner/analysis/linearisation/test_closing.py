@@ -19,6 +19,7 @@ from proofmass.blocks import (
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps
+from tests.by_hand.amounts import chosen
 
 
 def calibrated(averaging: int, factor: float = 1.0) -> Graph:
@@ -47,7 +48,7 @@ def calibrated(averaging: int, factor: float = 1.0) -> Graph:
     )
 
 
-@pytest.mark.parametrize("averaging", [99, 1000])
+@pytest.mark.parametrize("averaging", chosen((99,), (1000,)))
 @pytest.mark.parametrize("factor", [1.0, 0.5])
 def test_a_calibration_is_a_loop_from_instant_to_instant(averaging: int, factor: float) -> None:
     """Each corrects a part k of the deviation, L = k / (z - 1): 2 / k reaches -1 at half the rate, and |L| = 1 where

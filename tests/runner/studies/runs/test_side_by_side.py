@@ -1,6 +1,7 @@
 """Studies in lanes and threads: every bit as one run after the other in plain Python, failures included."""
 
 import threading
+from collections.abc import Sequence
 from pathlib import Path
 
 import numpy as np
@@ -42,9 +43,16 @@ def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
 @pytest.mark.defect(
     "C201", before="10 or 12 lanes ended the process, 3, 5 to 7 in errors", after="any number, one digest"
 )
-def test_any_number_of_lanes(study: Study) -> None:
+@pytest.mark.parametrize(
+    "numbers",
+    [
+        pytest.param([*range(13), 16, 31, 33, 64], id="some"),
+        pytest.param(range(65), id="all", marks=pytest.mark.exhaustive),
+    ],
+)
+def test_any_number_of_lanes(study: Study, numbers: Sequence[int]) -> None:
     expected = run_study(study, engine="python").digest
-    for lanes in range(65):
+    for lanes in numbers:
         assert run_study(study, engine="compiled", lanes=lanes, threads=1).digest == expected, lanes
     with pytest.raises(ModelError, match="lanes: out of range"):
         run_study(study, lanes=65)

@@ -108,6 +108,11 @@ NOTES = {
         "time,a\n" + "".join(f"{n / 1000},{n}\n" for n in range(40) if not 20 <= n < 30),
         "the recording has a gap from 0.019 to 0.03 s, where 0.001 s lie between other values: it is bridged",
     ),
+    "two gaps": (
+        "time,a\n" + "".join(f"{n / 1000},{n}\n" for n in range(60) if not 20 <= n < 30 and not 40 <= n < 45),
+        "the recording has 2 gaps, the longest from 0.019 to 0.03 s, where 0.001 s lie between other values:"
+        " it is bridged",
+    ),
     "end": ("time,a\n0,1\n0.005,2\n", "the recording ends at 0.005 s, the run at 0.02 s: its last value is held"),
     "milliseconds without a unit": (
         "time,a\n" + "".join(f"{n},{n}\n" for n in range(21)),
