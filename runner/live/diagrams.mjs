@@ -4,6 +4,7 @@ import { element } from "./controls.mjs";
 import { unpacked } from "./modules.mjs";
 import { shown, timeText } from "./figures.mjs";
 import { pinched } from "./gestures.mjs";
+import { flagsOf, signalsOf, startOf } from "./wires.mjs";
 
 const STEP = 1.25; // of one zoom
 const CLOSEST = 8;
@@ -37,6 +38,7 @@ export class Diagrams {
     this.opened = opened;
     this.draw = draw;
     this.picked = ""; // path of the block that is open
+    this.marked = ""; // the signal that was clicked last
     /** @type {{slider: import("./controls.mjs").Slider, text: string}[]} */
     this.moved = [];
     /** @type {Record<string, number>} */
@@ -62,6 +64,12 @@ export class Diagrams {
       map.dress();
       map.bringIntoView(path);
     }
+  }
+
+  /** Mark all wires and tabs of a signal; none if it is marked already. @param {string} signal */
+  mark(signal) {
+    this.marked = this.marked === signal ? "" : signal;
+    for (const map of this.maps) map.dress();
   }
 
   /** Write into the blocks what the sliders say.
@@ -203,6 +211,8 @@ class DiagramMap {
     for (const name of OVERLAYS) this.drawing.classList.toggle(name, name === this.all.overlay);
     for (const block of this.drawing.querySelectorAll("[data-block]"))
       block.classList.toggle("picked", block.getAttribute("data-block") === this.all.picked);
+    for (const wire of /** @type {NodeListOf<SVGGElement>} */ (this.drawing.querySelectorAll("[data-signal], [data-net]")))
+      wire.classList.toggle("marked", this.all.marked !== "" && this.all.marked === (wire.dataset.signal ?? wire.dataset.net));
     this.overlays.forEach((made, i) => made.setAttribute("aria-pressed", String(OVERLAYS[i] === this.all.overlay)));
   }
 
@@ -248,8 +258,8 @@ class DiagramMap {
 
   /** @param {Event} event */
   hover(event) {
-    const wire = /** @type {Element} */ (event.target).closest("[data-signal]");
-    if (wire) this.line.textContent = this.all.about(wire.getAttribute("data-signal") ?? "");
+    const signals = signalsOf(/** @type {Element} */ (event.target));
+    if (signals.length) this.line.textContent = signals.map((name) => this.all.about(name)).join("; ");
     else this.line.textContent = Number.isFinite(this.all.seconds) ? this.time() : READY;
   }
 
@@ -258,10 +268,13 @@ class DiagramMap {
     if (event.type === "click" && this.moved > SLACK) return;
     const target = /** @type {Element} */ (event.target);
     const fold = target.closest("[data-fold]")?.getAttribute("data-fold");
-    const signal = target.closest("[data-signal]")?.getAttribute("data-signal");
+    const signals = signalsOf(target);
     const block = target.closest("[data-block]")?.getAttribute("data-block");
     if (fold) void this.all.turn(fold);
-    else if (signal) this.all.probed(signal);
+    else if (signals.length) {
+      if (signals.length === 1) this.all.mark(signals[0]);
+      for (const signal of signals) this.all.probed(signal);
+    }
     else if (block) this.all.opened(block);
   }
 
@@ -332,12 +345,7 @@ class DiagramMap {
     for (const old of this.drawing.querySelectorAll(".peek")) old.remove();
     this.drawing.classList.toggle("peeking", Number.isFinite(seconds));
     if (!Number.isFinite(seconds)) return;
-    /** Where a flag stands at the start of a wire, and how far it reaches. @type {Map<string, number>} */
-    const flags = new Map();
-    for (const flag of this.drawing.querySelectorAll("[data-block] > .probe")) {
-      const [, start, reach] = /^M(-?[\d.]+ -?[\d.]+)h(-?[\d.]+)/.exec(flag.getAttribute("d") ?? "") ?? [];
-      if (start) flags.set(start, Math.abs(Number(reach)) + 8);
-    }
+    const flags = flagsOf(this.drawing);
     this.line.textContent = this.time();
     /** @type {Set<string>} */
     const known = new Set();
@@ -357,13 +365,6 @@ class DiagramMap {
       (wire.parentElement ?? wire).append(made);
     }
   }
-}
-
-/** Where a wire begins, and whether it goes right or left. @param {SVGGElement} wire */
-function startOf(wire) {
-  const path = wire.querySelector(".reach")?.getAttribute("d") ?? "";
-  const [x, y, next] = (path.match(/-?[\d.]+/g) ?? []).map(Number);
-  return Number.isFinite(next) ? { x, y, way: next < x ? -1 : 1 } : null;
 }
 
 /** Diagrams that a page carries, packed, as the function that draws them. @param {string | undefined} text
