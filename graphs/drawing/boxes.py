@@ -120,6 +120,8 @@ def _ports(
             yield f'<text class="soft small plain" x="{start}" y="{height - 4}"{anchor}>{text(unit)}</text>'
         if port in used:
             short = box.types[port].removeprefix("fixed point ")
+            if port in look.tabs:
+                start = edge + way * (sum(look.tabs[port]) + 4)
             style = f"small only formats {formats[port]}"
             yield f'<text class="{style}" x="{start}" y="{height - 4}"{anchor}>{text(short)}</text>'
 

@@ -14,6 +14,7 @@ NAME = 20  # above a symbol
 SYMBOL = 40  # width of one
 PAD = 20  # around what is inside an opened subgraph
 FAN = 30  # beside a block, where wires part from a bundle
+FLAG_ROOM = 22  # of the flag of a probe, which reaches up beside the port above
 ARROW, BELOW_TAB = 20, 11  # from a tab to the input, or to the driven parameter above it
 _CURVE = 2.7  # from the edge of a circle to where a wire 10 above its middle meets it
 _MOST_SETTINGS = 2
@@ -83,7 +84,7 @@ def _tabs(name: str, box: Box, wired: WiredPorts) -> dict[str, tuple[int, int]]:
     for port, label in wired.tabs[name].items():
         before = BELOW_TAB
         if port in box.outputs:
-            before = _label(name, box, wired, port) + 4
+            before = max(_label(name, box, wired, port) + 4, FLAG_ROOM * bool(wired.probed[name]))
         elif port in box.inputs:
             before = FAN if name in wired.enters else ARROW
         tabs[port] = before, _tens(width_of(label, 10) + 16)

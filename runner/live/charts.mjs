@@ -13,6 +13,15 @@ import { dragged, moved } from "./gestures.mjs";
 const HEIGHT = 170; // pixels
 const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif';
 
+const TRUTH = [-0.15, 1.15]; // of an axis of bits
+const PADDED = { pad: 0.1, soft: 0, mode: 3 }; // of other numbers, as uPlot does
+
+/** The range of an axis: about a signal that is zero throughout, else as uPlot does.
+ * @param {any} _ @param {number | null} low @param {number | null} high @returns {[number | null, number | null]} */
+function spanned(_, low, high) {
+  return low === 0 && high === 0 ? [-1, 1] : low === null ? [null, null] : uPlot.rangeNum(low, high, { min: PADDED, max: PADDED });
+}
+
 /** @param {string} name */
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -168,16 +177,19 @@ class Chart {
     const whole = (/** @type {number} */ value) => (Number.isInteger(Math.log10(value)) ? value : null);
     const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(whole);
     if (spectrum) Object.assign(axis, { filter: decades, grid: { ...axis.grid, filter: decades } });
+    const truth = this.probe.type === "bool" && !spectrum;
     const distr = spectrum ? 3 : 1, named = label && { label, labelSize: 18, labelFont: FONT };
     const options = {
       width: Math.max(200, this.all.place.clientWidth),
       height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
-      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr } },
+      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr, ...(!spectrum && { range: truth ? TRUTH : spanned }) } },
       axes: [
         { ...axis, ...named, size: 26, space: time ? 90 : 50, values: labels },
-        { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
+        truth
+          ? { ...axis, size: 64, splits: () => [0, 1], values: () => ["false", "true"] }
+          : { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
       ],
       series: [{}, ...(data.length > 2 ? [before] : []), line],
       hooks: {

@@ -56,8 +56,8 @@ export class Picked {
     for (const signal of [...known.keys()]) if (!wires.has(signal)) known.delete(signal);
     this.signals = [...known.keys()];
     const probes = [...known].map(([signal, about]) => {
-      const { unit, doc } = /** @type {Wire} */ (wires.get(signal));
-      return { signal, unit, doc: about || doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null };
+      const { unit, doc, held } = /** @type {Wire} */ (wires.get(signal));
+      return { signal, unit, doc: about || doc, stride: 1, type: "float64", bytes: 8, held, shape: [], fraction: null };
     });
     this.charts = new Charts(this.scopes, probes, model.units, zoomed, looked, LOW);
     this.charts.charts.forEach((chart) => (chart.recorded = true));

@@ -70,6 +70,10 @@ def sheet(width: float, height: float, title: str = "", layout: Any = "constrain
         if title:
             figure.suptitle(literal(title), x=0.008, ha="left", size=12, weight="bold")
         yield figure
+        for panel in figure.axes:
+            for axis in (panel.xaxis, panel.yaxis):
+                if axis.get_scale() == "log":
+                    _plain_numbers(axis)
 
 
 def axis_label(name: str, unit: str) -> str:
@@ -107,7 +111,7 @@ def phase_ticks(panel: "Axes") -> None:
         panel.set_yticks(places)
 
 
-def plain_numbers(axis: "Axis") -> None:
+def _plain_numbers(axis: "Axis") -> None:
     """Number a logarithmic axis of few decades plainly, 500 instead of 5×10², and so that no two numbers touch."""
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator

@@ -9,8 +9,9 @@ import pytest
 
 from proofmass.blocks import Constant, Gain, MeasurementSlots, Sum, TwoPositionComparison
 from proofmass.graphs.drawing import eased
-from proofmass.graphs.drawing.diagram import svg
+from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.drawing.diagram_data import diagram_data
+from proofmass.graphs.drawing.texts import width_of
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
@@ -188,3 +189,28 @@ def test_wires_that_lead_elsewhere_or_stand_alone_are_in_no_bundle() -> None:
     more = [*map(str, graph.wires), "slots.read -> test.read"]
     blocks = {**graph.blocks, "test": TwoPositionComparison()}
     assert not list(texts(Graph(name="", rate=1, blocks=blocks, wires=more), "bundle"))
+
+
+@pytest.mark.parametrize("name", ["quartz_recalibration", "closed_loop_gyroscope"])
+def test_no_word_and_no_flag_stands_on_a_tab(name: str) -> None:
+    graph = read_graph(f"library:{name}")
+    root = ElementTree.fromstring(svg(graph, subgraph_paths(graph), "formats"))
+    layer = next(group for group in root if "translate" in group.get("transform", ""))
+    outlines = [_box(one.attrib["d"]) for group in layer for one in group if one.get("class") == "label"]
+    assert len(outlines) > 5
+    for block in (group for group in layer if "data-block" in group.attrib):
+        for mark in block:
+            if mark.get("class") == "probe":
+                box = _box(mark.attrib["d"].replace("m0 0", ""))
+                assert not any(_meet(box, outline) for outline in outlines), mark.attrib
+            if mark.tag == f"{SVG}text" and "formats" in mark.get("class", ""):
+                wide = width_of(str(mark.text), 10) * (-1 if mark.get("text-anchor") == "end" else 1)
+                (left, right), y = (
+                    sorted((float(mark.attrib["x"]), float(mark.attrib["x"]) + wide)),
+                    float(mark.attrib["y"]),
+                )
+                assert not any(_meet((left, y - 7, right, y), outline) for outline in outlines), mark.text
+
+
+def _meet(first: Box, second: Box) -> bool:
+    return first[0] < second[2] and second[0] < first[2] and first[1] < second[3] and second[1] < first[3]
