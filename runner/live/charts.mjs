@@ -47,7 +47,11 @@ export class Charts {
     this.spectra = false;
     /** @type {Map<string, Chart>} */
     this.charts = new Map(probes.map((probe) => [probe.signal, new Chart(place, probe, this)]));
-    this.observer = new ResizeObserver(() => this.charts.forEach((chart) => chart.resize()));
+    this.width = place.clientWidth; // asked for once: after changes of the page it takes a layout
+    this.observer = new ResizeObserver(() => {
+      this.width = place.clientWidth;
+      this.charts.forEach((chart) => chart.resize());
+    });
     this.observer.observe(place);
     this.theme = matchMedia("(prefers-color-scheme: dark)");
     this.repaint = () => this.charts.forEach((chart) => chart.remake());
@@ -56,7 +60,7 @@ export class Charts {
 
   /** Pixels that a trace has across. */
   get pixels() {
-    return Math.max(100, Math.round(this.place.clientWidth * devicePixelRatio));
+    return Math.max(100, Math.round(this.width * devicePixelRatio));
   }
 
   /** Mark a time in all plots. @param {number} seconds */
@@ -131,6 +135,7 @@ class Chart {
     /** @type {any} */
     this.plot = null;
     this.factor = 1;
+    this.said = ""; // in the caption
     /** @type {HTMLOutputElement | null} */
     this.reading = null;
     /** @type {Picture | null} */
@@ -150,7 +155,9 @@ class Chart {
     const unit = this.isSpectrum() ? `${text || "1"}/√Hz` : text;
     this.factor = 10 ** -exponent;
     const of = this.isSpectrum() && this.all.stretch ? `${this.all.stretch}. ` : "";
-    this.caption.replaceChildren(strong(this.probe.signal), unit ? ` in ${unit}` : "", soft(of + this.probe.doc));
+    const about = [unit ? ` in ${unit}` : "", of + this.probe.doc];
+    if (String(about) !== this.said) this.caption.replaceChildren(strong(this.probe.signal), about[0], soft(about[1]));
+    this.said = String(about);
     const data = this.data(picture);
     if (!this.plot || anew || this.plot.series.length !== data.length) this.make(data);
     else this.plot.setData(data, true);
@@ -180,7 +187,7 @@ class Chart {
     const truth = this.probe.type === "bool" && !spectrum;
     const distr = spectrum ? 3 : 1, named = label && { label, labelSize: 18, labelFont: FONT };
     const options = {
-      width: Math.max(200, this.all.place.clientWidth),
+      width: Math.max(200, this.all.width),
       height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
@@ -261,7 +268,7 @@ class Chart {
   }
 
   resize() {
-    this.plot?.setSize({ width: Math.max(200, this.all.place.clientWidth), height: this.all.height });
+    this.plot?.setSize({ width: Math.max(200, this.all.width), height: this.all.height });
   }
 
   remake() {

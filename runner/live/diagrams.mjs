@@ -14,6 +14,7 @@ const READY = "click a block to open it, a wire to plot it; drag to move, Ctrl a
 
 /** @typedef {import("./figures.mjs").Scales} Scales */
 /** @typedef {import("./engine.mjs").Wire} Wire */
+/** @typedef {{line: SVGTextElement, before: string, was: string | null}} Line  `was` is null for one that was added */
 
 /** A picture as SVG; its text is only ever parsed as SVG, and scripts in it are not allowed to run.
  * @param {string} text */
@@ -135,6 +136,8 @@ class DiagramMap {
       this.button("unfold all", "Show what is inside every subgraph", () => void this.unfoldAll());
       this.button("fold all", "Show subgraphs as boxes", () => void this.all.unfold(new Set()));
     }
+    /** Numbers that are written over the picture, by slider. @type {Map<string, Line | null>} */
+    this.lines = new Map();
     this.line = element("span", { className: "map-time soft", textContent: READY });
     this.line.setAttribute("role", "status");
     this.bar.append(this.line);
@@ -161,6 +164,7 @@ class DiagramMap {
     this.height = whole.height;
     this.zoom = 1;
     this.x = this.y = this.moved = 0;
+    this.lines.clear();
     drawing.classList.add("map");
     this.dress();
     drawing.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
@@ -280,24 +284,36 @@ class DiagramMap {
 
   /** Write the numbers of sliders that were moved over those of the file, or below a block that does not show them. */
   tell() {
-    for (const old of /** @type {NodeListOf<SVGTextElement>} */ (this.drawing.querySelectorAll(".now"))) {
-      if (old.dataset.was === undefined) old.remove();
-      else old.textContent = old.dataset.was;
-      old.classList.remove("now");
+    const { moved } = this.all, names = moved.map(({ slider }) => `${slider.block}.${slider.parameter}`);
+    if (names.length !== this.lines.size || !names.every((name) => this.lines.has(name))) this.restore();
+    moved.forEach(({ slider, text }, i) => {
+      if (!this.lines.has(names[i])) this.lines.set(names[i], this.lineOf(slider));
+      const place = this.lines.get(names[i]), told = `${place?.before ?? ""}${text}`;
+      if (place && place.line.textContent !== told) place.line.textContent = told; // else nothing is drawn anew
+    });
+  }
+
+  /** Write what the file says. */
+  restore() {
+    for (const place of this.lines.values()) {
+      if (place?.was === null) place.line.remove();
+      else if (place) place.line.textContent = place.was;
+      place?.line.classList.remove("now");
     }
-    for (const { slider, text } of this.all.moved) {
-      const { block, parameter, drawn } = slider, group = this.groupOf(block);
-      if (!group) continue;
-      const own = group.getAttribute("data-block") === block, path = group.getAttribute("data-block") ?? "";
-      /** @type {NodeListOf<SVGTextElement>} */
-      const settings = group.querySelectorAll(":scope > .setting"), known = [`${parameter} ${drawn}`, drawn];
-      const row = own && [...settings].find((one) => known.includes(one.dataset.was ?? one.textContent ?? ""));
-      if (row) {
-        row.dataset.was ??= row.textContent ?? "";
-        row.textContent = row.dataset.was.startsWith(`${parameter} `) ? `${parameter} ${text}` : text;
-        row.classList.add("now");
-      } else this.below(group, `${own ? "" : `${block.slice(path.length + 1)}.`}${parameter} ${text}`);
-    }
+    this.lines.clear();
+  }
+
+  /** The place of a slider's number. @param {import("./controls.mjs").Slider} slider @returns {Line | null} */
+  lineOf({ block, parameter, drawn }) {
+    const group = this.groupOf(block), path = group?.getAttribute("data-block") ?? "", own = path === block;
+    if (!group) return null;
+    /** @type {NodeListOf<SVGTextElement>} */
+    const settings = group.querySelectorAll(":scope > .setting:not(.now)"), known = [`${parameter} ${drawn}`, drawn];
+    const row = own && [...settings].find((one) => known.includes(one.textContent ?? ""));
+    if (!row) return { line: this.below(group), before: `${own ? "" : `${block.slice(path.length + 1)}.`}${parameter} `, was: null };
+    const was = row.textContent ?? "";
+    row.classList.add("now");
+    return { line: row, before: was.startsWith(`${parameter} `) ? `${parameter} ` : "", was };
   }
 
   /** The block, or the subgraph around it that is folded. @param {string} path */
@@ -322,8 +338,8 @@ class DiagramMap {
     this.place.scrollTop += off([block.top, block.bottom], [seen.top + this.bar.offsetHeight, seen.bottom]);
   }
 
-  /** @param {SVGGElement} group @param {string} text */
-  below(group, text) {
+  /** A line below a block. @param {SVGGElement} group */
+  below(group) {
     const area = group.querySelector(":scope > .area") ?? group.querySelector(":scope > .box");
     const frame = /** @type {SVGGraphicsElement} */ (area);
     const { x, y, width, height } = frame.getBBox(), above = group.querySelectorAll(":scope > text.now.below").length;
@@ -332,8 +348,8 @@ class DiagramMap {
     line.setAttribute("x", String(x + width / 2));
     line.setAttribute("y", String(y + height + 13 * (above + 1)));
     line.setAttribute("text-anchor", "middle");
-    line.textContent = text;
     group.append(line);
+    return line;
   }
 
   time() {

@@ -47,6 +47,7 @@ STYLE: Any = {
     "path.simplify": True,
 }
 _MOST_TICKS, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
+_FEWEST_TICKS = 3
 _FEW_DEGREES, _MANY_DEGREES, _FEW_DECADES = 120.0, 600.0, 300.0  # of an axis: spans; its end over its beginning
 _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
     "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
@@ -119,7 +120,9 @@ def _plain_numbers(axis: "Axis") -> None:
     low, high = axis.get_view_interval()
     if high / low > _FEW_DECADES:
         return
-    axis.set_major_locator(MaxNLocator(5) if high / low < 10.0 else LogLocator(subs=(1.0, 2.0, 5.0)))
+    round_ones = LogLocator(subs=(1.0, 2.0, 5.0))
+    seen = [number for number in round_ones.tick_values(low, high) if low <= number <= high]
+    axis.set_major_locator(round_ones if len(seen) >= _FEWEST_TICKS else MaxNLocator(5))
     axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
     axis.set_minor_locator(NullLocator())
 

@@ -256,6 +256,44 @@ def test_a_tab_marks_its_net_and_a_bundle_shows_all_it_carries(browser: Any, tmp
     page.context.close()
 
 
+CHANGED = """(frames) => new Promise(resolve => {
+  const range = document.querySelector("[aria-label='pickoff.gain, slider']"), changed = [];
+  const watch = new MutationObserver(all => changed.push(...all.map(one => one.target.localName)));
+  for (const part of document.querySelectorAll('.strip, figcaption, svg.proofmass'))
+    watch.observe(part, {subtree: true, childList: true, attributes: true, characterData: true});
+  let asked = 0;
+  const next = () => {
+    if (asked === frames) return resolve(changed);
+    range.value = String(400 + ++asked);
+    range.dispatchEvent(new Event('input'));
+    setTimeout(next, 30);
+  };
+  next();
+})"""
+
+
+def test_a_drag_writes_only_what_changes(browser: Any, tmp_path: Path) -> None:
+    graph = read_graph("library:closed_loop_accelerometer")
+    write_run(simulate(graph, samples=2000, engine="python"), tmp_path, (), live=True)
+    page, lines = opened(browser, (tmp_path / "report.html").as_uri())
+    before = digest(page)
+    page.click("summary:text-is('pickoff')")
+    page.evaluate(CHANGED, 1)
+    after = digest(page, before)
+    changed = page.evaluate(CHANGED, 12)
+    assert changed == ["text"] * 11, (
+        "the gain on its block with each move but the first; no chip, no caption, no other word"
+    )
+    last = digest(page, after)
+    assert " V/rad" in page.text_content("[data-block=pickoff] .now")
+    page.click("text=Reset")
+    assert digest(page, last) == before
+    assert page.locator(".now").count() == 0
+    assert page.text_content("[data-block=pickoff] .setting") == "8 kV/rad"
+    assert lines == []
+    page.context.close()
+
+
 @pytest.fixture
 def live(folder: Path) -> Iterator[tuple[Path, Process]]:
     file = folder / "graph.toml"
