@@ -64,14 +64,10 @@ export class Picked {
   }
 }
 
-/** @param {string} text  as the file of the block says it: paragraphs, formulas indented, names in backquotes */
-function equationOf(text) {
+/** The equation of a block as the documents set it; its HTML is only ever parsed, and has no scripts.
+ * @param {string} html  paragraphs */
+function equationOf(html) {
   const made = element("div", { className: "equation" });
-  for (const part of text.split(/\n\s*\n/)) {
-    const line = element("p");
-    const words = part.replace(/\n(?!\s)/g, " ").split("`");
-    line.append(...words.map((word, i) => (i % 2 ? element("code", { textContent: word }) : word)));
-    made.append(line);
-  }
+  made.append(...new DOMParser().parseFromString(html, "text/html").body.children);
   return made;
 }
