@@ -35,7 +35,8 @@ EXPLANATIONS = (
         r"|file is too large|has no file|name of a file|no such column|has no column|holds no (list of )?values"
         r"|recording|not a number$|cannot be compared|holds no (whole )?run|holds no study|no folder of this study"
         r"|too few rows|in row|time does not grow|there is no block in the file|edited in place|says no file"
-        r"|no such graph|cells where|holds (one|no) rows?|columns? |is not (a )?CSV|time axis|equally spaced|no variable"
+        r"|no such graph|cells where|holds (one|no) rows?|columns? |is not (a )?CSV|time axis|equally spaced"
+        r"|no variable"
         r"|not a finite number|columns look|of its columns",
         "A file that is named is not there, is of another kind, or lies where a graph may not look: graphs name "
         "files in their own folder or below it.",

@@ -8,7 +8,6 @@ _DIAGRAM = re.compile(r'<svg [^>]*class="proofmass[ "][^>]*width="(\d+)"')
 _PLOT = re.compile(rb'<svg [^>]*width="([\d.]+)pt"')
 _POINT, _DOTS = 96.0 / 72.0, 150.0  # pixels of a point, dots of an inch of a PNG file
 _WIDTH_OF_PNG = slice(16, 20)
-_FULL = 85  # letters of a line of a docstring that was broken for want of room
 
 
 def table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> list[str]:
@@ -55,20 +54,6 @@ def picture_attributes(path: Path) -> str:
 def plain(text: str) -> str:
     """Return text of a docstring as Markdown that shows the same characters."""
     return text.replace("\\", "\\\\").replace("*", "\\*").replace("_", "\\_").replace("<", "\\<").replace("[", "\\[")
-
-
-def unwrapped(text: str) -> str:
-    """Return text whose full lines run on into the next one, so that a page breaks them where it has room.
-
-    >>> unwrapped("x = 1\\ny = 2")
-    'x = 1\\ny = 2'
-    """
-    lines = text.splitlines()
-    runs_on = [
-        len(line) > _FULL and bool(after.strip()) and not after.startswith(" ")
-        for line, after in zip(lines, [*lines[1:], ""], strict=True)
-    ]
-    return "".join(line + (" " if joined else "\n") for line, joined in zip(lines, runs_on, strict=True)).rstrip("\n")
 
 
 def _cell(text: str) -> str:

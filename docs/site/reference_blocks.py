@@ -5,13 +5,13 @@ from collections.abc import Iterator
 from importlib import import_module
 from typing import Any
 
-from docs.site.markdown import code, fence, plain, table, unwrapped
+from docs.site.markdown import code, fence, plain, table
 from docs.site.ports import ports_picture
 from docs.site.responses import response_picture
-from docs.site.typeset import typeset
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_of
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.output.describe import block_text
+from proofmass.runner.output.typeset import typeset
 
 
 def families() -> dict[str, list[type[Block]]]:
@@ -51,7 +51,7 @@ def _block(kind: type[Block], responses: bool) -> Iterator[str]:
     about = facts(kind)
     yield from (f"## {kind.__name__}", "", plain(about["doc"]), "")
     yield from ("```{raw} html", '<div class="ports-frame">', ports_picture(about), "</div>")
-    yield from (f'<div class="equation">{typeset(unwrapped(about["equation"]))}</div>', "```", "")
+    yield from (f'<div class="equation">{typeset(about["equation"])}</div>', "```", "")
     if about["elsewhere"]:
         yield from (f"Elsewhere called: {plain(', '.join(about['elsewhere']))}.", "")
     if about["continuous"]:

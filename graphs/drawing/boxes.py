@@ -5,8 +5,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from proofmass.graphs.drawing.items import Spot
 from proofmass.graphs.drawing.links import WiredPorts
 from proofmass.graphs.drawing.looks import NAME, SYMBOL, Look, kind_text
-from proofmass.graphs.drawing.picture import Box
+from proofmass.graphs.drawing.picture import TAB, Box
 from proofmass.graphs.drawing.style import SHADES
+from proofmass.graphs.drawing.tabs import arrow
 from proofmass.graphs.drawing.texts import text, unit_in_print
 from proofmass.graphs.model.rates import write_rate
 
@@ -90,12 +91,9 @@ def _symbol(look: Look, spot: Spot) -> Iterator[str]:
 def _tab(name: str, box: Box, look: Look, spot: Spot) -> str:
     """Return a port of an opened subgraph: an arrow that its name stands in."""
     x, y, width = spot.x, spot.y, look.shape.width
-    point = f"M{x} {y}h{width - 10}l10 10l-10 10H{x}Z"
-    if spot.mirrored:
-        point = f"M{x + width} {y}h{10 - width}l-10 10l10 10H{x + width}Z"
-    label = name.strip("\N{RIGHTWARDS ARROW}")
+    label = name.strip(TAB)
     return (
-        f'<path class="box" d="{point}"/>'
+        f'<path class="box" d="{arrow(x, y, width, 10, spot.mirrored)}"/>'
         f'<text x="{x + width / 2:g}" y="{y + 14}" text-anchor="middle">{text(label)}</text>'
     )
 
@@ -122,6 +120,8 @@ def _ports(
             yield f'<text class="soft small plain" x="{start}" y="{height - 4}"{anchor}>{text(unit)}</text>'
         if port in used:
             short = box.types[port].removeprefix("fixed point ")
+            if port in look.tabs:
+                start = edge + way * (sum(look.tabs[port]) + 4)
             style = f"small only formats {formats[port]}"
             yield f'<text class="{style}" x="{start}" y="{height - 4}"{anchor}>{text(short)}</text>'
 

@@ -6,7 +6,8 @@ from math import ceil
 from proofmass.graphs.drawing.items import Item, Net, NetName, Pin
 
 WIDEST = 1300  # pixels: what a page of 1400 shows without making its text smaller
-_ASPECT = 1.25  # preferred width over height of a large diagram
+ASPECT = 1.25  # preferred width over height of a large diagram
+ASPECT_NAMED = 0.9  # where long wires are named, more rows cost no lines between them, and a page scrolls down
 _CROSSING = 0.015  # cost of a wire between rows; a row costs the square of its deviation from the preferred width
 _LONGEST = 1.35  # largest width of a row over the preferred one
 _TRIES = 5
@@ -15,17 +16,17 @@ RowRanges = Sequence[tuple[int, int]]  # first layer of each row, and the first 
 NetsOf = dict[tuple[NetName, int, int], Net]  # by net, row and gap
 
 
-def widths_to_try(width: int, height: int) -> Iterator[float]:
+def widths_to_try(width: int, height: int, aspect: float) -> Iterator[float]:
     """Yield widths for the rows of a diagram that is this large in one row; the first that does is taken."""
-    goal = max(float(WIDEST), (_ASPECT * width * height) ** 0.5)
-    if not fits(width, height):
+    goal = max(float(WIDEST), (aspect * width * height) ** 0.5)
+    if not fits(width, height, aspect):
         fewest = max(2, ceil(width / goal))
         yield from (width / number for number in range(fewest, fewest + _TRIES))
 
 
-def fits(width: int, height: int) -> bool:
+def fits(width: int, height: int, aspect: float) -> bool:
     """Return whether a diagram needs no more rows."""
-    return width <= max(WIDEST, _ASPECT * height)
+    return width <= max(WIDEST, aspect * height)
 
 
 def rows_of(starts: Sequence[int], width: int, crossing: Sequence[int], wanted: float) -> RowRanges:

@@ -5,8 +5,10 @@ not exist are left out: `check` reports them.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from itertools import pairwise
 
 from proofmass.graphs.drawing.boxes import block_lines, flag
+from proofmass.graphs.drawing.eased import Eased, Path, eased_of, fan_of, named_ends
 from proofmass.graphs.drawing.items import Layout
 from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import lay_out
@@ -17,8 +19,9 @@ from proofmass.graphs.drawing.overlays import Overlays
 from proofmass.graphs.drawing.picture import picture_of
 from proofmass.graphs.drawing.routing import GridPoint
 from proofmass.graphs.drawing.style import SHADES, STYLE
+from proofmass.graphs.drawing.tabs import tab_below, tab_of_wire
 from proofmass.graphs.drawing.texts import text, unit_in_print, width_of
-from proofmass.graphs.drawing.wires import drawn_path, hops_of, shared
+from proofmass.graphs.drawing.wires import Hops, drawn_path, hops_of, net_of, shared
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside, parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.rates import write_rate
@@ -92,9 +95,22 @@ class Drawing:
         picture = picture_of(flat, graph, path)
         self.picture = with_tabs(flat, graph, picture, path) if path else picture
         self.links = links_of(self.picture)
-        self.wired = WiredPorts(self.picture, self.links)
+        self._lay_out(Eased())
+        while (eased := eased_of(self.layout, self.paths, self.eased)) != self.eased:
+            self._lay_out(eased)
+
+    def _lay_out(self, eased: Eased) -> None:
+        self.eased = eased
+        self.wired = WiredPorts(self.picture, self.links, eased.named, eased.leaders)
         self.looks = {name: self._look(name) for name in self.picture.blocks}
-        self.layout: Layout = lay_out({name: look.shape for name, look in self.looks.items()}, self.links)
+        shapes = {name: look.shape for name, look in self.looks.items()}
+        self.layout: Layout = lay_out(shapes, self.links, undrawn=eased.named | eased.followers)
+        spots = self.layout.spots
+        self.fans = {
+            link: fan_of(link, self.layout.paths[leader], spots, self.looks) for link, leader in eased.leaders.items()
+        }
+        self.paths: Mapping[Link, Path] = {**self.layout.paths, **{link: fan.whole for link, fan in self.fans.items()}}
+        self.ends = {link: named_ends(link, spots, self.looks) for link in eased.named}
 
     def _look(self, name: str) -> Look:
         inner = self.inner.get(name)
@@ -103,25 +119,7 @@ class Drawing:
 
     def lines(self) -> Iterator[str]:
         """Yield the wires, then the blocks, so that symbols cover the ends of wires."""
-        hops = hops_of(self.layout)
-        paths: dict[GridPoint, list[tuple[GridPoint, ...]]] = {}  # by start
-        dots: dict[GridPoint, str] = {}
-        for link in sorted(self.links, key=lambda link: (link.driven, link)):
-            path = self.layout.paths[link]
-            others = paths.setdefault(path[0], [])
-            own = path[max((shared(path, other) for other in others), default=0) :]
-            net = link.source, link.output
-            levels = {y: places for (other, y), places in hops.items() if other == net}
-            yield self._wire(link, own, levels)
-            others.append(path)
-            shade = self._net(link)
-            dots |= {point: shade for point in path if point in self.layout.dots and (shade or point not in dots)}
-        plain = {(link.source, link.output) for link in self.links if not link.driven}
-        carrying = (link for link in self.links if (link.source, link.output) in plain)
-        signals = {point for link in carrying for point in self.layout.paths[link]}
-        for point in sorted(self.layout.dots):
-            style = "dot" if point in signals else f"dot {dots[point]}".strip()
-            yield f'<circle class="{style}" cx="{point[0]}" cy="{point[1]}" r="3.2"/>'
+        yield from self._wires()
         for name, spot in self.layout.spots.items():
             box, look = self.picture.blocks[name], self.looks[name]
             classes = self.overlays.of_block(box) if box.kind else ()
@@ -134,38 +132,113 @@ class Drawing:
                 yield "</g>"
             yield "</g>"
 
-    def _net(self, link: Link) -> str:
-        return f"net{self.wired.net_of[link.source, link.output] % SHADES}" if link.driven else ""
+    def _wires(self) -> Iterator[str]:
+        """Yield the wires and their dots, then bundles, then the wires that are named, net by net."""
+        leaders = self.eased.leaders
+        hops = hops_of(self.paths, leaders)
+        paths: dict[GridPoint, list[Path]] = {}  # by start
+        dots: dict[GridPoint, str] = {}
+        alone = sorted(self.paths.keys() - leaders.keys(), key=_signals_first)
+        for link in alone:
+            path = self.paths[link]
+            others = paths.setdefault(path[0], [])
+            own = path[max((shared(path, other) for other in others), default=0) :]
+            yield self._wire(link, [path], [own], hops)
+            others.append(path)
+            shade = self._net(link)
+            dots |= {point: shade for point in path if point in self.layout.dots and (shade or point not in dots)}
+        plain = {(link.source, link.output) for link in alone if not link.driven}
+        carrying = (link for link in alone if (link.source, link.output) in plain)
+        signals = {point for link in carrying for point in self.paths[link]}
+        for point in sorted(self.layout.dots):
+            style = "dot" if point in signals else f"dot {dots[point]}".strip()
+            yield f'<circle class="{style}" cx="{point[0]}" cy="{point[1]}" r="3.2"/>'
+        for leader in sorted(set(leaders.values())):
+            yield from self._bundle(leader, hops)
+        for name, port in sorted({(link.source, link.output) for link in self.ends}):
+            yield from self._named(name, port)
 
-    def _wire(self, link: Link, own: Sequence[GridPoint], hops: Mapping[int, Sequence[int]]) -> str:
-        """Return one wire; `own` is the part that it does not share with other wires from the same output."""
-        layout, source, target = self.layout, self.looks[link.source], self.looks[link.target]
-        path = list(layout.paths[link])
+    def _bundle(self, leader: Link, hops: Hops) -> Iterator[str]:
+        """Yield the wires of a bundle where they are apart, and the line that stands for all, with their number."""
+        links = [link for link in sorted(self.paths) if self.eased.leaders.get(link) == leader]
+        trunk = self.fans[leader].trunk
+        for link in links:
+            fan = self.fans[link]
+            yield self._wire(link, [fan.whole], [fan.source, fan.reader], hops)
+        signals = " ".join(self.picture.blocks[link.source].signals[link.output] for link in links)
+        (x, y), (to, _) = max(pairwise(trunk), key=lambda line: abs(line[1][0] - line[0][0]))
+        x = (x + to) // 2
+        yield (
+            f'<g class="bundle" data-signals="{text(signals)}">'
+            f"<title>{len(links)} wires\n{text(chr(10).join(map(self._told, links)))}</title>"
+            f'<path class="reach" d="{drawn_path(trunk, self.layout.dots, {})}"/>'
+            f'<path class="line" d="{drawn_path(trunk, self.layout.dots, self._levels(leader, hops))}"/>'
+            f'<path class="count" d="M{x - 3} {y + 5}l6 -10"/>'
+            f'<text class="soft small" x="{x}" y="{y - 7}" text-anchor="middle">{len(links)}</text></g>'
+        )
+
+    def _named(self, name: str, port: str) -> Iterator[str]:
+        """Yield the wires of an output that are named, in one group: a pointer at one of them marks all."""
+        links = sorted((link for link in self.ends if (link.source, link.output) == (name, port)), key=_signals_first)
+        drawn = [link for link in self.paths if (link.source, link.output) == (name, port)]
+        label, look, spot = self.wired.net_label(links[0]), self.looks[name], self.layout.spots[name]
+        shade = self._net(links[0]) if all(link.driven for link in drawn) else ""
+        yield f'<g class="named" data-net="{text(self.picture.blocks[name].signals[port])}">'
+        for number, link in enumerate(links):
+            start, end = self.ends[link]
+            yield self._wire(link, [start, end], [end] if number or drawn else [start, end], {})
+        for link in links:
+            at, wide = self.ends[link].reader[0], self.looks[link.target].tabs[link.port][1]
+            mirrored = self.layout.spots[link.target].mirrored
+            below = tab_below(label, at, wide, self._net(link))
+            yield below if link.driven else tab_of_wire(label, at, wide, mirrored, "")
+        if port in look.tabs:
+            yield tab_of_wire(label, self.ends[links[0]].source[1], look.tabs[port][1], spot.mirrored, shade)
+        yield "</g>"
+
+    def _told(self, link: Link) -> str:
+        return f"{self.path}{link.source}.{link.output} → {self.path}{link.target}.{link.port}"
+
+    def _levels(self, link: Link, hops: Hops) -> dict[int, Sequence[int]]:
+        """Return the places at which a wire hops over others, by height."""
+        net = net_of(link, self.eased.leaders)
+        return {y: places for (other, y), places in hops.items() if other == net}
+
+    def _wire(self, link: Link, whole: Sequence[Path], own: Sequence[Path], hops: Hops) -> str:
+        """Return one wire by its pieces; `own` are the lines that no other wire draws."""
+        source, target = self.looks[link.source], self.looks[link.target]
         box = self.picture.blocks[link.source]
         port, signal, kind = box.outputs[link.output], box.signals[link.output], box.types[link.output]
         unit = unit_in_print(port)
-        ends = f"{_end(self.path, link.source, link.output)} → {_end(self.path, link.target, link.port)}"
         rate = f"at {write_rate(box.rate)}" if box.rate and not box.continuous else ""
         about = ", ".join(filter(None, (unit and f"in {unit}", kind, "continuous" if box.continuous else rate)))
-        (x, y), (before_x, before_y) = path[-1], path[-2]
+        (x, y), (before_x, before_y) = whole[-1][-1], whole[-1][-2]
         back = (before_x > x) - (before_x < x), (before_y > y) - (before_y < y)
         inset = target.insets.get(link.port, 0.0)
         end = x - back[0] * inset, y - back[1] * inset
         tip = [(end[0] + 9 * back[0] + s * 4 * back[1], end[1] + 9 * back[1] + s * 4 * back[0]) for s in (1, -1)]
-        begin = _outwards(path[0], path[1], source.insets.get(link.output, 0.0))
-        whole = [begin, *path[1:-1], end]
-        mine = [begin if tuple(own[0]) == path[0] else own[0], *own[1:-1], end]
+        begin = _outwards(whole[0][0], whole[0][1], source.insets.get(link.output, 0.0))
+        met = {whole[0][0]: begin, whole[-1][-1]: end}  # at the edges of symbols, which are smaller than their blocks
+
+        def drawn(pieces: Sequence[Path], levels: Mapping[int, Sequence[int]]) -> str:
+            lines = ([met.get(point, point) for point in piece] for piece in pieces)
+            return "".join(drawn_path(line, self.layout.dots, levels) for line in lines)
+
         flat_target = inside(self.flat.root, f"{self.path}{link.target}.{link.port}")
         driven = ["driven", self._net(link)] if link.driven else []
         classes = ["wire", *driven, *self.overlays.of_wire(signal, flat_target, kind)]
         mark = f"M{end[0]:g} {end[1]:g}L{tip[0][0]:g} {tip[0][1]:g}L{tip[1][0]:g} {tip[1][1]:g}Z"
+        ends = self._told(link)
         return (
             f'<g class="{" ".join(classes)}" data-wire="{text(ends)}" data-signal="{text(signal)}">'
             f"<title>{text(chr(10).join((ends, about, port.doc)))}</title>"
-            f'<path class="reach" d="{drawn_path(whole, layout.dots, {})}"/>'
-            f'<path class="line" d="{drawn_path(mine, layout.dots, hops)}"/>'
+            f'<path class="reach" d="{drawn(whole, {})}"/>'
+            f'<path class="line" d="{drawn(own, self._levels(link, hops))}"/>'
             f'<path class="tip" d="{mark}"/></g>'
         )
+
+    def _net(self, link: Link) -> str:
+        return f"net{self.wired.net_of[link.source, link.output] % SHADES}" if link.driven else ""
 
     def legend(self) -> Iterator[Mark]:
         """Yield the marks that occur."""
@@ -183,8 +256,8 @@ class Drawing:
             yield from inner._all()
 
 
-def _end(path: str, name: str, port: str) -> str:
-    return f"{path}{name}.{port}"
+def _signals_first(link: Link) -> tuple[bool, Link]:
+    return link.driven, link
 
 
 def _outwards(start: GridPoint, after: GridPoint, inset: float) -> tuple[float, float]:

@@ -6,8 +6,8 @@ from typing import Any
 from proofmass.graphs.drawing.diagram import Drawing, corner
 from proofmass.graphs.drawing.links import probed
 from proofmass.graphs.drawing.looks import inner_place
-from proofmass.graphs.drawing.opened import TAB
 from proofmass.graphs.drawing.overlays import Overlays
+from proofmass.graphs.drawing.picture import TAB
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
 
@@ -67,6 +67,8 @@ def _blocks(path: str, drawing: Drawing, x: int, y: int) -> Iterator[Data]:
 def _wires(path: str, drawing: Drawing, x: int, y: int) -> Iterator[Data]:
     for link in drawing.links:
         box = drawing.picture.blocks[link.source]
+        ends = drawing.ends.get(link)
+        points = drawing.paths[link] if ends is None else (*ends.source, *ends.reader)
         yield {
             "from": _end(path, drawing, link.source, link.output),
             "to": _end(path, drawing, link.target, link.port),
@@ -74,7 +76,8 @@ def _wires(path: str, drawing: Drawing, x: int, y: int) -> Iterator[Data]:
             "unit": box.outputs[link.output].unit,
             "type": box.types[link.output],
             "drives_parameter": link.driven,
-            "points": [[x + right, y + down] for right, down in drawing.layout.paths[link]],
+            "points": [[x + right, y + down] for right, down in points],
+            **({} if ends is None else {"named": drawing.wired.net_label(link)}),
         }
 
 

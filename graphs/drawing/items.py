@@ -8,6 +8,7 @@ from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.routing import GRID, GridPoint
 
 NetName = tuple[str, str]  # of the wires of one output: block and port
+TAB_ROWS = 3  # of the grid, below a block whose driven parameters have tabs
 
 
 @dataclass(frozen=True)
@@ -22,14 +23,19 @@ class Shape:
     label: int = 0  # room beside the outputs
     exit: bool = False  # whether a probe or an export reads an output
     noise: bool = False
+    entry: int = 0  # room beside the inputs
+    tabbed: frozenset[str] = frozenset()  # driven parameters with a tab instead of a wire
 
     def row(self, parameter: str) -> int:
         """Return how far below the top of the block the wire of a driven parameter arrives."""
-        return self.height + GRID * (2 + list(self.driven).index(parameter))
+        wired = [name for name in self.driven if name not in self.tabbed]
+        return self.height + GRID * (2 + TAB_ROWS * bool(self.tabbed) + wired.index(parameter))
 
     def reserved(self) -> int:
         """The height reserved for it."""
-        return self.row(list(self.driven)[-1]) if self.driven else self.height
+        wired = [name for name in self.driven if name not in self.tabbed]
+        tabs = GRID * TAB_ROWS * bool(self.tabbed)
+        return self.row(wired[-1]) if wired else self.height + tabs
 
 
 class Spot(NamedTuple):

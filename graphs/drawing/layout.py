@@ -1,9 +1,18 @@
 """Places of blocks and routes of wires on a grid: layers, order, rows, heights, then routes."""
 
 from bisect import bisect_left, insort
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 
-from proofmass.graphs.drawing.breaks import NetsOf, RowRanges, broken, fits, rows_of, widths_to_try
+from proofmass.graphs.drawing.breaks import (
+    ASPECT,
+    ASPECT_NAMED,
+    NetsOf,
+    RowRanges,
+    broken,
+    fits,
+    rows_of,
+    widths_to_try,
+)
 from proofmass.graphs.drawing.items import Item, Layout, Net, Pin, Shape, Spot
 from proofmass.graphs.drawing.layers import Layers, Link, assign_layers
 from proofmass.graphs.drawing.routing import GRID, GridPoint, corners, walked
@@ -15,9 +24,15 @@ LARGEST_POLISHED = 3000  # items (blocks, and wires past blocks) that get every 
 _BACKWARD = 0.3  # cost of a backward wire above a block, in crossings
 
 
-def lay_out(shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 1200) -> Layout:
-    """Lay out each connected part on its own, then set the parts on shelves, the largest first."""
-    parts = [_Part({n: shapes[n] for n in names}, own).drawn() for names, own in _connected(sorted(shapes), links)]
+def lay_out(
+    shapes: Mapping[str, Shape], links: Sequence[Link], widest: int = 1200, undrawn: Collection[Link] = ()
+) -> Layout:
+    """Lay out each connected part on its own, then set the parts on shelves, the largest first.
+
+    Undrawn wires have a say in the layers of blocks only; they get no path.
+    """
+    joined = _connected(sorted(shapes), links)
+    parts = [_Part({n: shapes[n] for n in names}, own, undrawn).drawn() for names, own in joined]
     widest = max([widest, *(part.width for part in parts)])
     x = y = shelf = width = 0
     spots: dict[str, Spot] = {}
@@ -47,10 +62,11 @@ def _connected(names: Sequence[str], links: Sequence[Link]) -> list[tuple[list[s
 class _Part:
     """One connected part of the graph during layout."""
 
-    def __init__(self, shapes: Mapping[str, Shape], links: Sequence[Link]) -> None:
+    def __init__(self, shapes: Mapping[str, Shape], links: Sequence[Link], undrawn: Collection[Link]) -> None:
         self.shapes = shapes
+        self.aspect = ASPECT_NAMED if undrawn else ASPECT
         self.links: dict[tuple[str, str], list[Link]] = {}  # by source and output
-        for link in links:
+        for link in (link for link in links if link not in undrawn):
             self.links.setdefault((link.source, link.output), []).append(link)
         self.layers: Layers = assign_layers(
             shapes, links, (n for n, s in shapes.items() if s.exit), (n for n, s in shapes.items() if s.noise)
@@ -111,11 +127,11 @@ class _Part:
             if gap < len(crossing):
                 crossing[gap] += 1
         whole = layout.width
-        for wanted in widths_to_try(whole, layout.height):
+        for wanted in widths_to_try(whole, layout.height, self.aspect):
             self._restore(ordered)
             rows = rows_of(starts, whole, crossing, wanted)
             tried, _ = self._in_rows(rows)
-            if fits(tried.width, tried.height):
+            if fits(tried.width, tried.height, self.aspect):
                 return tried
             layout = min(layout, tried, key=lambda one: one.width)
         return layout
@@ -222,9 +238,10 @@ class _Part:
     # -- pixels --------------------------------------------------------------------------------------------------
 
     def _room(self, layer: int, on_left: bool) -> int:
-        """Return the space that a layer needs for labels beside outputs on one side."""
+        """Return the space that a layer needs for labels beside outputs, and tabs beside inputs, on one side."""
         column = self.columns[layer] if 0 <= layer < len(self.columns) else []
-        return max((self.shapes[i.name].label for i in column if i.name and i.backward == on_left), default=0)
+        shapes = ((self.shapes[i.name], i.backward == on_left) for i in column if i.name)
+        return max((shape.label if leaving else shape.entry for shape, leaving in shapes), default=0)
 
     def _traced(self, routed: Routed) -> Layout:
         spots = {name: Spot(item.x, item.top, item.backward) for name, item in self.blocks.items()}

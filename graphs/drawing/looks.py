@@ -1,7 +1,8 @@
 """Looks of blocks: summing circles, gain triangles, boxes with their ports, and subgraphs opened up."""
 
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 from proofmass.graphs.drawing.items import Shape
 from proofmass.graphs.drawing.links import WiredPorts
@@ -12,6 +13,9 @@ HEAD, LINE, ROW = 40, 20, 20  # of a block: name and kind, a setting, one port
 NAME = 20  # above a symbol
 SYMBOL = 40  # width of one
 PAD = 20  # around what is inside an opened subgraph
+FAN = 30  # beside a block, where wires part from a bundle
+FLAG_ROOM = 22  # of the flag of a probe, which reaches up beside the port above
+ARROW, BELOW_TAB = 20, 11  # from a tab to the input, or to the driven parameter above it
 _CURVE = 2.7  # from the edge of a circle to where a wire 10 above its middle meets it
 _MOST_SETTINGS = 2
 _SIGNS = {  # of circles, by input
@@ -35,6 +39,17 @@ class Look:
     signs: Mapping[str, str] = field(default_factory=dict)
     rate: str = ""
     insets: Mapping[str, float] = field(default_factory=dict)  # by port
+    tabs: Mapping[str, tuple[int, int]] = field(default_factory=dict)  # how far from the block, and how wide, by port
+
+
+class _Room(NamedTuple):
+    """Room around a block, and what its layout depends on beside its size and its pins."""
+
+    label: int
+    exit: bool
+    noise: bool
+    entry: int
+    tabbed: frozenset[str]
 
 
 def look_of(name: str, box: Box, wired: WiredPorts, rate: str, inner: tuple[int, int] | None) -> Look:
@@ -42,13 +57,51 @@ def look_of(name: str, box: Box, wired: WiredPorts, rate: str, inner: tuple[int,
     into = wired.into[name]
     needed = [port for port, declared in box.inputs.items() if declared.default is None or port in into]
     driven = sorted(port for port in into if port not in box.inputs)
-    labels = (
-        width_of(unit_in_print(box.outputs[port]), 10) + 4 + 14 * (port in wired.probed[name])
-        for port in wired.used[name]
+    tabs = _tabs(name, box, wired)
+    leaving, entering = (FAN if name in fans else 0 for fans in (wired.leaves, wired.enters))
+    labels = (sum(tabs[port]) + 4 if port in tabs else _label(name, box, wired, port) for port in wired.used[name])
+    entries = (sum(tabs[port]) + 4 for port in tabs if port in box.inputs)
+    room = _Room(
+        max(labels, default=0) + leaving,
+        bool(wired.probed[name]),
+        box.noise,
+        max(entries, default=entering),
+        frozenset(tabs).intersection(driven),
     )
-    room = max(labels, default=0), bool(wired.probed[name]), box.noise
     if not box.kind:
-        return _tab(name, box, room)
+        return replace(_tab(name, box, room), tabs=tabs)
+    return replace(_look(name, box, needed, driven, rate, into, inner, room, tabs), tabs=tabs)
+
+
+def _label(name: str, box: Box, wired: WiredPorts, port: str) -> int:
+    """Return the room for the unit of an output and its flag."""
+    return width_of(unit_in_print(box.outputs[port]), 10) + 4 + 14 * (port in wired.probed[name])
+
+
+def _tabs(name: str, box: Box, wired: WiredPorts) -> dict[str, tuple[int, int]]:
+    """Return how far the tabs of named wires are from a block, and how wide: past units, arrows and fans."""
+    tabs: dict[str, tuple[int, int]] = {}
+    for port, label in wired.tabs[name].items():
+        before = BELOW_TAB
+        if port in box.outputs:
+            before = max(_label(name, box, wired, port) + 4, FLAG_ROOM * bool(wired.probed[name]))
+        elif port in box.inputs:
+            before = FAN if name in wired.enters else ARROW
+        tabs[port] = before, _tens(width_of(label, 10) + 16)
+    return tabs
+
+
+def _look(
+    name: str,
+    box: Box,
+    needed: list[str],
+    driven: list[str],
+    rate: str,
+    into: Mapping[str, str],
+    inner: tuple[int, int] | None,
+    room: _Room,
+    tabs: Mapping[str, tuple[int, int]],
+) -> Look:
     if inner is None and not driven and len(box.outputs) == 1 and not box.subgraph:
         kind = box.kind.removeprefix("Fixed")
         if kind in _TRIANGLES and len(needed) == 1:
@@ -56,11 +109,8 @@ def look_of(name: str, box: Box, wired: WiredPorts, rate: str, inner: tuple[int,
         if kind in _SIGNS and len(needed) > 1 and set(needed) <= set(_SIGNS[kind]):
             return _circle(name, box, kind, needed, rate, room)
     if inner is not None:
-        return _opened(name, box, needed, driven, rate, inner, room)
-    return _boxed(name, box, needed, driven, rate, into, room)
-
-
-_Room = tuple[int, bool, bool]
+        return _opened(name, box, needed, driven, rate, inner, room, tabs)
+    return _boxed(name, box, needed, driven, rate, into, room, tabs)
 
 
 def _tab(name: str, box: Box, room: _Room) -> Look:
@@ -105,7 +155,14 @@ def _symbol(
 
 
 def _boxed(
-    name: str, box: Box, needed: list[str], driven: list[str], rate: str, into: Mapping[str, str], room: _Room
+    name: str,
+    box: Box,
+    needed: list[str],
+    driven: list[str],
+    rate: str,
+    into: Mapping[str, str],
+    room: _Room,
+    tabs: Mapping[str, tuple[int, int]],
 ) -> Look:
     settings = tuple(box.settings(into))[:_MOST_SETTINGS]
     sides = [needed, list(box.outputs)]
@@ -119,7 +176,7 @@ def _boxed(
     else:
         inputs, outputs = ({port: head + 10 + ROW * i for i, port in enumerate(ports)} for ports in sides)
         height = head + ROW * max(*map(len, sides), 1) + 10 + foot
-    across, places = _along(driven)
+    across, places = _along(driven, tabs)
     widths = (max((width_of(port, 11) for port in ports if port in labels), default=0) for ports in sides)
     words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11), *(width_of(s, 11) for s in settings), 0)
     width = max(words + 20, sum(widths) + 34, across + 10, 60)
@@ -128,13 +185,20 @@ def _boxed(
 
 
 def _opened(
-    name: str, box: Box, needed: list[str], driven: list[str], rate: str, inner: tuple[int, int], room: _Room
+    name: str,
+    box: Box,
+    needed: list[str],
+    driven: list[str],
+    rate: str,
+    inner: tuple[int, int],
+    room: _Room,
+    tabs: Mapping[str, tuple[int, int]],
 ) -> Look:
     """Return a subgraph opened up: its ports at the edges, what is inside between them."""
     used = {port: i for i, port in enumerate(box.outputs)}
     inputs = {port: HEAD + 10 + ROW * i for i, port in enumerate(needed)}
     outputs = {port: HEAD + 10 + ROW * i for port, i in used.items()}
-    across, places = _along(driven)
+    across, places = _along(driven, tabs)
     sides = [max((width_of(port, 11) for port in ports), default=0) for ports in (inputs, outputs)]
     words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11)) + 40
     width = max(inner[0] + sum(sides) + 2 * PAD + 40, words, across + 10)
@@ -165,12 +229,12 @@ def _numbers(box: Box) -> Iterator[str]:
             yield box.shown(name)
 
 
-def _along(driven: list[str]) -> tuple[int, dict[str, int]]:
+def _along(driven: list[str], tabs: Mapping[str, tuple[int, int]]) -> tuple[int, dict[str, int]]:
     """Return the places of driven parameters along the bottom, and how far they reach."""
     places: dict[str, int] = {}
     across = 0
     for parameter in driven:
-        half = -(-width_of(parameter, 11, bold=True) // 20) * 10  # a multiple of ten
+        half = -(-max(width_of(parameter, 11, bold=True), tabs.get(parameter, (0, 0))[1]) // 20) * 10
         places[parameter] = across + half + 10
         across += 2 * half + 10
     return across, places

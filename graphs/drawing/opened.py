@@ -3,11 +3,10 @@
 from dataclasses import replace
 
 from proofmass.blocks.declaration.declare import Port
-from proofmass.graphs.drawing.picture import Box, Picture, node_of, outside
+from proofmass.graphs.drawing.picture import TAB, Box, Picture, node_of, outside
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import Endpoint, Graph
 
-TAB = "\N{RIGHTWARDS ARROW}"  # in no name of a block
 _PORT = "value"
 
 

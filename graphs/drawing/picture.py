@@ -18,6 +18,7 @@ from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.names import Missing, find_any
 
+TAB = "\N{RIGHTWARDS ARROW}"  # of a port of an opened subgraph; in no name of a block
 _SHORT = 9  # characters of a quantity
 
 

@@ -44,9 +44,9 @@ class _Row:
             self.starts.append(x)
             tracks, bars = channel({name: self._heights(name, gap, net) for name, net in nets.items()})
             side = self._room(room, gap - 1, False)
-            x += side + (GRID if nets else 0)
+            x += side + (GRID if nets or self.first < gap < self.last else 0)
             self.bars[gap] = x, bars
-            x += GRID * tracks + self._room(room, gap, True) + (GRID if nets else 0)
+            x += GRID * tracks + self._room(room, gap, True) + (GRID if nets or self.first < gap < self.last else 0)
             column = self.columns[gap - self.first] if gap < self.last else []
             width = max((item.width for item in column), default=0)
             for item in column:

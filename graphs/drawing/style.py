@@ -26,10 +26,14 @@ svg.proofmass:root{background:var(--paper)}
 .proofmass .continuous .box{fill:#e4f1fb;fill:var(--flow)}
 .proofmass .open>.box{fill:#fff;fill:var(--paper);stroke-dasharray:none}
 .proofmass .line{fill:none;stroke:#3d4f60;stroke:var(--wire);stroke-width:1.5}
+.proofmass .bundle .line{stroke-width:3.5}
+.proofmass .count{stroke:#3d4f60;stroke:var(--wire);stroke-width:1.5}
+.proofmass .label{fill:#fff;fill:var(--paper);stroke:#3d4f60;stroke:var(--wire);stroke-width:1}
 .proofmass .reach{fill:none;stroke:#0072b2;stroke:var(--drive);stroke-width:9;stroke-opacity:0}
 .proofmass .tip,.proofmass .dot{fill:#3d4f60;fill:var(--wire)}
 .proofmass .probe{fill:#c04a00;fill:var(--look);stroke:#c04a00;stroke:var(--look);stroke-width:1.4}
-.proofmass .wire:hover .reach{stroke-opacity:.35}
+.proofmass :is(.wire,.bundle,.named):hover .reach,.proofmass .marked .reach{stroke-opacity:.35}
+.proofmass .named:hover .label,.proofmass .marked .label{fill:#e4f1fb;fill:var(--flow)}
 .proofmass .fold,.proofmass .only{display:none}
 .proofmass .fold path{stroke:#1a2530;stroke:var(--ink);stroke-width:1.6}
 """

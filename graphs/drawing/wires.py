@@ -4,7 +4,8 @@ from bisect import bisect_left, bisect_right
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import pairwise
 
-from proofmass.graphs.drawing.items import Layout, NetName
+from proofmass.graphs.drawing.items import NetName
+from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.routing import GridPoint
 
 _CORNER, _HOP = 5, 4  # radii in pixels
@@ -12,12 +13,12 @@ _CORNER, _HOP = 5, 4  # radii in pixels
 Hops = Mapping[tuple[NetName, int], Sequence[int]]  # places of hops along the level lines of a net, by height
 
 
-def hops_of(layout: Layout) -> Hops:
-    """Return where level lines cross upright lines of other nets."""
+def hops_of(paths: Mapping[Link, Sequence[GridPoint]], leaders: Mapping[Link, Link]) -> Hops:
+    """Return where level lines cross upright lines of other nets; those of a bundle count as the net of its leader."""
     level: set[tuple[int, int, int, NetName]] = set()  # height, from, to
     upright: dict[int, set[tuple[int, int, NetName]]] = {}  # by place
-    for link, path in layout.paths.items():
-        net = link.source, link.output
+    for link, path in paths.items():
+        net = net_of(link, leaders)
         for (x1, y1), (x2, y2) in pairwise(path):
             if y1 == y2:
                 level.add((y1, min(x1, x2), max(x1, x2), net))
@@ -30,6 +31,12 @@ def hops_of(layout: Layout) -> Hops:
             if any(top < y < bottom and other != net for top, bottom, other in upright[x]):
                 hops.setdefault((net, y), set()).add(x)
     return {key: sorted(found) for key, found in hops.items()}
+
+
+def net_of(link: Link, leaders: Mapping[Link, Link]) -> NetName:
+    """Return the net that a wire is drawn with."""
+    drawn_as = leaders.get(link, link)
+    return drawn_as.source, drawn_as.output
 
 
 def shared(first: Sequence[GridPoint], second: Sequence[GridPoint]) -> int:

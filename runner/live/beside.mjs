@@ -1,7 +1,7 @@
 // What runs beside the run that a page shows: wires recorded tick by tick, many seeds, and walks through the ticks.
 
 import { numbers } from "./engine.mjs";
-import { envelope } from "./figures.mjs";
+import { envelope, stepped } from "./figures.mjs";
 
 const TOLD = 120; // milliseconds from one message to the next
 const AWAY = 12; // milliseconds that newer wishes wait for
@@ -10,6 +10,7 @@ const LONGEST = 4e6; // ticks of which wires are recorded
 
 /**
  * @typedef {import("./engine.mjs").Engine} Engine
+ * @typedef {import("./engine.mjs").Wire} Wire
  * @typedef {import("./engine.mjs").Settings} Settings
  * @typedef {import("./worker.mjs").View} View
  * @typedef {(message: any) => void} Post
@@ -36,12 +37,15 @@ export async function recorded(engine, settings, names, wanted) {
   return new Map(wires.map((wire, i) => [wire.name, values[i]]));
 }
 
-/** Pictures of recorded wires. @param {Map<string, Float64Array>} wires @param {View} view @param {number} period */
-export function wirePictures(wires, view, period) {
+/** Pictures of recorded wires. @param {Map<string, Float64Array>} wires @param {View} view @param {number} period
+ * @param {Wire[]} about */
+export function wirePictures(wires, view, period, about) {
+  const held = new Set(about.filter((wire) => wire.held).map((wire) => wire.name));
   return [...wires].map(([signal, values]) => {
     const first = Math.max(0, Math.floor(view.first / period));
     const last = Math.min(values.length, Math.ceil(view.last / period) + 1);
-    return { signal, ...envelope(values, first, Math.max(first, last), view.pixels, period), frozen: null, frozenX: null };
+    const rows = envelope(values, first, Math.max(first, last), view.pixels, period);
+    return { signal, ...stepped(rows, held.has(signal), period), frozen: null, frozenX: null };
   });
 }
 

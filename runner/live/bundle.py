@@ -10,7 +10,7 @@ _FOLDER = Path(__file__).parent
 # each imports those before it
 _MODULES = (
     *("modules", "formulas", "engine", "figures", "quantities", "values", "gestures", "beside", "worker", "charts"),
-    *("controls", "diagrams", "picked", "strip"),
+    *("controls", "wires", "diagrams", "picked", "strip"),
     *(
         "histograms",
         "measures",

@@ -18,6 +18,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.output.plot import holds
 from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
 from proofmass.runner.plan.measuring import planned_derived
 from proofmass.runner.plan.memory import start
@@ -68,7 +69,7 @@ class CarriedLoop:
             "imageLength": len(image),
             "arrays": places,  # constants, state, scratch, vectors
             "rate": [rate.numerator, rate.denominator],
-            "probes": [_probe(probe, shown_in[probe.signal]) for probe in self.plan.probes],
+            "probes": [self._probe(probe, shown_in[probe.signal]) for probe in self.plan.probes],
             "measures": [*map(self._measure, self.plan.measures), *map(_formula, planned_derived(self.plan))],
             "formulas": _formulas(self.plan),
             "parameters": {".".join(node): self._place(node) for node in self.varied},
@@ -118,9 +119,23 @@ class CarriedLoop:
                     "unit": unit_of(block, declared),
                     "doc": declared.doc,
                     "integer": kind[0] is not float,
+                    "held": holds(block, kind[0] is not float),
                     "place": kind[1],
                     "fraction": format_of(block, port).fraction if fixed else 0,
                 }
+
+    def _probe(self, probe: PlannedProbe, shown_in: str) -> dict[str, Any]:
+        return {
+            "signal": probe.signal,
+            "unit": scale_key(probe.unit, shown_in),
+            "doc": probe.doc,
+            "stride": probe.stride,
+            "type": _DTYPES[probe.dtype],
+            "bytes": _BYTES[probe.dtype],
+            "held": holds(self.plan.blocks.get(probe.node[0]), probe.dtype is not float),
+            "shape": list(probe.shape),
+            "fraction": probe.format.fraction if probe.format else None,
+        }
 
     def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
         kind, place = self.written.memory.kinds[WireOf(*measure.node)]
@@ -192,19 +207,6 @@ def _foreign(called: list[str]) -> Problem:
 def scale_key(unit: str, shown_in: str) -> str:
     """Return the name of a table of scales: the unit, and in which other one values are shown."""
     return f"{unit}{SHOWN_IN}{shown_in}" if shown_in else unit
-
-
-def _probe(probe: PlannedProbe, shown_in: str) -> dict[str, Any]:
-    return {
-        "signal": probe.signal,
-        "unit": scale_key(probe.unit, shown_in),
-        "doc": probe.doc,
-        "stride": probe.stride,
-        "type": _DTYPES[probe.dtype],
-        "bytes": _BYTES[probe.dtype],
-        "shape": list(probe.shape),
-        "fraction": probe.format.fraction if probe.format else None,
-    }
 
 
 def _filled(slots: Slots[Any], values: Any) -> tuple[AnyArray, AnyArray]:

@@ -13,6 +13,15 @@ import { dragged, moved } from "./gestures.mjs";
 const HEIGHT = 170; // pixels
 const FONT = '12px system-ui, "Segoe UI", "DejaVu Sans", sans-serif';
 
+const TRUTH = [-0.15, 1.15]; // of an axis of bits
+const PADDED = { pad: 0.1, soft: 0, mode: 3 }; // of other numbers, as uPlot does
+
+/** The range of an axis: about a signal that is zero throughout, else as uPlot does.
+ * @param {any} _ @param {number | null} low @param {number | null} high @returns {[number | null, number | null]} */
+function spanned(_, low, high) {
+  return low === 0 && high === 0 ? [-1, 1] : low === null ? [null, null] : uPlot.rangeNum(low, high, { min: PADDED, max: PADDED });
+}
+
 /** @param {string} name */
 const colour = (name) => getComputedStyle(document.documentElement).getPropertyValue(name).trim();
 
@@ -38,7 +47,11 @@ export class Charts {
     this.spectra = false;
     /** @type {Map<string, Chart>} */
     this.charts = new Map(probes.map((probe) => [probe.signal, new Chart(place, probe, this)]));
-    this.observer = new ResizeObserver(() => this.charts.forEach((chart) => chart.resize()));
+    this.width = place.clientWidth; // asked for once: after changes of the page it takes a layout
+    this.observer = new ResizeObserver(() => {
+      this.width = place.clientWidth;
+      this.charts.forEach((chart) => chart.resize());
+    });
     this.observer.observe(place);
     this.theme = matchMedia("(prefers-color-scheme: dark)");
     this.repaint = () => this.charts.forEach((chart) => chart.remake());
@@ -47,7 +60,7 @@ export class Charts {
 
   /** Pixels that a trace has across. */
   get pixels() {
-    return Math.max(100, Math.round(this.place.clientWidth * devicePixelRatio));
+    return Math.max(100, Math.round(this.width * devicePixelRatio));
   }
 
   /** Mark a time in all plots. @param {number} seconds */
@@ -122,6 +135,7 @@ class Chart {
     /** @type {any} */
     this.plot = null;
     this.factor = 1;
+    this.said = ""; // in the caption
     /** @type {HTMLOutputElement | null} */
     this.reading = null;
     /** @type {Picture | null} */
@@ -141,7 +155,9 @@ class Chart {
     const unit = this.isSpectrum() ? `${text || "1"}/√Hz` : text;
     this.factor = 10 ** -exponent;
     const of = this.isSpectrum() && this.all.stretch ? `${this.all.stretch}. ` : "";
-    this.caption.replaceChildren(strong(this.probe.signal), unit ? ` in ${unit}` : "", soft(of + this.probe.doc));
+    const about = [unit ? ` in ${unit}` : "", of + this.probe.doc];
+    if (String(about) !== this.said) this.caption.replaceChildren(strong(this.probe.signal), about[0], soft(about[1]));
+    this.said = String(about);
     const data = this.data(picture);
     if (!this.plot || anew || this.plot.series.length !== data.length) this.make(data);
     else this.plot.setData(data, true);
@@ -168,16 +184,19 @@ class Chart {
     const whole = (/** @type {number} */ value) => (Number.isInteger(Math.log10(value)) ? value : null);
     const decades = (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(whole);
     if (spectrum) Object.assign(axis, { filter: decades, grid: { ...axis.grid, filter: decades } });
+    const truth = this.probe.type === "bool" && !spectrum;
     const distr = spectrum ? 3 : 1, named = label && { label, labelSize: 18, labelFont: FONT };
     const options = {
-      width: Math.max(200, this.all.place.clientWidth),
+      width: Math.max(200, this.all.width),
       height: this.all.height,
       legend: { show: false },
       cursor: { sync: { key: time ? "time" : spectrum ? "frequency" : this.probe.signal }, drag: { x: true, y: false, setScale: false } },
-      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr } },
+      scales: { x: { time: false, distr, ...(time && { range: () => this.all.range }) }, y: { distr, ...(!spectrum && { range: truth ? TRUTH : spanned }) } },
       axes: [
         { ...axis, ...named, size: 26, space: time ? 90 : 50, values: labels },
-        { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
+        truth
+          ? { ...axis, size: 64, splits: () => [0, 1], values: () => ["false", "true"] }
+          : { ...axis, size: 64, values: (/** @type {any} */ _, /** @type {number[]} */ at) => at.map(tick) },
       ],
       series: [{}, ...(data.length > 2 ? [before] : []), line],
       hooks: {
@@ -249,7 +268,7 @@ class Chart {
   }
 
   resize() {
-    this.plot?.setSize({ width: Math.max(200, this.all.place.clientWidth), height: this.all.height });
+    this.plot?.setSize({ width: Math.max(200, this.all.width), height: this.all.height });
   }
 
   remake() {

@@ -4,6 +4,7 @@ import { element } from "./controls.mjs";
 import { unpacked } from "./modules.mjs";
 import { shown, timeText } from "./figures.mjs";
 import { pinched } from "./gestures.mjs";
+import { flagsOf, signalsOf, startOf } from "./wires.mjs";
 
 const STEP = 1.25; // of one zoom
 const CLOSEST = 8;
@@ -13,6 +14,7 @@ const READY = "click a block to open it, a wire to plot it; drag to move, Ctrl a
 
 /** @typedef {import("./figures.mjs").Scales} Scales */
 /** @typedef {import("./engine.mjs").Wire} Wire */
+/** @typedef {{line: SVGTextElement, before: string, was: string | null}} Line  `was` is null for one that was added */
 
 /** A picture as SVG; its text is only ever parsed as SVG, and scripts in it are not allowed to run.
  * @param {string} text */
@@ -37,6 +39,7 @@ export class Diagrams {
     this.opened = opened;
     this.draw = draw;
     this.picked = ""; // path of the block that is open
+    this.marked = ""; // the signal that was clicked last
     /** @type {{slider: import("./controls.mjs").Slider, text: string}[]} */
     this.moved = [];
     /** @type {Record<string, number>} */
@@ -62,6 +65,12 @@ export class Diagrams {
       map.dress();
       map.bringIntoView(path);
     }
+  }
+
+  /** Mark all wires and tabs of a signal; none if it is marked already. @param {string} signal */
+  mark(signal) {
+    this.marked = this.marked === signal ? "" : signal;
+    for (const map of this.maps) map.dress();
   }
 
   /** Write into the blocks what the sliders say.
@@ -127,6 +136,8 @@ class DiagramMap {
       this.button("unfold all", "Show what is inside every subgraph", () => void this.unfoldAll());
       this.button("fold all", "Show subgraphs as boxes", () => void this.all.unfold(new Set()));
     }
+    /** Numbers that are written over the picture, by slider. @type {Map<string, Line | null>} */
+    this.lines = new Map();
     this.line = element("span", { className: "map-time soft", textContent: READY });
     this.line.setAttribute("role", "status");
     this.bar.append(this.line);
@@ -153,6 +164,7 @@ class DiagramMap {
     this.height = whole.height;
     this.zoom = 1;
     this.x = this.y = this.moved = 0;
+    this.lines.clear();
     drawing.classList.add("map");
     this.dress();
     drawing.addEventListener("wheel", (event) => this.wheel(event), { passive: false });
@@ -203,6 +215,8 @@ class DiagramMap {
     for (const name of OVERLAYS) this.drawing.classList.toggle(name, name === this.all.overlay);
     for (const block of this.drawing.querySelectorAll("[data-block]"))
       block.classList.toggle("picked", block.getAttribute("data-block") === this.all.picked);
+    for (const wire of /** @type {NodeListOf<SVGGElement>} */ (this.drawing.querySelectorAll("[data-signal], [data-net]")))
+      wire.classList.toggle("marked", this.all.marked !== "" && this.all.marked === (wire.dataset.signal ?? wire.dataset.net));
     this.overlays.forEach((made, i) => made.setAttribute("aria-pressed", String(OVERLAYS[i] === this.all.overlay)));
   }
 
@@ -248,8 +262,8 @@ class DiagramMap {
 
   /** @param {Event} event */
   hover(event) {
-    const wire = /** @type {Element} */ (event.target).closest("[data-signal]");
-    if (wire) this.line.textContent = this.all.about(wire.getAttribute("data-signal") ?? "");
+    const signals = signalsOf(/** @type {Element} */ (event.target));
+    if (signals.length) this.line.textContent = signals.map((name) => this.all.about(name)).join("; ");
     else this.line.textContent = Number.isFinite(this.all.seconds) ? this.time() : READY;
   }
 
@@ -258,33 +272,48 @@ class DiagramMap {
     if (event.type === "click" && this.moved > SLACK) return;
     const target = /** @type {Element} */ (event.target);
     const fold = target.closest("[data-fold]")?.getAttribute("data-fold");
-    const signal = target.closest("[data-signal]")?.getAttribute("data-signal");
+    const signals = signalsOf(target);
     const block = target.closest("[data-block]")?.getAttribute("data-block");
     if (fold) void this.all.turn(fold);
-    else if (signal) this.all.probed(signal);
+    else if (signals.length) {
+      if (signals.length === 1) this.all.mark(signals[0]);
+      for (const signal of signals) this.all.probed(signal);
+    }
     else if (block) this.all.opened(block);
   }
 
   /** Write the numbers of sliders that were moved over those of the file, or below a block that does not show them. */
   tell() {
-    for (const old of /** @type {NodeListOf<SVGTextElement>} */ (this.drawing.querySelectorAll(".now"))) {
-      if (old.dataset.was === undefined) old.remove();
-      else old.textContent = old.dataset.was;
-      old.classList.remove("now");
+    const { moved } = this.all, names = moved.map(({ slider }) => `${slider.block}.${slider.parameter}`);
+    if (names.length !== this.lines.size || !names.every((name) => this.lines.has(name))) this.restore();
+    moved.forEach(({ slider, text }, i) => {
+      if (!this.lines.has(names[i])) this.lines.set(names[i], this.lineOf(slider));
+      const place = this.lines.get(names[i]), told = `${place?.before ?? ""}${text}`;
+      if (place && place.line.textContent !== told) place.line.textContent = told; // else nothing is drawn anew
+    });
+  }
+
+  /** Write what the file says. */
+  restore() {
+    for (const place of this.lines.values()) {
+      if (place?.was === null) place.line.remove();
+      else if (place) place.line.textContent = place.was;
+      place?.line.classList.remove("now");
     }
-    for (const { slider, text } of this.all.moved) {
-      const { block, parameter, drawn } = slider, group = this.groupOf(block);
-      if (!group) continue;
-      const own = group.getAttribute("data-block") === block, path = group.getAttribute("data-block") ?? "";
-      /** @type {NodeListOf<SVGTextElement>} */
-      const settings = group.querySelectorAll(":scope > .setting"), known = [`${parameter} ${drawn}`, drawn];
-      const row = own && [...settings].find((one) => known.includes(one.dataset.was ?? one.textContent ?? ""));
-      if (row) {
-        row.dataset.was ??= row.textContent ?? "";
-        row.textContent = row.dataset.was.startsWith(`${parameter} `) ? `${parameter} ${text}` : text;
-        row.classList.add("now");
-      } else this.below(group, `${own ? "" : `${block.slice(path.length + 1)}.`}${parameter} ${text}`);
-    }
+    this.lines.clear();
+  }
+
+  /** The place of a slider's number. @param {import("./controls.mjs").Slider} slider @returns {Line | null} */
+  lineOf({ block, parameter, drawn }) {
+    const group = this.groupOf(block), path = group?.getAttribute("data-block") ?? "", own = path === block;
+    if (!group) return null;
+    /** @type {NodeListOf<SVGTextElement>} */
+    const settings = group.querySelectorAll(":scope > .setting:not(.now)"), known = [`${parameter} ${drawn}`, drawn];
+    const row = own && [...settings].find((one) => known.includes(one.textContent ?? ""));
+    if (!row) return { line: this.below(group), before: `${own ? "" : `${block.slice(path.length + 1)}.`}${parameter} `, was: null };
+    const was = row.textContent ?? "";
+    row.classList.add("now");
+    return { line: row, before: was.startsWith(`${parameter} `) ? `${parameter} ` : "", was };
   }
 
   /** The block, or the subgraph around it that is folded. @param {string} path */
@@ -309,8 +338,8 @@ class DiagramMap {
     this.place.scrollTop += off([block.top, block.bottom], [seen.top + this.bar.offsetHeight, seen.bottom]);
   }
 
-  /** @param {SVGGElement} group @param {string} text */
-  below(group, text) {
+  /** A line below a block. @param {SVGGElement} group */
+  below(group) {
     const area = group.querySelector(":scope > .area") ?? group.querySelector(":scope > .box");
     const frame = /** @type {SVGGraphicsElement} */ (area);
     const { x, y, width, height } = frame.getBBox(), above = group.querySelectorAll(":scope > text.now.below").length;
@@ -319,8 +348,8 @@ class DiagramMap {
     line.setAttribute("x", String(x + width / 2));
     line.setAttribute("y", String(y + height + 13 * (above + 1)));
     line.setAttribute("text-anchor", "middle");
-    line.textContent = text;
     group.append(line);
+    return line;
   }
 
   time() {
@@ -332,12 +361,7 @@ class DiagramMap {
     for (const old of this.drawing.querySelectorAll(".peek")) old.remove();
     this.drawing.classList.toggle("peeking", Number.isFinite(seconds));
     if (!Number.isFinite(seconds)) return;
-    /** Where a flag stands at the start of a wire, and how far it reaches. @type {Map<string, number>} */
-    const flags = new Map();
-    for (const flag of this.drawing.querySelectorAll("[data-block] > .probe")) {
-      const [, start, reach] = /^M(-?[\d.]+ -?[\d.]+)h(-?[\d.]+)/.exec(flag.getAttribute("d") ?? "") ?? [];
-      if (start) flags.set(start, Math.abs(Number(reach)) + 8);
-    }
+    const flags = flagsOf(this.drawing);
     this.line.textContent = this.time();
     /** @type {Set<string>} */
     const known = new Set();
@@ -357,13 +381,6 @@ class DiagramMap {
       (wire.parentElement ?? wire).append(made);
     }
   }
-}
-
-/** Where a wire begins, and whether it goes right or left. @param {SVGGElement} wire */
-function startOf(wire) {
-  const path = wire.querySelector(".reach")?.getAttribute("d") ?? "";
-  const [x, y, next] = (path.match(/-?[\d.]+/g) ?? []).map(Number);
-  return Number.isFinite(next) ? { x, y, way: next < x ? -1 : 1 } : null;
 }
 
 /** Diagrams that a page carries, packed, as the function that draws them. @param {string | undefined} text

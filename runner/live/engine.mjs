@@ -4,11 +4,11 @@ import { Formulas } from "./formulas.mjs";
 import { LINE, PAGE, aligned, compiled, instantiated, unpacked } from "./modules.mjs";
 
 /**
- * @typedef {{signal: string, unit: string, doc: string, stride: number, type: string, bytes: number, shape: number[],
+ * @typedef {{signal: string, unit: string, doc: string, stride: number, type: string, bytes: number, held: boolean, shape: number[],
  *   fraction: number | null}} Probe
  * @typedef {{name: string, signal: string, statistic: string, unit: string,
  *   read: {first: number, integer: boolean, place: number} | null}} Measure  null where a formula gives it
- * @typedef {{name: string, unit: string, doc: string, integer: boolean, place: number, fraction: number}} Wire
+ * @typedef {{name: string, unit: string, doc: string, integer: boolean, held: boolean, place: number, fraction: number}} Wire
  * @typedef {{entry: string, module: string, own: number, image: string, imageLength: number,
  *   arrays: {at: number, length: number}[], rate: [number, number], probes: Probe[], measures: Measure[],
  *   formulas: {module: string, own: number} | null, parameters: Record<string, number>, wires: Wire[],

@@ -38,6 +38,25 @@ export function envelope(values, first, last, pixels, period) {
   return { x, y };
 }
 
+const STAIRS = 300; // rows up to which a signal that holds its value is drawn as steps, as in the pictures of `run`
+
+/**
+ * A picture of a signal that holds each value until its next row, with the corners of its steps; unchanged if it holds
+ * none, or has too many rows for steps to be seen.
+ * @param {{x: Float64Array, y: Float64Array}} rows @param {boolean} held @param {number} period  seconds from row to row
+ */
+export function stepped(rows, held, period) {
+  const count = rows.x.length;
+  if (!held || !count || count > STAIRS) return rows;
+  const x = new Float64Array(2 * count), y = new Float64Array(2 * count);
+  for (let i = 0; i < count; i++) {
+    x[2 * i] = rows.x[i];
+    x[2 * i + 1] = i + 1 < count ? rows.x[i + 1] : rows.x[i] + period;
+    y[2 * i] = y[2 * i + 1] = rows.y[i];
+  }
+  return { x, y };
+}
+
 const TIMES = /** @type {const} */ ([[1, "s"], [1e-3, "ms"], [1e-6, "us"], [1e-9, "ns"], [1e-12, "ps"]]);
 
 /**

@@ -26,6 +26,7 @@ from proofmass.runner.live.named_values import named_values
 from proofmass.runner.live.sliders import fixed_parameters, sliders
 from proofmass.runner.live.verdicts import loop_names, required_measures
 from proofmass.runner.output.page import LivePart
+from proofmass.runner.output.typeset import typeset
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
 
@@ -95,9 +96,9 @@ def blocks_of(plan: Plan) -> dict[str, dict[str, Any]]:
 
 
 def about(kind: type[Block]) -> dict[str, str]:
-    """Return what a block is and its equation, as `proofmass blocks` says it."""
+    """Return what a block is, as `proofmass blocks` says it, and its equation as HTML."""
     known = facts(kind)
-    return {key: known[key] for key in ("doc", "equation")}
+    return {"doc": known["doc"], "equation": typeset(known["equation"])}
 
 
 def _spelled(units: Iterable[tuple[str, str]]) -> dict[str, list[dict[str, Any]]]:

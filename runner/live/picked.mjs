@@ -56,22 +56,18 @@ export class Picked {
     for (const signal of [...known.keys()]) if (!wires.has(signal)) known.delete(signal);
     this.signals = [...known.keys()];
     const probes = [...known].map(([signal, about]) => {
-      const { unit, doc } = /** @type {Wire} */ (wires.get(signal));
-      return { signal, unit, doc: about || doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null };
+      const { unit, doc, held } = /** @type {Wire} */ (wires.get(signal));
+      return { signal, unit, doc: about || doc, stride: 1, type: "float64", bytes: 8, held, shape: [], fraction: null };
     });
     this.charts = new Charts(this.scopes, probes, model.units, zoomed, looked, LOW);
     this.charts.charts.forEach((chart) => (chart.recorded = true));
   }
 }
 
-/** @param {string} text  as the file of the block says it: paragraphs, formulas indented, names in backquotes */
-function equationOf(text) {
+/** The equation of a block as the documents set it; its HTML is only ever parsed, and has no scripts.
+ * @param {string} html  paragraphs */
+function equationOf(html) {
   const made = element("div", { className: "equation" });
-  for (const part of text.split(/\n\s*\n/)) {
-    const line = element("p");
-    const words = part.replace(/\n(?!\s)/g, " ").split("`");
-    line.append(...words.map((word, i) => (i % 2 ? element("code", { textContent: word }) : word)));
-    made.append(line);
-  }
+  made.append(...new DOMParser().parseFromString(html, "text/html").body.children);
   return made;
 }

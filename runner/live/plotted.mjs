@@ -8,9 +8,9 @@ export function plot(view, name) {
   if (chart && !plotted.has(name)) return chart.figure.scrollIntoView({ block: "nearest" });
   if (plotted.delete(name)) charts.drop(name);
   else {
-    const { unit, doc } = wire;
+    const { unit, doc, held } = wire;
     plotted.add(name);
-    const probe = { signal: name, unit, doc, stride: 1, type: "float64", bytes: 8, shape: [], fraction: null };
+    const probe = { signal: name, unit, doc, stride: 1, type: "float64", bytes: 8, held, shape: [], fraction: null };
     charts.add(probe, () => plot(view, name));
     view.say(`${name} is plotted; click it again to take it away`);
   }

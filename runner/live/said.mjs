@@ -26,3 +26,15 @@ export async function copy(view, text) {
     view.say(text); // where the browser gives no clipboard, to be copied by hand
   }
 }
+
+/** How many ticks a run had, and how long they took. @param {{ticks: number, wanted: number, fault: string, milliseconds: number}} run */
+export function ticksIn({ ticks, wanted, fault, milliseconds }) {
+  const short = ticks < wanted && !fault ? "; the memory of a page holds no more" : "";
+  return `${ticks.toLocaleString("en")} ticks in ${Number(milliseconds.toPrecision(3))} ms${short}`;
+}
+
+/** The duration that a graph has, as its file has it. @param {import("./view.mjs").Model} model */
+export function durationOf(model) {
+  const [top, bottom] = model.loop.rate;
+  return model.duration || String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
+}

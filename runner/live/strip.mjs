@@ -109,11 +109,12 @@ export class Strip {
 
   /** @param {HTMLElement} chip @param {Verdict} verdict */
   write(chip, { id, met, value, why, asked = true }) {
-    chip.dataset.asked = String(asked);
-    chip.dataset.met = String(met);
-    chip.dataset.of = id;
-    chip.title = `${id}: ${WORDS[/** @type {"true"} */ (String(met))]}, ${value}${why ? `. ${why}` : ""}`;
-    chip.setAttribute("aria-label", chip.title);
+    const title = `${id}: ${WORDS[/** @type {"true"} */ (String(met))]}, ${value}${why ? `. ${why}` : ""}`;
+    const said = JSON.stringify([title, asked]);
+    if (chip.dataset.said === said) return; // each frame of a drag asks
+    Object.assign(chip.dataset, { said, asked: String(asked), met: String(met), of: id });
+    chip.title = title;
+    chip.setAttribute("aria-label", title);
     chip.children[0].textContent = id;
     chip.children[1].textContent = value;
   }

@@ -12,7 +12,7 @@ import { plot } from "./plotted.mjs";
 import { Picked } from "./picked.mjs";
 import { arrange, takeIn } from "./places.mjs";
 import { ticksOf } from "./quantities.mjs";
-import { command, copy, toml } from "./said.mjs";
+import { command, copy, durationOf, ticksIn, toml } from "./said.mjs";
 import { SEEDS, Seeds } from "./seeds.mjs";
 import { Strip } from "./strip.mjs";
 import { parametersOf } from "./values.mjs";
@@ -65,6 +65,7 @@ export class View {
     this.top = element("div", { className: "top" });
     place.replaceChildren(this.top);
     place.hidden = false;
+    document.body.classList.add("bench"); // a rule with :has would be asked again at each change of the page
     this.strip = new Strip(this.place, (text) => this.say(text));
     this.map = element("div", { className: "map" });
     this.side = element("div", { className: "side" });
@@ -354,19 +355,21 @@ export class View {
 
   /** @param {any} message */
   done(message) {
-    this.waiting = this.long = false;
     this.measures = message.measures;
     this.draw(message.pictures);
+    queueMicrotask(() => this.finish(message)); // after the plots: letters that are drawn ask for styles, which words change
+  }
+
+  /** @param {any} message */
+  finish(message) {
+    this.waiting = this.long = false;
     this.showMeasures();
-    const short = message.ticks < message.wanted && !message.fault ? "; the memory of a page holds no more" : "";
-    const taken = `${Number(message.milliseconds.toPrecision(3))} ms`;
-    const ran = `${this.note}${message.ticks.toLocaleString("en")} ticks in ${taken}${short}`;
+    const ran = `${this.note}${ticksIn(message)}`;
     this.status.dataset.loop = String(message.loop); // milliseconds in the loop itself
     this.say(message.fault ? `stopped: ${message.fault} (${ran})` : ran, Boolean(message.fault));
     if (this.again) {
       this.again = false;
-      this.run();
-      return;
+      return this.run();
     }
     this.bits.textContent = "";
     if (this.peeked !== undefined) this.peek(this.timeOf(this.peeked));
@@ -393,10 +396,4 @@ export class View {
     const before = this.frozen ? this.before : null;
     if (measures.length) this.table.replaceChildren(measureTable(measures, units, this.measures, before));
   }
-}
-
-/** The duration that a graph has, as its file has it. @param {Model} model */
-export function durationOf(model) {
-  const [top, bottom] = model.loop.rate;
-  return model.duration || String(Number((((model.ticks - 1) * bottom) / top).toPrecision(12)));
 }

@@ -2,7 +2,7 @@
 
 import { Walk, manySeeds, recorded, wirePictures } from "./beside.mjs";
 import { Engine, digest, numbers } from "./engine.mjs";
-import { envelope, spectrum } from "./figures.mjs";
+import { envelope, spectrum, stepped } from "./figures.mjs";
 
 const FIRST = 1 << 12; // ticks of the first chunk
 const CHUNK = 25; // milliseconds
@@ -85,7 +85,7 @@ export function makeWorker(post) {
     const made = await recorded(engine.beside(), wish.settings, wish.names, () => number === records && asked === newest);
     if (!made || number !== records) return;
     wires = made;
-    post({ kind: "wires", pictures: wirePictures(wires, view, period()) });
+    post({ kind: "wires", pictures: wirePictures(wires, view, period(), engine?.loop.wires ?? []) });
   }
 
   /** @param {any} wish */
@@ -116,8 +116,9 @@ export function makeWorker(post) {
         return { signal, x: made?.x ?? [], y: made?.y ?? [], frozen: old?.y ?? null, frozenX: old?.x ?? null };
       }
       const [first, last] = seen(series);
-      const made = envelope(series.values, first, last, view.pixels, series.period);
-      const old = before && envelope(before.values, first, last, view.pixels, before.period);
+      const drawn = (/** @type {Series} */ one) =>
+        stepped(envelope(one.values, first, last, view.pixels, one.period), one.trace.probe.held, one.period);
+      const made = drawn(series), old = before && drawn(before);
       return { signal, ...made, frozen: old?.y ?? null, frozenX: old?.x ?? null };
     });
   }
@@ -161,7 +162,7 @@ export function makeWorker(post) {
       } else if (wish.kind === "view") {
         view = wish.view;
         post({ kind: "pictures", pictures: pictures(walk ? seriesOf(walk.engine) : current) });
-        post({ kind: "wires", pictures: wirePictures(wires, view, period()) });
+        post({ kind: "wires", pictures: wirePictures(wires, view, period(), engine?.loop.wires ?? []) });
       } else if (wish.kind === "record") await record(wish);
       else if (wish.kind === "walk") await lead(wish);
       else if (wish.kind === "seeds" && engine) {

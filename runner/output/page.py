@@ -17,6 +17,7 @@ if TYPE_CHECKING:
 
 _COLOURS = {INK: "var(--ink)", GRID: "var(--rule)", PAPER: "none", BLUE: "var(--blue)", ORANGE: "var(--orange)"}
 _MARKERS = re.compile(r'(?:<use xlink:href="#\w+" x="[-\d.]+" y="[-\d.]+" (style="[^"]*")/>\s*)(?:<use [^>]*\1/>\s*)+')
+_SHORT = 8  # letters of names that need no room to break
 _TAG, _DIGITS = re.compile("<[^>]*>"), re.compile(r"(\d\.\d\d)\d+")  # hundredths of a point place anything
 
 
@@ -106,6 +107,7 @@ def table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: It
     """Return a table; a row is HTML already, or its cells: texts or `Html`, the first a name unless it is a number."""
     right = set(numbers)
     tags = ['<td class="number">' if i in right else "<td>" if i else "<th>" for i in range(len(heads))]
+    rows = list(rows)
 
     def cells(row: Sequence[str]) -> str:
         texts = (cell if isinstance(cell, Html) else escape(cell) for cell in row)
@@ -114,7 +116,9 @@ def table(heads: Sequence[str], rows: Iterable[str | Sequence[str]], numbers: It
     top = "".join(f'<th class="number">{h}</th>' if i in right else f"<th>{h}</th>" for i, h in enumerate(heads))
     head = f"<thead><tr>{top}</tr></thead>" if heads else ""
     body = "\n".join(f"<tr>{row if isinstance(row, str) else cells(row)}</tr>" for row in rows)
-    return f'<div class="wide"><table>{head}<tbody>\n{body}\n</tbody></table></div>'
+    short = rows and all(not isinstance(row, str) and row and len(row[0]) <= _SHORT for row in rows)
+    opening = '<table class="short">' if short else "<table>"
+    return f'<div class="wide">{opening}{head}<tbody>\n{body}\n</tbody></table></div>'
 
 
 def folded(summary: str, body: str) -> Html:

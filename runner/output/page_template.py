@@ -20,7 +20,7 @@ content="default-src 'none'; style-src 'unsafe-inline'; img-src data:$policy">
 }
 * { box-sizing: border-box; }
 body { margin: 0 auto; padding: 1.5rem; max-width: 62rem; background: var(--paper); color: var(--ink);
-  font: 1rem/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
+  overflow-wrap: break-word; font: 1rem/1.5 system-ui, "Segoe UI", "DejaVu Sans", sans-serif; }
 h1 { font-size: 1.7rem; line-height: 1.2; margin: 0 0 .5rem; }
 h2 { font-size: 1.2rem; margin: 2.2rem 0 .7rem; padding-bottom: .2rem; border-bottom: 1px solid var(--rule); }
 p { margin: .5rem 0; max-width: 46rem; }
@@ -44,6 +44,7 @@ table { border-collapse: collapse; width: 100%; font-size: .9rem; }
 th, td { padding: .25rem .7rem .25rem 0; text-align: left; vertical-align: top; border-bottom: 1px solid var(--rule); }
 th { font-weight: 600; max-width: 20rem; }
 tbody th { min-width: 9rem; }
+.short tbody th { min-width: 0; white-space: nowrap; }
 th small, .kind { font-weight: 400; }
 thead th { color: var(--soft); font-weight: 500; }
 .number { text-align: right; font-variant-numeric: tabular-nums; white-space: nowrap; }

@@ -47,6 +47,7 @@ STYLE: Any = {
     "path.simplify": True,
 }
 _MOST_TICKS, _LETTER, _GAP = 6, 0.75, 2  # numbers of an axis, a letter's width over its size, letters between them
+_FEWEST_TICKS = 3
 _FEW_DEGREES, _MANY_DEGREES, _FEW_DECADES = 120.0, 600.0, 300.0  # of an axis: spans; its end over its beginning
 _NO_DATE: dict[str, dict[str, None]] = {  # the same result gives the same bytes
     "svg": {"Date": None, "Creator": None, "Format": None, "Type": None},
@@ -70,6 +71,10 @@ def sheet(width: float, height: float, title: str = "", layout: Any = "constrain
         if title:
             figure.suptitle(literal(title), x=0.008, ha="left", size=12, weight="bold")
         yield figure
+        for panel in figure.axes:
+            for axis in (panel.xaxis, panel.yaxis):
+                if axis.get_scale() == "log":
+                    _plain_numbers(axis)
 
 
 def axis_label(name: str, unit: str) -> str:
@@ -107,7 +112,7 @@ def phase_ticks(panel: "Axes") -> None:
         panel.set_yticks(places)
 
 
-def plain_numbers(axis: "Axis") -> None:
+def _plain_numbers(axis: "Axis") -> None:
     """Number a logarithmic axis of few decades plainly, 500 instead of 5×10², and so that no two numbers touch."""
     # start-up time: matplotlib takes 0.3 s, and most callers draw nothing
     from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, NullLocator
@@ -115,7 +120,9 @@ def plain_numbers(axis: "Axis") -> None:
     low, high = axis.get_view_interval()
     if high / low > _FEW_DECADES:
         return
-    axis.set_major_locator(MaxNLocator(5) if high / low < 10.0 else LogLocator(subs=(1.0, 2.0, 5.0)))
+    round_ones = LogLocator(subs=(1.0, 2.0, 5.0))
+    seen = [number for number in round_ones.tick_values(low, high) if low <= number <= high]
+    axis.set_major_locator(round_ones if len(seen) >= _FEWEST_TICKS else MaxNLocator(5))
     axis.set_major_formatter(FuncFormatter(lambda number, _: f"{number:g}"))
     axis.set_minor_locator(NullLocator())
 

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.shown_units import display, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import split
@@ -254,10 +255,13 @@ def _first_not_zero(values: AnyArray) -> int:
 
 def _held(result: Result, trace: Trace) -> bool:
     """Return whether a signal holds its value between ticks: numbers of a discrete block, codes and bits."""
-    if trace.values.dtype.kind in "iub":
-        return True
     block = flatten(result.graph).blocks.get(split(inside(result.graph, trace.signal))[0])
-    return block is not None and "update" in type(block).functions
+    return holds(block, trace.values.dtype.kind in "iub")
+
+
+def holds(block: Block | None, integer: bool) -> bool:
+    """Return whether an output holds its value between ticks: of integers and bits, and of a discrete block."""
+    return integer or (block is not None and "update" in type(block).functions)
 
 
 def _name(panel: "Axes", trace: Trace, unit: str, less: str = "") -> None:

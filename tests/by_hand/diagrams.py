@@ -98,7 +98,7 @@ def _picture(graph: Graph) -> ElementTree.Element:
 
 
 def drawn(graph: Graph) -> tuple[dict[str, Box], dict[str, list[Segment]]]:
-    """Boxes of the blocks and segments of the wires, read back from the picture."""
+    """Boxes of the blocks and segments of the wires, read back from the picture: two pieces of one that is named."""
     root = _picture(graph)
     boxes: dict[str, Box] = {}
     wires: dict[str, list[Segment]] = {}
@@ -110,10 +110,15 @@ def drawn(graph: Graph) -> tuple[dict[str, Box], dict[str, list[Segment]]]:
             boxes[group.attrib["data-block"]] = (x, y, x + width, y + height)
         if "data-wire" in group.attrib:
             reach = next(path for path in group.iter(f"{SVG}path") if path.attrib["class"] == "reach")
-            numbers = [float(n) for n in re.findall(r"-?[\d.]+", reach.attrib["d"])]
-            points = list(zip(numbers[::2], numbers[1::2], strict=True))
-            wires[group.attrib["data-wire"]] = [(a, b) for a, b in pairwise(points) if a != b]
+            wires[group.attrib["data-wire"]] = [
+                (a, b) for piece in reach.attrib["d"].split("M")[1:] for a, b in pairwise(_points(piece)) if a != b
+            ]
     return boxes, wires
+
+
+def _points(piece: str) -> list[tuple[float, float]]:
+    numbers = [float(n) for n in re.findall(r"-?[\d.]+", piece)]
+    return list(zip(numbers[::2], numbers[1::2], strict=True))
 
 
 def edges(graph: Graph) -> dict[str, Box]:

@@ -7,7 +7,6 @@ import pytest
 
 import proofmass
 from docs.site.alive import NAME
-from docs.site.markdown import unwrapped
 from docs.site.offline import outside_addresses
 from docs.site.reference_commands import commands_page
 from docs.site.reference_keys import keys_page
@@ -16,6 +15,7 @@ from docs.site.stage import BrokenLinkError, _rewritten, navigation, repository_
 from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
 from proofmass.runner.command_line import cli
+from proofmass.runner.output.typeset import unwrapped
 
 ROOT = Path(__file__).parents[2]
 

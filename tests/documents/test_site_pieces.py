@@ -6,8 +6,8 @@ import pytest
 
 from docs.site.gallery import all_exhibits, cards, diagram_of
 from docs.site.texts import texts_of_pages, write_texts
-from docs.site.typeset import typeset
 from proofmass.blocks.declaration.catalog import all_blocks, facts
+from proofmass.runner.output.typeset import typeset
 
 
 @pytest.mark.parametrize(
@@ -17,6 +17,8 @@ from proofmass.blocks.declaration.catalog import all_blocks, facts
         ("x_i' = x_(i+1) - a_12 u", "x<sub>i</sub>' = x<sub>i+1</sub> - a<sub>12</sub> u"),
         ("sqrt(k / m) >= 0 and a < b", "√(k / m) ≥ 0 and a &lt; b"),
         ("v -> -e v", "v → -e v"),
+        ("`t_2` is `a < b`, t_2", "<code>t_2</code> is <code>a &lt; b</code>, t<sub>2</sub>"),
+        ("<script>x_1</script> `a", "&lt;script&gt;x<sub>1</sub>&lt;/script&gt; `a"),
         ("corner_frequency, spin, map_of", "corner_frequency, spin, map_of"),
     ],
 )

@@ -7,7 +7,7 @@ import numpy as np
 from proofmass.blocks.declaration.shown_units import as_written, in_print, prefix
 from proofmass.runner.analysis.response.response import Response, phase_of
 from proofmass.runner.analysis.response.simulated import Simulated
-from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, phase_ticks, plain_numbers, sheet
+from proofmass.runner.output.pictures import BLUE, INK, ORANGE, axis_label, phase_ticks, sheet
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -54,8 +54,6 @@ def _draw_gain(panel: Any, of: Response) -> None:
     panel.set_ylabel(axis_label("gain", of.unit))
     panel.set_xlabel("frequency [Hz]")
     panel.margins(x=0.01)
-    plain_numbers(panel.xaxis)
-    plain_numbers(panel.yaxis)
 
 
 def _draw_phase(panel: Any, of: Response) -> None:
@@ -68,7 +66,6 @@ def _draw_phase(panel: Any, of: Response) -> None:
     panel.set_ylabel("phase [deg]")
     panel.set_xlabel("frequency [Hz]")
     panel.margins(x=0.01)
-    plain_numbers(panel.xaxis)
     phase_ticks(panel)
 
 
@@ -95,4 +92,3 @@ def _draw_deviation(panel: Any, of: Response, run: Simulated) -> None:
     panel.set_xlabel("frequency [Hz]")
     panel.set_ylabel("gain [dB], phase [deg]")
     panel.legend(loc="best")
-    plain_numbers(panel.xaxis)

@@ -64,7 +64,9 @@ def plot_over(over: MarginsOver) -> "Figure":
                 if not margins.stable:
                     for panel in panels:
                         panel.axvline(at, color=colour, linestyle=":", linewidth=1.0)
-        for panel, label in zip(panels, ("gain margin [dB]", "phase margin [°]", "sensitivity peak [dB]"), strict=True):
+        for panel, label in zip(
+            panels, ("gain margin [dB]", "phase margin [deg]", "sensitivity peak [dB]"), strict=True
+        ):
             panel.set_ylabel(label)
         panels[0].legend(loc="best")
         panels[2].set_xlabel(axis)

@@ -159,6 +159,8 @@ class MarginsRequest(Changed, does="margins_command.show_margins"):
 class DrawRequest(Changed, does="draw_command.draw_graph"):
     """Draw the block diagram of a graph.
 
+    In a diagram larger than a page, wires longer than a page is wide end in tabs with their name.
+
     \b
     proofmass draw library:closed_loop_accelerometer -o sensor.svg
     proofmass draw library:closed_loop_accelerometer --format mermaid

@@ -27,6 +27,8 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             recording, run = fitted.recordings[place], fitted.modelled[place][output.signal]
             measured, times = recording.outputs[output.signal], recording.times
             every = slice(None, None, max(1, len(times) // _ROWS))
+            size, second = prefix("s", float(times[-1]) if len(times) else 0.0)
+            times = size * times
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(measured))) or 1.0)
             upper = figure.add_subplot(grid[2 * number, :2])
             upper.plot(times[every], measured[every] * factor, ".", markersize=2.5, color=ORANGE)
@@ -43,8 +45,9 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             lower = figure.add_subplot(grid[2 * number + 1, :2], sharex=upper)
             factor, unit = prefix(output.unit, float(np.nanmax(np.abs(run - measured))) or 1.0)
             lower.plot(times[every], (run - measured)[every] * factor, ".", markersize=2.5, color=INK)
-            lower.set_ylabel(axis_label("left", unit))
-            lower.set_xlabel("time [s]")
+            lower.set_ylabel(axis_label("residual", unit))
+            for below in (closer, lower):
+                below.set_xlabel(f"time [{second}]")
             panel = figure.add_subplot(grid[2 * number + 1, 2])
             test = output.whiteness
             limit = 1.96 / np.sqrt(max(len(times), 1))
@@ -52,5 +55,9 @@ def plot_fitted(fitted: Fitted) -> "Figure":
             panel.bar(np.arange(1, len(test.autocorrelation) + 1), test.autocorrelation, color=BLUE, width=0.6)
             panel.axhline(0.0, color=INK, linewidth=0.8)
             panel.set_xlabel("lag [rows]")
-            panel.set_title("autocorrelation: " + ("white" if test.white else "not white"), loc="left", size=10)
+            found = "white" if test.white else "not white"
+            if not len(test.autocorrelation):
+                panel.set(xticks=(), yticks=())
+                found = "nothing is left"
+            panel.set_title(f"autocorrelation: {found}", loc="left", size=10)
     return figure

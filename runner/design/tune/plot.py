@@ -103,5 +103,5 @@ def _draw_loop(tuned: Tuned, loop: str, size: "Axes", phase: "Axes") -> None:
     size.legend(loc="upper right")
     phase_ticks(phase)
     size.set_xlabel("frequency [Hz]")
-    phase.set_ylabel("arg L [°]")
+    phase.set_ylabel("phase of L [deg]")
     phase.set_xlabel("frequency [Hz]")

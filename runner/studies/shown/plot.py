@@ -33,6 +33,7 @@ from proofmass.runner.studies.shown.points import parts, swept_parts
 from proofmass.runner.studies.shown.sensitivities import Influence, Regression
 
 if TYPE_CHECKING:
+    from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
 MOST_COLUMNS = 4  # points of a sweep beside each other
@@ -40,6 +41,7 @@ LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside 
 MARKED = 24  # epochs up to which each has a dot
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
 _WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
+_LETTERS = 16  # of a line below a panel of points
 _BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
 _LINES = 5  # factors whose shares are drawn over the age
 _FEW = 2  # curves up to which the scatter of each is drawn
@@ -95,7 +97,10 @@ def plot_influences(influences: Influences) -> "Figure":
     label, strongest = label_of(influences.measure), influences.regression.influences[:_BARS]
     scattered = [influence.parameters[0] for influence in strongest[:_SCATTERS]]
     with sheet(_WIDTH, max(_HEIGHT, 0.9 + 0.22 * len(strongest))) as figure:
-        tornado, *others = figure.subplots(1, 1 + len(scattered), width_ratios=[1.6, *[1.0] * len(scattered)])
+        places = figure.add_gridspec(1, 1 + len(scattered), width_ratios=[1.6, *[1.0] * len(scattered)])
+        tornado, others = figure.add_subplot(places[0]), list["Axes"]()
+        for place in range(len(scattered)):
+            others.append(figure.add_subplot(places[1 + place], sharey=others[0] if others else None))
         effects = [influence.effect for influence in strongest]
         colours = [BLUE if effect >= 0.0 else ORANGE for effect in effects]
         halves = [influence.effect_half for influence in strongest]
@@ -107,10 +112,13 @@ def plot_influences(influences: Influences) -> "Figure":
             x, y = influences.factors.columns[name][:_POINTS], influences.values[:_POINTS]
             factor, unit = _finer(influences.factors.units[name], float(np.abs(x).max()))
             panel.plot(factor * x, y, "o", color=BLUE, alpha=0.6, markersize=3, markeredgewidth=0.0)
-            panel.set_xlabel(axis_label(name, unit))
-            room_for_ticks(panel)
+            panel.set_xlabel(axis_label(_in_lines(name), unit))
+            panel.tick_params(labelleft=panel is others[0])
         if others:
             others[0].set_ylabel(label)
+        figure.draw_without_rendering()  # only then are the widths of the panels known
+        for panel in others:
+            room_for_ticks(panel)
     return figure
 
 
@@ -169,6 +177,13 @@ def plot_curves(curves: Mapping[str, Points], x_label: str, measure: PlannedMeas
         panel.set(xlabel=x_label, ylabel=label_of(measure))
         _legend(figure)
     return figure
+
+
+def _in_lines(name: str) -> str:
+    """Return the name of a factor in lines that stand below a narrow panel."""
+    first, of, rest = name.rpartition("change of ")
+    block, dot, parameter = rest.rpartition(".")
+    return first + of.replace("of ", "of\n") + (f"{block}.\n{parameter}" if dot and len(rest) > _LETTERS else rest)
 
 
 def _finer(unit: str, largest: float) -> tuple[float, str]:
@@ -237,6 +252,8 @@ def _histograms(panel: Any, result: StudyResult, measure: PlannedMeasure) -> Non
         if ages:
             _bars(panel, values[:, -1], edges, oldest, color=INK)
     panel.set(xlabel=label_of(measure) + (f" at {oldest}" if several and ages else ""), ylabel="runs")
+    if len(constant := set(whole(result, measure.name).ravel())) == 1:
+        panel.set_xticks([*constant])
     room_for_ticks(panel)
     limit = result.study.limits.get(measure.name, Limit())
     _limits(panel.axvline, near((limit.at_least, limit.at_most), result[measure.name]))

@@ -66,7 +66,7 @@ def test_a_wire_is_one_text(wires: Any) -> None:
         (lambda: simulate(GRAPH, time="1 s"), r"did you mean duration\?"),
         (lambda: simulate(GRAPH, set={"gain.gain": 2}), r"graph\.with_parameters\("),
         (lambda: simulate(GRAPH), r'how long: simulate\(graph, duration="1 s"\)'),
-        (lambda: simulate({}), r'this is not a graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
+        (lambda: simulate({}), r'not a graph\n  got:      \{\}\n  hint:     name its file, or write Graph\(name='),
         (lambda: proofmass.run_study("x.toml", jobs=2), r"did you mean threads\?"),
         (lambda: GRAPH.run(), r"simulate is a function: proofmass\.simulate\(graph\)"),
         (lambda: GRAPH.bode(), r"margins is a function: proofmass\.margins\(graph\)"),

@@ -256,6 +256,7 @@ def test_the_first_screen_has_diagram_verdicts_and_two_plots_in_the_order_of_the
     assert scopes == ["forces.output", "sensor.displacement", "sensor.velocity"]
     page.wait_for_function("() => document.querySelectorAll('.scopes canvas').length === 3")
     assert "m x'' + c x' + k x = F" in page.inner_text(".equation")
+    assert page.locator(".equation > p.prose").count() == 1, "set as the documents set it"
     assert page.locator("details.block:visible").count() == 1
     assert lines == []
     page.context.close()

@@ -126,3 +126,12 @@ def test_spectra_are_those_of_the_command_line() -> None:
         np.testing.assert_allclose(drawn["x"], expected.frequencies[1:], rtol=1e-12)
         largest = float(expected.amplitude_density.max())
         np.testing.assert_allclose(drawn["y"], expected.amplitude_density[1:], rtol=1e-9, atol=1e-12 * largest)
+
+
+def test_probes_and_wires_say_whether_they_hold_their_values() -> None:
+    data = live_model(read_graph("library:closed_loop_accelerometer"))["loop"]
+    wires = {wire["name"]: wire["held"] for wire in data["wires"]}
+    assert [probe["held"] for probe in data["probes"]] == [True]
+    assert not wires["pendulum.angle"], "a state of a continuous block moves between ticks"
+    assert wires["pid.output"]
+    assert wires["dac.code"]

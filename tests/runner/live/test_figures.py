@@ -66,3 +66,19 @@ def test_each_pixel_is_drawn_in_order_of_time() -> None:
 def test_labels_of_time_tell_neighbours_apart(first: float, step: float, shown: list[str]) -> None:
     (labels,) = answers_of(["timeLabels", [round(first + n * step, 15) for n in range(6)]])
     assert labels == shown
+
+
+@needs_node
+@pytest.mark.defect("S692", before="two rows of a held signal are a ramp that ends at the second", after="two steps")
+def test_a_held_signal_is_drawn_as_steps_to_the_end_of_its_last_row() -> None:
+    few, many = {"x": [0.0, 0.2], "y": [3.0, 5.0]}, {"x": [float(n) for n in range(301)], "y": [0.0] * 301}
+    steps, flows, dense, none = answers_of(
+        ["stepped", few, True, 0.2],
+        ["stepped", few, False, 0.2],
+        ["stepped", many, True, 1.0],
+        ["stepped", {"x": [], "y": []}, True, 1.0],
+    )
+    assert (steps["x"], steps["y"]) == ([0.0, 0.2, 0.2, 0.4], [3.0, 3.0, 5.0, 5.0])
+    assert flows == few
+    assert dense == many
+    assert none == {"x": [], "y": []}

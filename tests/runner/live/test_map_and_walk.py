@@ -10,7 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from proofmass.blocks import Gain, MisalignedTriad, Sine, Sum
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.runner.command_line import main
 from proofmass.runner.commands.run_files import write_run
@@ -205,6 +207,89 @@ def test_the_map_unfolds_colours_tells_and_plots(browser: Any, folder: Path, rep
     page.click("[data-fold=count]")
     page.wait_for_selector("[data-block='count.sum']", state="detached")
     assert page.locator("[data-of='total.output']").count() == 1
+    assert lines == []
+    page.context.close()
+
+
+def long_way() -> Graph:
+    """A tone whose wire to the end of a long chain is named, and two wires past nine gains that run as one."""
+    gains = [f"g{i}" for i in range(160)]
+    past = [*gains[:9], "after.true_x"], ["before.sensed_x", *(f"{name}.output" for name in gains[:9])]
+    on = [*gains[9:], "total.first"], ["after.sensed_x", *(f"{name}.output" for name in gains[9:])]
+    wires = [
+        f"{source} -> {target if '.' in target else f'{target}.input'}"
+        for targets, sources in (past, on)
+        for source, target in zip(sources, targets, strict=True)
+    ]
+    wires += [f"tone.output -> before.true_{axis}" for axis in "xyz"] + ["tone.output -> total.second"]
+    wires += [f"before.sensed_{axis} -> after.true_{axis}" for axis in "yz"]
+    named = {"tone": Sine(), "before": MisalignedTriad(unit="1"), "after": MisalignedTriad(unit="1"), "total": Sum()}
+    blocks = {**named, **{name: Gain() for name in gains}}
+    return Graph(name="long way", rate="1 kHz", samples=50, blocks=blocks, wires=wires, probes=["total.output"])
+
+
+def test_a_tab_marks_its_net_and_a_bundle_shows_all_it_carries(browser: Any, tmp_path: Path) -> None:
+    write_run(simulate(long_way(), engine="python"), tmp_path, (), live=True)
+    page, lines = opened(browser, (tmp_path / "report.html").as_uri())
+    digest(page)
+    net = page.locator("[data-net='tone.output']")
+    assert net.locator(".label").count() == 2
+    net.locator(".label").last.hover(force=True)
+    lit = "one => getComputedStyle(one).strokeOpacity"
+    assert {float(wire.evaluate(lit)) for wire in net.locator(".reach").all()} == {0.35}
+    assert page.text_content(".map-time").startswith("tone.output")
+    net.locator(".label").last.click(force=True)
+    page.wait_for_selector("figcaption:has-text('tone.output')")
+    assert page.locator("[data-signal='tone.output'].marked").count() == 4
+    page.locator(".plots .u-over").first.click(position={"x": 200, "y": 60})
+    peek = page.locator("[data-of='tone.output']")
+    peek.first.wait_for()
+    tab, number = net.locator(".label").last.bounding_box(), peek.first.bounding_box()
+    assert number["x"] >= tab["x"] + tab["width"] or number["y"] + number["height"] <= tab["y"]
+    assert page.locator(".bundle").count() == 1
+    page.locator(".bundle .count").hover(force=True)
+    assert {"before.sensed_y", "before.sensed_z"} <= set(re.findall(r"[\w.]+", page.text_content(".map-time")))
+    page.locator(".bundle .count").click(force=True)
+    for axis in "yz":
+        page.wait_for_selector(f"figcaption:has-text('before.sensed_{axis}')")
+    assert lines == []
+    page.context.close()
+
+
+CHANGED = """(frames) => new Promise(resolve => {
+  const range = document.querySelector("[aria-label='pickoff.gain, slider']"), changed = [];
+  const watch = new MutationObserver(all => changed.push(...all.map(one => one.target.localName)));
+  for (const part of document.querySelectorAll('.strip, figcaption, svg.proofmass'))
+    watch.observe(part, {subtree: true, childList: true, attributes: true, characterData: true});
+  let asked = 0;
+  const next = () => {
+    if (asked === frames) return resolve(changed);
+    range.value = String(400 + ++asked);
+    range.dispatchEvent(new Event('input'));
+    setTimeout(next, 30);
+  };
+  next();
+})"""
+
+
+def test_a_drag_writes_only_what_changes(browser: Any, tmp_path: Path) -> None:
+    graph = read_graph("library:closed_loop_accelerometer")
+    write_run(simulate(graph, samples=2000, engine="python"), tmp_path, (), live=True)
+    page, lines = opened(browser, (tmp_path / "report.html").as_uri())
+    before = digest(page)
+    page.click("summary:text-is('pickoff')")
+    page.evaluate(CHANGED, 1)
+    after = digest(page, before)
+    changed = page.evaluate(CHANGED, 12)
+    assert changed == ["text"] * 11, (
+        "the gain on its block with each move but the first; no chip, no caption, no other word"
+    )
+    last = digest(page, after)
+    assert " V/rad" in page.text_content("[data-block=pickoff] .now")
+    page.click("text=Reset")
+    assert digest(page, last) == before
+    assert page.locator(".now").count() == 0
+    assert page.text_content("[data-block=pickoff] .setting") == "8 kV/rad"
     assert lines == []
     page.context.close()
 

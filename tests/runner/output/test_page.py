@@ -10,6 +10,7 @@ from typing import Any
 import pytest
 
 from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.output.page import save_page, table
 from proofmass.runner.output.report import save_report
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
@@ -98,3 +99,16 @@ def test_a_page_that_is_none_of_this_is_seen(tmp_path: Path) -> None:
         assert page["requests"] == ["http://example.org/x.png"]
         assert [0, 0] in page["pictures"]
     assert "missing is not defined" in console[0]
+
+
+def test_a_long_path_breaks_and_a_mark_takes_no_room(tmp_path: Path) -> None:
+    long = "/".join(["a_folder_with_a_long_name"] * 12)
+    rows = [("~", "blocks.adc.bits", "16"), ("+", "measures.noise", "rms")]
+    marked = save_page(
+        tmp_path / "marks.html", "Differences", f"<p>{long}</p>", [("graph", table(("", "", ""), rows))], ""
+    )
+    named = table(("", ""), [("a_name_of_a_block", "1"), ("b", "2")])
+    assert '<table class="short">' in marked.read_text()
+    assert 'class="short"' not in named
+    (narrow, _), console = seen([marked], tmp_path)
+    assert (narrow["beyond"], console) == (0, [])

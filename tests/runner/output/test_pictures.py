@@ -77,3 +77,16 @@ def test_numbers_of_a_narrow_axis_stand_beside_each_other(low: float, high: floa
         shown = [label.get_window_extent() for label in panel.get_xticklabels() if label.get_text()]
         assert len(shown) > 1
         assert all(left.x1 < right.x0 for left, right in pairwise(shown))
+
+
+@pytest.mark.parametrize("low", [8.0, 0.02])
+def test_a_logarithmic_axis_of_few_decades_has_plain_numbers_without_being_asked(low: float) -> None:
+    with sheet(4.0, 3.0) as figure:
+        few, many = figure.subplots(1, 2)
+        few.loglog([low, 11.0 * low], [1.0, 2.0])
+        many.loglog([1e-3, 1e3], [1.0, 2.0])
+    figure.draw_without_rendering()
+    shown = [label.get_text() for label in (*few.get_xticklabels(), *few.get_xticklabels(minor=True))]
+    assert len(shown) > 1
+    assert [float(text) for text in shown] == pytest.approx(few.get_xticks()), "no powers of ten"
+    assert any("mathdefault" in label.get_text() for label in many.get_xticklabels())

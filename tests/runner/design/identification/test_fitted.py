@@ -3,6 +3,7 @@
 import math
 import os
 import signal
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -13,6 +14,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.design.identification.fitted import fit
 from proofmass.runner.design.identification.plot import plot_fitted
 from proofmass.runner.design.identification.text import fitted_text
+from proofmass.runner.design.identification.whiteness import whiteness
 from proofmass.runner.host.arrays import AnyArray
 from tests.by_hand.design_texts import RESONATOR
 
@@ -177,7 +179,16 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
 
 def test_the_picture_shows_run_residuals_and_autocorrelation() -> None:
     fitted = fit(GRAPH, recorded(12), inputs=INPUTS, outputs=OUTPUTS, free=FREE)
-    assert "white" in " ".join(axes.get_title(loc="left") for axes in plot_fitted(fitted).axes)
+    figure = plot_fitted(fitted)
+    assert "white" in " ".join(axes.get_title(loc="left") for axes in figure.axes)
+    _, closer, residual, _ = figure.axes
+    assert residual.get_ylabel().startswith("residual [")
+    assert closer.get_xlabel() == residual.get_xlabel() == "time [ms]"
+    assert residual.lines[0].get_xdata()[-1] == pytest.approx(1e3 * TIMES[-1])
+    exact = replace(fitted.outputs[0], whiteness=whiteness(np.zeros(400)))
+    *_, last = plot_fitted(replace(fitted, outputs=(exact,))).axes
+    assert last.get_title(loc="left") == "autocorrelation: nothing is left"
+    assert not len(last.get_xticks())
 
 
 @pytest.mark.parametrize(

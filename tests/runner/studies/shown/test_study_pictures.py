@@ -1,5 +1,6 @@
 """Pictures of a study: what is drawn stands where its numbers say."""
 
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any
 
@@ -108,3 +109,26 @@ def test_curves_have_means_and_few_of_them_bands(one_point: StudyResult) -> None
     assert band.get_paths()[0].vertices[:, 1].max() == pytest.approx(np.percentile(points[-1][1], 99.0))
     (many,) = plot_curves(dict.fromkeys("abc", points), "width [m]", measure).axes
     assert not many.collections
+
+
+@pytest.mark.parametrize("name", ["change of reference.value", "accelerometer.sensor.mass", "seed"])
+def test_names_below_points_end_within_the_picture(name: str, one_point: StudyResult) -> None:
+    influences = StudyInfluences(one_point).by_measure(one_point)["bias"][-1]
+    first, *others = influences.regression.influences
+    old, factors = first.parameters[0], influences.factors
+    columns, units = {**factors.columns, name: factors.columns[old]}, {**factors.units, name: factors.units[old]}
+    renamed = replace(influences.regression, influences=(replace(first, parameters=(name,)), *others))
+    figure = plot_influences(
+        replace(influences, factors=replace(factors, columns=columns, units=units), regression=renamed)
+    )
+    figure.draw_without_rendering()
+    whole = figure.bbox
+    for panel in figure.axes:
+        label = panel.xaxis.label.get_window_extent()
+        assert label.x0 >= whole.x0
+        assert label.x1 <= whole.x1
+    labels = [panel.xaxis.label.get_window_extent() for panel in figure.axes]
+    assert all(left.x1 < right.x0 for left, right in pairwise(labels))
+    for panel in figure.axes[1:]:
+        ticks = [one.get_window_extent() for one in panel.get_xticklabels() if one.get_text()]
+        assert all(left.x1 < right.x0 for left, right in pairwise(ticks))
