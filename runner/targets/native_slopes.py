@@ -16,7 +16,16 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.slope_tick import AT_THE_WIRE, INPUT, VALUE, VALUED, write_slopes
+from proofmass.runner.program.slope_tick import (
+    AS_BEFORE,
+    AT_REST,
+    AT_THE_WIRE,
+    INPUT,
+    RENEWED,
+    VALUE,
+    VALUED,
+    write_slopes,
+)
 from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
@@ -24,7 +33,7 @@ from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
-_ENTRIES = 1 << 22  # numbers of the rows of one call
+_ENTRIES = 1 << 19  # numbers of the rows of one call, which fit in a cache
 _LANES = 16  # directions side by side
 _NONE = -2  # instead of a direction: of a lane that is idle
 
@@ -58,6 +67,35 @@ def has_slopes(plan: Plan) -> bool:
     """Return whether the slopes of a plan's ticks are those of its program: its groups are linear, and no loop is
     solved."""
     return not plan.schedule.loops and all(solver.exact and not solver.group.loops for solver in plan.solvers)
+
+
+def _renewing(plan: Plan) -> set[Endpoint]:
+    """Return the outputs on which matrices of groups depend within a tick."""
+    drivers = plan.schedule.drivers
+    solvers = [solver for solver in plan.solvers if solver.renewed]
+    members = {member for solver in solvers for member in solver.group.members}
+    left = [node for solver in solvers for node in solver.factors]
+    left += [node for (name, entry), node in drivers.items() if name in members and _is_parameter(plan, name, entry)]
+    found = set[Endpoint]()
+    while left:
+        node = left.pop()
+        if node in found:
+            continue
+        found.add(node)
+        kind = type(plan.blocks[node[0]])
+        entries = {*kind.feedthrough(node[1]), *kind.parameters}
+        left += [drivers[node[0], entry] for entry in entries if (node[0], entry) in drivers]
+    return found
+
+
+def _is_parameter(plan: Plan, name: str, entry: str) -> bool:
+    return entry in type(plan.blocks[name]).parameters
+
+
+def _moves_any(nodes: AbstractSet[Endpoint], place: LastingPlace) -> bool:
+    """Return whether one of some outputs depends on a number that lasts."""
+    what, of, _ = place
+    return of in nodes if what == "wire" else any(name == (of if what == "state" else of[0]) for name, _ in nodes)
 
 
 def _in_lanes(length: int) -> AnyArray:
@@ -94,13 +132,16 @@ class CompiledSlopes(CompiledLoop):
         numbers = np.array([*self._places], dtype=np.int64)
         own = np.searchsorted(begins, numbers, side="right") - 1  # the array of each
         kept, ends = numbers - begins[own], np.searchsorted(own, np.arange(len(lengths)), side="right")
-        at_the_wire = np.array([code.wires[node]]), _in_lanes(AT_THE_WIRE)
+        at_the_wire = np.array([code.wires[node], AS_BEFORE]), _in_lanes(AT_THE_WIRE)
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
         self._arrays = [*self.arrays(()), *at_the_wire, *slopes, *before, lengths, kept, ends]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = self._live.copy()  # numbers whose directions are run
+        renewing = _renewing(self.plan)
+        moving_matrices = [_moves_any(renewing, place) for place in self._places.values()]
+        self._renewing = np.array([*moving_matrices, node in renewing], dtype=bool)  # directions, and the input
         self._kept: list[
             tuple[AnyArray, AnyArray, AnyArray, AnyArray, AnyArray]
         ] = []  # tick, row, column, value; valued
@@ -165,25 +206,32 @@ class CompiledSlopes(CompiledLoop):
 
     def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray]:
         """Return slopes of some ticks, [tick, place or wire, direction or input], and what stands at the wire."""
-        numbers = [*self._places]
-        wanted = [*np.flatnonzero(self._wanted).tolist()]
-        groups = len(wanted) // _LANES + 1
-        directions = aligned((groups, _LANES), np.dtype(np.int64))
+        numbers = np.array([*self._places, INPUT])
+        wanted = np.append(np.flatnonzero(self._wanted), len(self._places))
+        apart = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
+        rows = [-(-len(each) // _LANES) for each in apart]
+        lanes = np.concatenate([np.arange(len(apart[0])), rows[0] * _LANES + np.arange(len(apart[1]))])
+        directions = aligned((sum(rows), _LANES), np.dtype(np.int64))
         directions.fill(_NONE)
-        directions.reshape(-1)[: len(wanted) + 1] = [*(numbers[i] for i in wanted), INPUT]
-        width = len(numbers) + AT_THE_WIRE
-        made = aligned((until - self.tick, groups, width, _LANES), np.dtype(float))
-        given = *self._addresses, directions.ctypes.data, groups, made.ctypes.data
+        directions.reshape(-1)[lanes] = numbers[np.concatenate(apart)]
+        matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
+        matrices[: min(rows)] = AT_REST  # the first row after those of the tick before
+        width = len(numbers) - 1 + AT_THE_WIRE
+        made = aligned((until - self.tick, sum(rows), width, _LANES), np.dtype(float))
+        given = *self._addresses, directions.ctypes.data, matrices.ctypes.data, sum(rows), made.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *given)
-        slopes = made[:, :, : len(numbers) + 1].transpose(0, 2, 1, 3).reshape(len(made), len(numbers) + 1, -1)
-        return slopes[:, :, : len(wanted) + 1], made[:, 0, len(numbers) :, 0]
+        slopes = made[:, :, : len(numbers)].transpose(0, 2, 1, 3).reshape(len(made), len(numbers), -1)
+        order = np.argsort(np.concatenate(apart))
+        return slopes[:, :, lanes[order]], made[:, 0, len(numbers) - 1 :, 0]
 
     def _followed(self, apart: AnyArray) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""
-        live = [self._live]
-        for entries in apart[:, :-1]:
-            live.append(entries[:, [*live[-1][self._wanted].tolist(), True]].any(axis=1))
-        return np.array(live)
+        live = np.vstack([self._live, apart[:, :-1].any(axis=2)])  # where all that are run have slopes
+        for tick, (now, entries) in enumerate(zip(live, apart[:, :-1], strict=False)):
+            own = now[self._wanted]
+            if not own.all():
+                live[tick + 1] = entries[:, [*own.tolist(), True]].any(axis=1)
+        return np.asarray(live)
 
     def _keep(self, slopes: AnyArray, apart: AnyArray, at_the_wire: AnyArray, live: AnyArray) -> None:
         """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""

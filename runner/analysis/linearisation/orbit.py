@@ -23,8 +23,8 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.closing import jumps
-from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
+from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
@@ -116,21 +116,20 @@ class OrbitPoint:
 class OrbitSearch:
     """Looks for the periods over which a map can be taken."""
 
-    def __init__(self, plan: Plan, course: Course, ends: Ends, tick: int) -> None:
-        self._plan, self._course, self._ends = plan, course, ends
+    def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
+        """Take the run on from the operating point, which is the start of a period of the map."""
+        self._plan, self._onward, self._course, self._ends = plan, onward, onward.course, ends
         self._ticks = ends.common_period(plan)
         self._period = self._ticks * plan.period
         self._longest = min(LONGEST_ORBIT, MOST_VALUES * self._stride()) // self._ticks  # of periods of a map
         self._most = min(self._longest, MOST_PERIODS)
-        self._first = tick - tick % self._ticks
+        self._first = onward.begin.tick
         upstream, moving = ends.blocks(plan)
         self._names = sorted(upstream)
-        self._memories = {0: course.at(self._first)}
+        self._memories = {0: onward.begin}
         self._maps = dict[tuple[int, int], PeriodMap]()
-        self._run = course.from_memory(self._memories[0])
-        self._rings = find_rings(course.plan, moving, self._after)
-        begin, code = self._memories[0], course.machine_code(self._memories[0])
-        self._waiting = Waiting(course.plan, upstream, moving, begin, self._ticks, self._rings, code)
+        self._rings = find_rings(self._course.plan, moving, self._after)
+        self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
@@ -219,7 +218,7 @@ class OrbitSearch:
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""
-        code = self._course.machine_code(self._memories[0], wanted=True)
+        code = self._course.machine_code(self._memories[0], LONGEST)
         looks = jumps(code, self._names) if code is not None and self._ticks == 1 else []
         closed = [look for look in looks[:_JUMPS] if not self._same(first, self._map(look))][:2]
         periods = closed[-1] - closed[0] if len(closed) > 1 else 0
@@ -263,11 +262,7 @@ class OrbitSearch:
     def _after(self, periods: int) -> Memory:
         """Return the memory some periods after the operating point."""
         if periods not in self._memories:
-            tick = self._first + periods * self._ticks
-            if self._run.tick > tick:
-                earlier = max(known for known in self._memories if known < periods)
-                self._run = self._course.from_memory(self._memories[earlier])
-            self._memories[periods] = self._run.to(tick)
+            self._memories[periods] = self._onward.at(self._first + periods * self._ticks)
         return self._memories[periods]
 
     def _horizon(self, first: PeriodMap) -> int:

@@ -8,7 +8,6 @@ by pair, each part with its own power of two, so that a loop which grows by any 
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes
+from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array
 
 _ENTRIES = 1 << 22  # numbers of a batch
@@ -65,32 +64,16 @@ class TickMaps:
         return np.concatenate(matrices), np.concatenate(exponents)
 
     def _products(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-        first, of_tick = self._kinds
-        a, b, c, d = self.a[first], self.b[first], self.c[first], self.d[first]
-        back = c / (1.0 - factors[:, None] * d)[:, :, None] * factors[:, None, None]
-        maps = a + b[:, :, None] * back[:, :, None, :]
+        back = self.c / (1.0 - factors[:, None] * self.d)[:, :, None] * factors[:, None, None]
+        maps = self.a + self.b[:, :, None] * back[:, :, None, :]
         exponents = np.zeros(maps.shape[:2], dtype=np.int64)
-        while len(of_tick) > 1:
-            odd = len(of_tick) % 2
-            pairs, place = _distinct(of_tick[: len(of_tick) - odd].reshape(-1, 2))
-            earlier, later = pairs.T
-            joined, more = _scaled(maps[:, later] @ maps[:, earlier], exponents[:, earlier] + exponents[:, later])
+        while maps.shape[1] > 1:
+            odd = maps.shape[1] % 2
+            left, left_exponents = maps[:, -1:], exponents[:, -1:]
+            maps, exponents = _scaled(maps[:, 1::2] @ maps[:, : maps.shape[1] - odd : 2], _pairs(exponents, odd))
             if odd:
-                last = of_tick[-1:]
-                joined, more = np.hstack([joined, maps[:, last]]), np.hstack([more, exponents[:, last]])
-                place = np.append(place, len(pairs))
-            maps, exponents, of_tick = joined, more, place
-        return maps[:, of_tick[0]], exponents[:, of_tick[0]]
-
-    @cached_property
-    def _kinds(self) -> tuple[Indices, Indices]:
-        """Values of the wire whose maps are distinct, and which of them each value has: most ticks do alike."""
-        ticks = len(self.d)
-        rows = np.column_stack([part.reshape(ticks, -1) for part in (self.a, self.b, self.c, self.d)])
-        kinds, place = _distinct(rows)
-        first = np.empty(len(kinds), dtype=np.int64)
-        first[place[::-1]] = np.arange(ticks)[::-1]
-        return first, place
+                maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
+        return maps[:, 0], exponents[:, 0]
 
     def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
@@ -231,12 +214,8 @@ def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Arr
     return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
 
 
-def _distinct(rows: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], Indices]:
-    """Return the rows without those that are there already, and the place of each among them."""
-    rows = np.ascontiguousarray(rows)
-    bits = rows.view(np.dtype((np.void, rows.itemsize * rows.shape[1])))[:, 0]
-    _, first, place = np.unique(bits, return_index=True, return_inverse=True)
-    return rows[first], np.asarray(place, dtype=np.int64)
+def _pairs(exponents: npt.NDArray[np.int64], odd: int) -> npt.NDArray[np.int64]:
+    return np.asarray(exponents[:, 1::2] + exponents[:, : exponents.shape[1] - odd : 2])
 
 
 def _scaled(maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
