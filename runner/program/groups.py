@@ -31,8 +31,8 @@ class WritesTick(Protocol):
     lanes: bool
     numbers: RunNumbers
 
-    def renewing(self, matrix: Storage) -> Operand:
-        """Return whether a matrix is made anew though nothing that it follows from has changed."""
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
+        """Return whether a matrix is made anew though none of the numbers that it follows from has changed."""
         ...
 
     def value_of(self, name: str, function: str) -> Lowered:
@@ -248,7 +248,7 @@ class ExactGroup(GroupWriter):
     def _renew(self) -> None:
         """Compute the matrices again if a constant or factor behind them differs from the last tick or call."""
         builder, followed = self.builder, self._followed()
-        moved = self.writer.renewing(self.matrix) if self.solver.renewed else operand(False)
+        moved = self.writer.renewing(self.matrix, followed) if self.solver.renewed else operand(False)
         for i, value in enumerate(followed):
             other = builder.compute("not_equal", value, builder.load(self.used, i))
             moved = builder.compute("either", moved, other)

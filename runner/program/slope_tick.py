@@ -28,10 +28,11 @@ from proofmass.runner.program.tick_loop import TickLoop
 
 INPUT = -1  # stands for the input among the directions
 READ, VALUED, VALUE, SLOPE = range(4)  # at the wire: of what is read, whether there is a value, and which; the input's
-AT_THE_WIRE = 4
+MOVED = 4  # whether numbers that matrices follow from have slopes
+AT_THE_WIRE = 5
 WIRE, MATRICES = range(2)  # of what is cut: the wire, and what becomes of matrices that follow from numbers
 AS_BEFORE, RENEWED, AT_REST = range(3)  # they are made anew with their slopes, or their slopes become zero
-_WIRE, _STILL = "wire that may be cut", "number without slope"
+_WIRE, _STILL, _FOLLOWED = "wire that may be cut", "number without slope", "number that a matrix follows from"
 
 
 @dataclass(frozen=True)
@@ -52,7 +53,9 @@ def write_slopes(plan: Plan) -> SlopeTick:
     entry = loop.program.entry
     scratch = writer.numbers.scratch_array
     moved = [p for p in entry.parameters if isinstance(p, Storage) and p.writable and p not in writer.at_the_wire]
-    sloped = Tangents({_WIRE: _cut, _STILL: _nothing}).of(entry, tuple(p in moved for p in entry.parameters))
+    sloped = Tangents({_WIRE: _cut, _STILL: _nothing, _FOLLOWED: _told}).of(
+        entry, tuple(p in moved for p in entry.parameters)
+    )
     moved.remove(scratch)
     directions = _Directions(entry, moved, scratch)
     whole = program(directions.written(sloped))
@@ -70,10 +73,13 @@ class _CutWriter(TickWriter):
             self.builder.array(FLOAT, AT_THE_WIRE, "at_the_wire", True),
         )
         self._marks = {kind: _mark(self.builder, kind) for kind in (FLOAT, INTEGER)}
-        self._still = _number_without_slope(self.builder)
+        self._still = _marked(self.builder, _STILL)
+        self._followed = _marked(self.builder, _FOLLOWED, AT_THE_WIRE)
 
-    def renewing(self, matrix: Storage) -> Operand:
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
         builder = self.builder
+        for value in followed:
+            builder.call(self._followed, value, self.at_the_wire[1])
         what = builder.load(self.at_the_wire[0], MATRICES)
         assert matrix.length is not None
         with (
@@ -104,16 +110,26 @@ def _mark(builder: Builder, kind: Kind) -> Function:
     return inner.function()
 
 
-def _number_without_slope(builder: Builder) -> Function:
-    """Return a function that gives a number back, without its slope."""
-    inner = builder.beside("number_without_slope", inline=True)
-    inner.origin = _STILL
-    inner.give(inner.parameter(FLOAT, "value"))
+def _marked(builder: Builder, origin: str, length: int = 0) -> Function:
+    """Return a function that gives a number back, and that has slopes of its own; an array may come with it."""
+    inner = builder.beside(origin.replace(" ", "_"), inline=True)
+    inner.origin = origin
+    value = inner.parameter(FLOAT, "value")
+    if length:
+        inner.array(FLOAT, length, "at_the_wire", True)
+    inner.give(value)
     return inner.function()
 
 
 def _nothing(s: TangentStep) -> Operand:
     return operand(0.0)
+
+
+def _told(s: TangentStep) -> Operand:
+    builder, (_, at_the_wire), slope = s.writer.builder, s.x, s.dx[0]
+    apart = builder.compute("not_equal", slope, 0.0)
+    builder.store(at_the_wire, MOVED, builder.compute("select", apart, 1.0, builder.load(at_the_wire, MOVED)))
+    return slope
 
 
 def _cut(s: TangentStep) -> Operand:
@@ -203,6 +219,7 @@ class _Directions:
         entered = builder.compute("equal_integers", direction, INPUT)
         builder.store(at_the_wire, SLOPE, builder.compute("float_of_truth", entered))
         builder.store(at_the_wire, VALUED, 0.0)
+        builder.store(at_the_wire, MOVED, 0.0)
 
     def _keep(self, place: Operand) -> None:
         builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])

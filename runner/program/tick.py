@@ -4,7 +4,7 @@ The program reads numbers that a run may change (parameters, seed, state) from a
 (wiring, rate ratios, sizes, parameters that are true or false) is written into it.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -81,8 +81,9 @@ class TickWriter:
             for number, probe in enumerate(plan.probes)
         ]
 
-    def renewing(self, matrix: Storage) -> Operand:
-        """Return whether a matrix of a group is made anew though nothing that it follows from has changed."""
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
+        """Return whether a matrix of a group is made anew though none of the numbers that it follows from has
+        changed."""
         return operand(False)
 
     def written(self) -> TickLoop:

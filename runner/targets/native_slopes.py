@@ -21,6 +21,7 @@ from proofmass.runner.program.slope_tick import (
     AT_REST,
     AT_THE_WIRE,
     INPUT,
+    MOVED,
     RENEWED,
     VALUE,
     VALUED,
@@ -33,7 +34,7 @@ from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
-_ENTRIES = 1 << 19  # numbers of the rows of one call, which fit in a cache
+_ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
 _LANES = 16  # directions side by side
 _NONE = -2  # instead of a direction: of a lane that is idle
 
@@ -67,35 +68,6 @@ def has_slopes(plan: Plan) -> bool:
     """Return whether the slopes of a plan's ticks are those of its program: its groups are linear, and no loop is
     solved."""
     return not plan.schedule.loops and all(solver.exact and not solver.group.loops for solver in plan.solvers)
-
-
-def _renewing(plan: Plan) -> set[Endpoint]:
-    """Return the outputs on which matrices of groups depend within a tick."""
-    drivers = plan.schedule.drivers
-    solvers = [solver for solver in plan.solvers if solver.renewed]
-    members = {member for solver in solvers for member in solver.group.members}
-    left = [node for solver in solvers for node in solver.factors]
-    left += [node for (name, entry), node in drivers.items() if name in members and _is_parameter(plan, name, entry)]
-    found = set[Endpoint]()
-    while left:
-        node = left.pop()
-        if node in found:
-            continue
-        found.add(node)
-        kind = type(plan.blocks[node[0]])
-        entries = {*kind.feedthrough(node[1]), *kind.parameters}
-        left += [drivers[node[0], entry] for entry in entries if (node[0], entry) in drivers]
-    return found
-
-
-def _is_parameter(plan: Plan, name: str, entry: str) -> bool:
-    return entry in type(plan.blocks[name]).parameters
-
-
-def _moves_any(nodes: AbstractSet[Endpoint], place: LastingPlace) -> bool:
-    """Return whether one of some outputs depends on a number that lasts."""
-    what, of, _ = place
-    return of in nodes if what == "wire" else any(name == (of if what == "state" else of[0]) for name, _ in nodes)
 
 
 def _in_lanes(length: int) -> AnyArray:
@@ -139,9 +111,7 @@ class CompiledSlopes(CompiledLoop):
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = self._live.copy()  # numbers whose directions are run
-        renewing = _renewing(self.plan)
-        moving_matrices = [_moves_any(renewing, place) for place in self._places.values()]
-        self._renewing = np.array([*moving_matrices, node in renewing], dtype=bool)  # directions, and the input
+        self._renewing = np.zeros(len(self._places) + 1, dtype=bool)  # directions, and the input: may it move matrices?
         self._kept: list[
             tuple[AnyArray, AnyArray, AnyArray, AnyArray, AnyArray]
         ] = []  # tick, row, column, value; valued
@@ -181,21 +151,33 @@ class CompiledSlopes(CompiledLoop):
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
         sound, chunk = True, 1
+        renewing = self._renewing.copy()  # directions that move matrices of groups, and the input
+        before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
             self._wanted |= self._live
             most = max(1, _ENTRIES // (len(self._places) * (_LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
-            slopes, at_the_wire = self._in_directions(until)
+            slopes, at_the_wire, moved = self._in_directions(until)
             apart = slopes != 0.0
             live = self._followed(apart)
-            if (live[:-1].any(axis=0) & ~self._wanted).any():  # once more, with the directions that were missing
-                self._wanted |= live.any(axis=0)
-                for array, before in zip(self._moved, begin, strict=True):
-                    array[:] = before
+            unforeseen = np.flatnonzero((moved & ~self._renewing).any(axis=1))[:1]
+            missing = (live[:-1].any(axis=0) & ~self._wanted).any()
+            if missing or len(unforeseen):
+                for array, earlier in zip(self._moved, begin, strict=True):
+                    array[:] = earlier
+                if missing:  # once more, with the directions that were missing
+                    self._wanted |= live.any(axis=0)
+                elif unforeseen[0]:  # up to the tick in which they move
+                    chunk = int(unforeseen[0])
+                else:
+                    renewing |= before & moved[0]
+                    before, chunk = moved[0], 1
+                    self._renewing = np.ones_like(renewing)
                 continue
             self._keep(slopes, apart, at_the_wire, live[:-1])
             self._live, self.tick, chunk = live[-1], until, most
+            self._renewing = renewing
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
         return sound
 
@@ -204,8 +186,9 @@ class CompiledSlopes(CompiledLoop):
         tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
         return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
 
-    def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray]:
-        """Return slopes of some ticks, [tick, place or wire, direction or input], and what stands at the wire."""
+    def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray, AnyArray]:
+        """Return slopes of some ticks, [tick, place or wire, direction or input], what stands at the wire, and which
+        directions moved matrices of groups: slopes of others than `_renewing` hold in ticks in which they did not."""
         numbers = np.array([*self._places, INPUT])
         wanted = np.append(np.flatnonzero(self._wanted), len(self._places))
         apart = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
@@ -215,14 +198,17 @@ class CompiledSlopes(CompiledLoop):
         directions.fill(_NONE)
         directions.reshape(-1)[lanes] = numbers[np.concatenate(apart)]
         matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
-        matrices[: min(rows)] = AT_REST  # the first row after those of the tick before
+        matrices[: min(rows[0], 1)] = AT_REST  # after the last row of the tick before
         width = len(numbers) - 1 + AT_THE_WIRE
         made = aligned((until - self.tick, sum(rows), width, _LANES), np.dtype(float))
         given = *self._addresses, directions.ctypes.data, matrices.ctypes.data, sum(rows), made.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *given)
         slopes = made[:, :, : len(numbers)].transpose(0, 2, 1, 3).reshape(len(made), len(numbers), -1)
-        order = np.argsort(np.concatenate(apart))
-        return slopes[:, :, lanes[order]], made[:, 0, len(numbers) - 1 :, 0]
+        lanes = lanes[np.argsort(np.concatenate(apart))]
+        at_the_wire = made[:, :, len(numbers) - 1 :]
+        moved = np.zeros((len(made), len(self._renewing)), dtype=bool)
+        moved[:, wanted] = at_the_wire[:, :, MOVED].reshape(len(made), -1)[:, lanes] != 0.0
+        return slopes[:, :, lanes], at_the_wire[:, 0, :, 0], moved
 
     def _followed(self, apart: AnyArray) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""

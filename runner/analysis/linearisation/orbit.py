@@ -224,10 +224,13 @@ class OrbitSearch:
         periods = closed[-1] - closed[0] if len(closed) > 1 else 0
         if not 1 < periods <= LONGEST_PERIOD:
             return None
-        whole, after = self._map(0, periods), self._map(periods, periods)
+        whole = self._map(0, periods)
+        if not _passes(whole):
+            return None
+        after = self._map(whole.tick - self._first + periods, periods)  # it begins with a new value too
         z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
         change = effect(self._shown(whole), self._shown(after), z)
-        if not _passes(whole) or change > FROZEN:
+        if change > FROZEN:
             return None
         note = f"closed for an instant every {time_text(periods * self._period)}, and open between"
         return OrbitPoint(whole, periods, (note, *_moving(change)), (after,))
