@@ -11,7 +11,7 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import TickSlopes, UndefinedSlopesError
+from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes, UndefinedSlopesError
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
@@ -158,9 +158,13 @@ class CompiledSlopes(CompiledLoop):
             most = max(1, _ENTRIES // (len(self._places) * (_LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
-            slopes, at_the_wire, moved = self._in_directions(until)
+            made, lanes = self._in_directions(until)
+            slopes, at_the_wire = made[:, :, : len(self._places) + 1], made[:, :, len(self._places) :]
             apart = slopes != 0.0
-            live = self._followed(apart)
+            live = self._followed(apart, lanes)
+            moved = np.zeros((len(made), len(renewing) + 1), dtype=bool)
+            moved[:, lanes] = at_the_wire[:, :, MOVED] != 0.0
+            moved = moved[:, :-1]
             unforeseen = np.flatnonzero((moved & ~self._renewing).any(axis=1))[:1]
             missing = (live[:-1].any(axis=0) & ~self._wanted).any()
             if missing or len(unforeseen):
@@ -175,7 +179,7 @@ class CompiledSlopes(CompiledLoop):
                     before, chunk = moved[0], 1
                     self._renewing = np.ones_like(renewing)
                 continue
-            self._keep(slopes, apart, at_the_wire, live[:-1])
+            self._keep(slopes, apart, lanes, live[:-1], at_the_wire[:, 0, :, 0])
             self._live, self.tick, chunk = live[-1], until, most
             self._renewing = renewing
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
@@ -186,49 +190,46 @@ class CompiledSlopes(CompiledLoop):
         tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
         return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
 
-    def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray, AnyArray]:
-        """Return slopes of some ticks, [tick, place or wire, direction or input], what stands at the wire, and which
-        directions moved matrices of groups: slopes of others than `_renewing` hold in ticks in which they did not."""
-        numbers = np.array([*self._places, INPUT])
+    def _in_directions(self, until: int) -> tuple[AnyArray, Indices]:
+        """Return slopes of some ticks, [tick, row, place or what stands at the wire, lane], and the number of the place
+        whose direction each lane of a row has, with the input behind all places, and -1 of a lane that is idle.
+
+        In a tick in which a direction moves matrices of groups, slopes hold if it is one that is expected to.
+        """
         wanted = np.append(np.flatnonzero(self._wanted), len(self._places))
-        apart = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
-        rows = [-(-len(each) // _LANES) for each in apart]
-        lanes = np.concatenate([np.arange(len(apart[0])), rows[0] * _LANES + np.arange(len(apart[1]))])
-        directions = aligned((sum(rows), _LANES), np.dtype(np.int64))
-        directions.fill(_NONE)
-        directions.reshape(-1)[lanes] = numbers[np.concatenate(apart)]
+        parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
+        rows = [-(-len(part) // _LANES) for part in parts]
+        lanes = np.full((sum(rows), _LANES), -1)
+        lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
+        lanes[rows[0] :].reshape(-1)[: len(parts[1])] = parts[1]
+        directions = aligned(lanes.shape, np.dtype(np.int64))
+        directions[:] = np.array([*self._places, INPUT, _NONE])[lanes]
         matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
         matrices[: min(rows[0], 1)] = AT_REST  # after the last row of the tick before
-        width = len(numbers) - 1 + AT_THE_WIRE
-        made = aligned((until - self.tick, sum(rows), width, _LANES), np.dtype(float))
+        made = aligned((until - self.tick, sum(rows), len(self._places) + AT_THE_WIRE, _LANES), np.dtype(float))
         given = *self._addresses, directions.ctypes.data, matrices.ctypes.data, sum(rows), made.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *given)
-        slopes = made[:, :, : len(numbers)].transpose(0, 2, 1, 3).reshape(len(made), len(numbers), -1)
-        lanes = lanes[np.argsort(np.concatenate(apart))]
-        at_the_wire = made[:, :, len(numbers) - 1 :]
-        moved = np.zeros((len(made), len(self._renewing)), dtype=bool)
-        moved[:, wanted] = at_the_wire[:, :, MOVED].reshape(len(made), -1)[:, lanes] != 0.0
-        return slopes[:, :, lanes], at_the_wire[:, 0, :, 0], moved
+        return made, lanes
 
-    def _followed(self, apart: AnyArray) -> AnyArray:
+    def _followed(self, apart: AnyArray, lanes: Indices) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""
-        live = np.vstack([self._live, apart[:, :-1].any(axis=2)])  # where all that are run have slopes
-        for tick, (now, entries) in enumerate(zip(live, apart[:, :-1], strict=False)):
-            own = now[self._wanted]
-            if not own.all():
-                live[tick + 1] = entries[:, [*own.tolist(), True]].any(axis=1)
+        live = np.vstack([self._live, apart[:, :, :-1].any(axis=1).any(axis=2)])  # where all that are run have slopes
+        for tick, (now, entries) in enumerate(zip(live, apart[:, :, :-1], strict=False)):
+            own = np.append(now, True)[lanes]
+            if not own[lanes >= 0].all():
+                live[tick + 1] = (entries & own[:, None]).any(axis=(0, 2))
         return np.asarray(live)
 
-    def _keep(self, slopes: AnyArray, apart: AnyArray, at_the_wire: AnyArray, live: AnyArray) -> None:
+    def _keep(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, at_the_wire: AnyArray) -> None:
         """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""
-        own = live[:, self._wanted]
-        if not own.all():
-            apart[:, :, :-1] &= own[:, None, :]
-        places, columns = [*self._places.values()], np.array([*np.flatnonzero(self._wanted), len(self._places)])
-        tick, row, column = np.unravel_index(np.flatnonzero(apart), apart.shape)
-        values, column = slopes[tick, row, column], columns[column]
+        own = np.column_stack([live, np.ones(len(live), dtype=bool)])[:, lanes]
+        if not own[:, lanes >= 0].all():
+            apart &= own[:, :, None]
+        tick, group, row, lane = np.unravel_index(np.flatnonzero(apart), apart.shape)
+        values, column = slopes[tick, group, row, lane], lanes[group, lane]
         undefined = np.unique(column[~np.isfinite(values)]).tolist()
         if undefined:
+            places = [*self._places.values()]
             raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
         valued = at_the_wire[:, VALUED] != 0.0
         for value in at_the_wire[valued, VALUE].tolist():
