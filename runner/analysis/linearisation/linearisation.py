@@ -213,6 +213,10 @@ class OperatingPoints:
                 refused.append(error)
         raise [*refused[1:], *refused, *none][0]
 
+    def memory_at(self, tick: int) -> Memory:
+        """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
+        return self._course.at(tick).copy()
+
     def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up."""
         return self.about_loop(node, by_parameters)[1]

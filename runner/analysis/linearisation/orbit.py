@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
 from proofmass.runner.analysis.linearisation.forward import Onward
@@ -40,6 +40,7 @@ from proofmass.runner.analysis.linearisation.period_map import (
     MOST_VALUES,
     NO_RINGS,
     PeriodMap,
+    UnrepeatedError,
     blocks_of_map,
     common_period,
     period_map,
@@ -186,7 +187,7 @@ class OrbitSearch:
         if closed is None and len(orbit.turning):
             closed = self._stretches(first)
         if closed is None:
-            raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
+            raise UnrepeatedError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
     def _at_rest(self, first: PeriodMap) -> OrbitPoint:

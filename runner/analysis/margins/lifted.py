@@ -19,7 +19,6 @@ from proofmass.runner.analysis.margins.continuation import stable_intervals
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, sweep
-from proofmass.runner.host.arrays import Array
 
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
