@@ -94,7 +94,7 @@ def test_against_runs() -> None:
 
 
 def test_what_has_no_noise_and_what_is_too_short() -> None:
-    with pytest.raises(ModelError, match="no noise reaches idle.output"):
+    with pytest.raises(ModelError, match=r"no noise reaches idle\.output"):
         noise(lock_in(), "idle.output")
     with pytest.raises(ModelError, match="the run is too short for its noise"):
         noise(replace(lock_in(), samples=9), "amplitude.output")
