@@ -213,7 +213,9 @@ class CompiledSlopes(CompiledLoop):
 
     def _followed(self, apart: AnyArray, lanes: Indices) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""
-        live = np.vstack([self._live, apart[:, :, :-1].any(axis=1).any(axis=2)])  # where all that are run have slopes
+        live = np.vstack(
+            [self._live, np.any(np.any(apart[:, :, :-1], axis=1), axis=2)]
+        )  # where all that are run have slopes
         for tick, (now, entries) in enumerate(zip(live, apart[:, :, :-1], strict=False)):
             own = np.append(now, True)[lanes]
             if not own[lanes >= 0].all():

@@ -188,9 +188,9 @@ def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array
     """Join ticks without a value of the wire to those with one."""
     n = maps.shape[1] - 1
     if all(valued[:-1]) and not valued[-1]:  # the last map joins the period with the next one
-        a, b, c = maps[:-1, :n, :n].copy(), maps[:-1, :n, n].copy(), maps[:-1, n, :n].copy()
-        a[-1], b[-1] = maps[-1, :n, :n] @ a[-1], maps[-1, :n, :n] @ b[-1]
-        return a, b, c, np.zeros(len(a))
+        ends, entered, moved = maps[:-1, n, :n].copy(), maps[:-1, :n, n].copy(), maps[:-1, :n, :n].copy()
+        moved[-1], entered[-1] = maps[-1, :n, :n] @ moved[-1], maps[-1, :n, :n] @ entered[-1]
+        return moved, entered, ends, np.zeros(len(moved))
     before, a, b, c = np.eye(n), list[Array](), list[Array](), list[Array]()
     for tick, has in zip(maps, valued, strict=True):
         moved = tick[:n, :n]

@@ -130,7 +130,7 @@ def densities(
     for output, node in zip(outputs, nodes, strict=True):
         rate = float(planned.schedule.base_rate) / strides[node]
         lines = np.arange(len(window) // 2 + 1) * rate / len(window)
-        density = sum(stretches[node].powers.values()) * (2.0 / (rate * float(np.sum(window**2))))
+        density = np.sum([*stretches[node].powers.values()], axis=0) * (2.0 / (rate * float(np.sum(window**2))))
         answers.append((_deviation(planned, output, node, engine.last[node]), lines, density))
     return answers
 
