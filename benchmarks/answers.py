@@ -21,7 +21,7 @@ from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins_or_reasons
-from proofmass.runner.analysis.noise.budget import budget_at
+from proofmass.runner.analysis.noise.budget import budgets_at
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -50,16 +50,19 @@ def margins_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
 
 def noise_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
     """Yield a line for each probe that is one number, and whether it has an answer; silence is one."""
-    points = OperatingPoints(planned)
-    for probe in planned.probes:
-        signal, port = ".".join(probe.node), type(planned.blocks[probe.node[0]]).outputs[probe.node[1]]
-        if port.shape or port.dtype is bool:
-            continue
-        try:
-            found = budget_at(points, signal)
-            yield f"{signal}: rms {found.rms:.4g} {found.unit}", True
-        except ModelError as error:
-            yield f"{signal}: {_reason(error)}", error.problems[0].message.startswith("no noise reaches")
+    numbers = [p.node for p in planned.probes if _is_number(planned, *p.node)]
+    outputs = list(dict.fromkeys(".".join(node) for node in numbers))
+    for signal, found in zip(outputs, budgets_at(OperatingPoints(planned), outputs), strict=True):
+        if isinstance(found, ModelError):
+            yield f"{signal}: {_reason(found)}", found.problems[0].message.startswith("no noise reaches")
+        else:
+            along = next((f"; {note}" for note in found.notes if "along the run" in note), "")
+            yield f"{signal}: rms {found.rms:.4g} {found.unit}{along}", True
+
+
+def _is_number(planned: Plan, name: str, port: str) -> bool:
+    output = type(planned.blocks[name]).outputs[port]
+    return not output.shape and output.dtype is not bool
 
 
 def _reason(error: ModelError) -> str:

@@ -9,7 +9,8 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
-from proofmass.runner.analysis.noise.budget import NoiseBudget, budget_at
+from proofmass.runner.analysis.noise.budget import budgets_at
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
@@ -36,12 +37,9 @@ def show_noise(request: NoiseRequest) -> int:
     outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
     if not outputs:
         raise ModelError([points.plan.graph.placed(_NO_OUTPUT)])
-    budgets, refused = list[NoiseBudget](), list[ModelError]()
-    for output in outputs:
-        try:
-            budgets.append(budget_at(points, output, request.source, band_of(request.band), (), request.derivatives))
-        except ModelError as error:
-            refused.append(error)
+    answers = budgets_at(points, outputs, request.source, band_of(request.band), (), request.derivatives)
+    budgets = [answer for answer in answers if isinstance(answer, NoiseBudget)]
+    refused = [answer for answer in answers if isinstance(answer, ModelError)]
     data = [budget.as_data() for budget in budgets]
     texts = (text for budget in budgets for text in (noise_text(budget), *derivatives_text(budget)))
     print_answer(request.as_json, lambda: data[0] if request.output and data else data, texts)

@@ -30,7 +30,10 @@ class WritesTick(Protocol):
     following: dict[Endpoint, Operand]
     lanes: bool
     numbers: RunNumbers
-    always_renewed: bool
+
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
+        """Return whether a matrix is made anew though none of the numbers that it follows from has changed."""
+        ...
 
     def value_of(self, name: str, function: str) -> Lowered:
         """Result of a function of a block; a fault in it is noted."""
@@ -245,7 +248,7 @@ class ExactGroup(GroupWriter):
     def _renew(self) -> None:
         """Compute the matrices again if a constant or factor behind them differs from the last tick or call."""
         builder, followed = self.builder, self._followed()
-        moved: Operand = operand(self.writer.always_renewed and self.solver.renewed)
+        moved = self.writer.renewing(self.matrix, followed) if self.solver.renewed else operand(False)
         for i, value in enumerate(followed):
             other = builder.compute("not_equal", value, builder.load(self.used, i))
             moved = builder.compute("either", moved, other)

@@ -28,8 +28,11 @@ from proofmass.runner.program.tick_loop import TickLoop
 
 INPUT = -1  # stands for the input among the directions
 READ, VALUED, VALUE, SLOPE = range(4)  # at the wire: of the value read, whether it exists, and which; the input's
-AT_THE_WIRE = 4
-_WIRE = "wire that may be cut"
+MOVED = 4  # whether numbers that matrices follow from have slopes
+AT_THE_WIRE = 5
+WIRE, MATRICES = range(2)  # of what is cut: the wire, and what becomes of matrices that follow from numbers
+AS_BEFORE, RENEWED, AT_REST = range(3)  # they are made anew with their slopes, or their slopes become zero
+_WIRE, _STILL, _FOLLOWED = "wire that may be cut", "number without slope", "number that a matrix follows from"
 
 
 @dataclass(frozen=True)
@@ -50,7 +53,9 @@ def write_slopes(plan: Plan) -> SlopeTick:
     entry = loop.program.entry
     scratch = writer.numbers.scratch_array
     moved = [p for p in entry.parameters if isinstance(p, Storage) and p.writable and p not in writer.at_the_wire]
-    sloped = Tangents({_WIRE: _cut}).of(entry, tuple(p in moved for p in entry.parameters))
+    sloped = Tangents({_WIRE: _cut, _STILL: _nothing, _FOLLOWED: _told}).of(
+        entry, tuple(p in moved for p in entry.parameters)
+    )
     moved.remove(scratch)
     directions = _Directions(entry, moved, scratch)
     whole = program(directions.written(sloped))
@@ -60,16 +65,29 @@ def write_slopes(plan: Plan) -> SlopeTick:
 class _CutWriter(TickWriter):
     """Writes a tick in which each wire of one number may be cut."""
 
-    always_renewed = True  # their slopes may, though they do not
-
     def __init__(self, plan: Plan) -> None:
         super().__init__(plan)
         self.wires: dict[Endpoint, int] = {}
         self.at_the_wire = (
-            self.builder.array(INTEGER, 1, "cut"),
+            self.builder.array(INTEGER, 2, "cut", True),
             self.builder.array(FLOAT, AT_THE_WIRE, "at_the_wire", True),
         )
         self._marks = {kind: _mark(self.builder, kind) for kind in (FLOAT, INTEGER)}
+        self._still = _marked(self.builder, _STILL)
+        self._followed = _marked(self.builder, _FOLLOWED, AT_THE_WIRE)
+
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
+        builder = self.builder
+        for value in followed:
+            builder.call(self._followed, value, self.at_the_wire[1])
+        what = builder.load(self.at_the_wire[0], MATRICES)
+        assert matrix.length is not None
+        with (
+            builder.when(builder.compute("equal_integers", what, AT_REST)),
+            builder.counted(0, matrix.length, 1, "entry") as i,
+        ):
+            builder.store(matrix, i, *builder.call(self._still, builder.load(matrix, i)))
+        return builder.compute("equal_integers", what, RENEWED)
 
     def output(self, name: str, port: str) -> None:
         super().output(name, port)
@@ -86,15 +104,37 @@ def _mark(builder: Builder, kind: Kind) -> Function:
     inner.origin = _WIRE
     value = inner.parameter(kind, "value")
     inner.parameter(INTEGER, "number")
-    inner.array(INTEGER, 1, "cut")
+    inner.array(INTEGER, 2, "cut", True)
     inner.array(FLOAT, AT_THE_WIRE, "at_the_wire", True)
     inner.give(value)
     return inner.function()
 
 
+def _marked(builder: Builder, origin: str, length: int = 0) -> Function:
+    """Return a function that gives a number back, and that has slopes of its own; an array may come with it."""
+    inner = builder.beside(origin.replace(" ", "_"), inline=True)
+    inner.origin = origin
+    value = inner.parameter(FLOAT, "value")
+    if length:
+        inner.array(FLOAT, length, "at_the_wire", True)
+    inner.give(value)
+    return inner.function()
+
+
+def _nothing(s: TangentStep) -> Operand:
+    return operand(0.0)
+
+
+def _told(s: TangentStep) -> Operand:
+    builder, (_, at_the_wire), slope = s.writer.builder, s.x, s.dx[0]
+    apart = builder.compute("not_equal", slope, 0.0)
+    builder.store(at_the_wire, MOVED, builder.compute("select", apart, 1.0, builder.load(at_the_wire, MOVED)))
+    return slope
+
+
 def _cut(s: TangentStep) -> Operand:
     builder, (_, number, cut, at_the_wire) = s.writer.builder, s.x
-    here = builder.compute("equal_integers", builder.load(cut, 0), number)
+    here = builder.compute("equal_integers", builder.load(cut, WIRE), number)
     with builder.when(here):
         builder.store(at_the_wire, READ, s.dx[0])
         builder.store(at_the_wire, VALUED, 1.0)
@@ -107,9 +147,10 @@ class _Directions:
 
     Its parameters are those of the tick and the slopes of scratch; for the arrays that move, in their order, their
     slopes and what they are before a tick, and their lengths; the places of entries whose slopes are kept, of one array
-    after the other, and where those of each end; the directions, their number, and the rows: the slopes that are kept,
-    then what stands at the wire. What is kept in scratch holds for all directions. Lanes have a direction each: all but
-    the slopes is shared by them.
+    after the other, and where those of each end; the directions, what becomes of matrices in each row of them, their
+    number, and the rows: the slopes that are kept, then what stands at the wire. What is kept in scratch holds for all
+    directions, and slopes of matrices for the following rows. Lanes have a direction each: all but the slopes is shared
+    by them.
     """
 
     def __init__(self, entry: Function, moved: Sequence[Storage], scratch: Storage) -> None:
@@ -124,12 +165,13 @@ class _Directions:
         self.kept = builder.array(INTEGER, None, "kept")
         self.ends = builder.array(INTEGER, len(moved), "ends")
         self.directions = builder.array(INTEGER, None, "directions")
+        self.matrices = builder.array(INTEGER, None, "matrices")
         self.number = builder.parameter(INTEGER, "number")
         self.rows = builder.array(FLOAT, None, "rows", True)
         self.lengths = [builder.load(lengths, k) for k, _ in enumerate(moved)]
         self.own = [self.slopes[array] for array in moved]
         self.apart = frozenset([self.directions, self.rows, *self.slopes.values(), self._array(entry.parameters[-1])])
-        arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends]
+        arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends, self.matrices]
         self.shared = frozenset(a for a in arrays if isinstance(a, Storage)) - self.apart
 
     def written(self, sloped: Function) -> Function:
@@ -146,6 +188,7 @@ class _Directions:
             done = builder.compute("multiply_integers", builder.compute("subtract_integers", tick, first), self.number)
             self._save()
             with builder.counted(0, self.number, 1, "row") as row:
+                builder.store(self._array(entry.parameters[-2]), MATRICES, builder.load(self.matrices, row))
                 self._begin(builder.load(self.directions, row))
                 builder.call(sloped, tick, following, *given)
                 self._keep(builder.compute("multiply_integers", builder.compute("add_integers", done, row), width))
@@ -176,6 +219,7 @@ class _Directions:
         entered = builder.compute("equal_integers", direction, INPUT)
         builder.store(at_the_wire, SLOPE, builder.compute("float_of_truth", entered))
         builder.store(at_the_wire, VALUED, 0.0)
+        builder.store(at_the_wire, MOVED, 0.0)
 
     def _keep(self, place: Operand) -> None:
         builder, at_the_wire = self.builder, self._array(self.entry.parameters[-1])

@@ -4,7 +4,7 @@ The program reads numbers that a run may change (parameters, seed, state) from a
 (wiring, rate ratios, sizes, parameters that are true or false) is written into it.
 """
 
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Sequence
 from functools import partial
 from typing import Any
 
@@ -33,7 +33,7 @@ from proofmass.runner.plan.planned import Driven, Plan
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.digital import DigitalWriter
 from proofmass.runner.program.due import DueStep, when_due
-from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand, Storage
 from proofmass.runner.program.frame import Frame, entries
 from proofmass.runner.program.groups import GroupWriter
 from proofmass.runner.program.loops import LoopWriter
@@ -59,8 +59,6 @@ def write_tick(plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = Fals
 class TickWriter:
     """Writes the function of all ticks, with a writer for each part of it."""
 
-    always_renewed = False  # whether matrices that may change are made anew in each tick, whether they do or not
-
     def __init__(
         self, plan: Plan, varied: Collection[Endpoint] = (), lanes: bool = False, measured: bool = False
     ) -> None:
@@ -82,6 +80,11 @@ class TickWriter:
             self.builder.array(KINDS[probe.dtype], None, f"probe_{number}", True)
             for number, probe in enumerate(plan.probes)
         ]
+
+    def renewing(self, matrix: Storage, followed: Sequence[Operand]) -> Operand:
+        """Return whether a matrix of a group is made anew though none of the numbers that it follows from has
+        changed."""
+        return operand(False)
 
     def written(self) -> TickLoop:
         """Write the whole function."""

@@ -11,12 +11,22 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import TickSlopes, UndefinedSlopesError
+from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes, UndefinedSlopesError
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.slope_tick import AT_THE_WIRE, INPUT, VALUE, VALUED, write_slopes
+from proofmass.runner.program.slope_tick import (
+    AS_BEFORE,
+    AT_REST,
+    AT_THE_WIRE,
+    INPUT,
+    MOVED,
+    RENEWED,
+    VALUE,
+    VALUED,
+    write_slopes,
+)
 from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
@@ -24,7 +34,7 @@ from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
-_ENTRIES = 1 << 22  # numbers of the rows of one call
+_ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
 _LANES = 16  # directions side by side
 _NONE = -2  # instead of a direction: of a lane that is idle
 
@@ -94,13 +104,14 @@ class CompiledSlopes(CompiledLoop):
         numbers = np.array([*self._places], dtype=np.int64)
         own = np.searchsorted(begins, numbers, side="right") - 1  # the array of each
         kept, ends = numbers - begins[own], np.searchsorted(own, np.arange(len(lengths)), side="right")
-        at_the_wire = np.array([code.wires[node]]), _in_lanes(AT_THE_WIRE)
+        at_the_wire = np.array([code.wires[node], AS_BEFORE]), _in_lanes(AT_THE_WIRE)
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
         self._arrays = [*self.arrays(()), *at_the_wire, *slopes, *before, lengths, kept, ends]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = self._live.copy()  # numbers whose directions are run
+        self._renewing = np.zeros(len(self._places) + 1, dtype=bool)  # directions, and the input: may it move matrices?
         self._kept: list[
             tuple[AnyArray, AnyArray, AnyArray, AnyArray, AnyArray]
         ] = []  # tick, row, column, value; valued
@@ -140,21 +151,37 @@ class CompiledSlopes(CompiledLoop):
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
         sound, chunk = True, 1
+        renewing = self._renewing.copy()  # directions that move matrices of groups, and the input
+        before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
             self._wanted |= self._live
             most = max(1, _ENTRIES // (len(self._places) * (_LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
-            slopes, at_the_wire = self._in_directions(until)
+            made, lanes = self._in_directions(until)
+            slopes, at_the_wire = made[:, :, : len(self._places) + 1], made[:, :, len(self._places) :]
             apart = slopes != 0.0
-            live = self._followed(apart)
-            if (live[:-1].any(axis=0) & ~self._wanted).any():  # once more, with the directions that were missing
-                self._wanted |= live.any(axis=0)
-                for array, before in zip(self._moved, begin, strict=True):
-                    array[:] = before
+            live = self._followed(apart, lanes)
+            moved = np.zeros((len(made), len(renewing) + 1), dtype=bool)
+            moved[:, lanes] = at_the_wire[:, :, MOVED] != 0.0
+            moved = moved[:, :-1]
+            unforeseen = np.flatnonzero((moved & ~self._renewing).any(axis=1))[:1]
+            missing = (live[:-1].any(axis=0) & ~self._wanted).any()
+            if missing or len(unforeseen):
+                for array, earlier in zip(self._moved, begin, strict=True):
+                    array[:] = earlier
+                if missing:  # once more, with the directions that were missing
+                    self._wanted |= live.any(axis=0)
+                elif unforeseen[0]:  # up to the tick in which they move
+                    chunk = int(unforeseen[0])
+                else:
+                    renewing |= before & moved[0]
+                    before, chunk = moved[0], 1
+                    self._renewing = np.ones_like(renewing)
                 continue
-            self._keep(slopes, apart, at_the_wire, live[:-1])
+            self._keep(slopes, apart, lanes, live[:-1], at_the_wire[:, 0, :, 0])
             self._live, self.tick, chunk = live[-1], until, most
+            self._renewing = renewing
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
         return sound
 
@@ -163,38 +190,48 @@ class CompiledSlopes(CompiledLoop):
         tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
         return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
 
-    def _in_directions(self, until: int) -> tuple[AnyArray, AnyArray]:
-        """Return slopes of some ticks, [tick, place or wire, direction or input], and what stands at the wire."""
-        numbers = [*self._places]
-        wanted = [*np.flatnonzero(self._wanted).tolist()]
-        groups = len(wanted) // _LANES + 1
-        directions = aligned((groups, _LANES), np.dtype(np.int64))
-        directions.fill(_NONE)
-        directions.reshape(-1)[: len(wanted) + 1] = [*(numbers[i] for i in wanted), INPUT]
-        width = len(numbers) + AT_THE_WIRE
-        made = aligned((until - self.tick, groups, width, _LANES), np.dtype(float))
-        given = *self._addresses, directions.ctypes.data, groups, made.ctypes.data
+    def _in_directions(self, until: int) -> tuple[AnyArray, Indices]:
+        """Return slopes of some ticks, [tick, row, place or what stands at the wire, lane], and the number of the place
+        whose direction each lane of a row has, with the input behind all places, and -1 of a lane that is idle.
+
+        In a tick in which a direction moves matrices of groups, slopes hold if it is one that is expected to.
+        """
+        wanted = np.append(np.flatnonzero(self._wanted), len(self._places))
+        parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
+        rows = [-(-len(part) // _LANES) for part in parts]
+        lanes = np.full((sum(rows), _LANES), -1)
+        lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
+        lanes[rows[0] :].reshape(-1)[: len(parts[1])] = parts[1]
+        directions = aligned(lanes.shape, np.dtype(np.int64))
+        directions[:] = np.array([*self._places, INPUT, _NONE])[lanes]
+        matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
+        matrices[: min(rows[0], 1)] = AT_REST  # after the last row of the tick before
+        made = aligned((until - self.tick, sum(rows), len(self._places) + AT_THE_WIRE, _LANES), np.dtype(float))
+        given = *self._addresses, directions.ctypes.data, matrices.ctypes.data, sum(rows), made.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *given)
-        slopes = made[:, :, : len(numbers) + 1].transpose(0, 2, 1, 3).reshape(len(made), len(numbers) + 1, -1)
-        return slopes[:, :, : len(wanted) + 1], made[:, 0, len(numbers) :, 0]
+        return made, lanes
 
-    def _followed(self, apart: AnyArray) -> AnyArray:
+    def _followed(self, apart: AnyArray, lanes: Indices) -> AnyArray:
         """Return which numbers have slopes as each tick begins, and after the last."""
-        live = [self._live]
-        for entries in apart[:, :-1]:
-            live.append(entries[:, [*live[-1][self._wanted].tolist(), True]].any(axis=1))
-        return np.array(live)
+        live = np.vstack(
+            [self._live, np.any(np.any(apart[:, :, :-1], axis=1), axis=2)]
+        )  # where all that are run have slopes
+        for tick, (now, entries) in enumerate(zip(live, apart[:, :, :-1], strict=False)):
+            own = np.append(now, True)[lanes]
+            if not own[lanes >= 0].all():
+                live[tick + 1] = (entries & own[:, None]).any(axis=(0, 2))
+        return np.asarray(live)
 
-    def _keep(self, slopes: AnyArray, apart: AnyArray, at_the_wire: AnyArray, live: AnyArray) -> None:
+    def _keep(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, at_the_wire: AnyArray) -> None:
         """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""
-        own = live[:, self._wanted]
-        if not own.all():
-            apart[:, :, :-1] &= own[:, None, :]
-        places, columns = [*self._places.values()], np.array([*np.flatnonzero(self._wanted), len(self._places)])
-        tick, row, column = np.unravel_index(np.flatnonzero(apart), apart.shape)
-        values, column = slopes[tick, row, column], columns[column]
+        own = np.column_stack([live, np.ones(len(live), dtype=bool)])[:, lanes]
+        if not own[:, lanes >= 0].all():
+            apart &= own[:, :, None]
+        tick, group, row, lane = np.unravel_index(np.flatnonzero(apart), apart.shape)
+        values, column = slopes[tick, group, row, lane], lanes[group, lane]
         undefined = np.unique(column[~np.isfinite(values)]).tolist()
         if undefined:
+            places = [*self._places.values()]
             raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
         valued = at_the_wire[:, VALUED] != 0.0
         for value in at_the_wire[valued, VALUE].tolist():

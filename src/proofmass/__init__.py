@@ -20,7 +20,7 @@ _HOMES = {
     "Input": "blocks.declaration.declare",
     "Margins": "runner.analysis.margins.margins",
     "ModelError": "blocks.declaration.problem",
-    "NoiseBudget": "runner.analysis.noise.budget",
+    "NoiseBudget": "runner.analysis.noise.noise_budget",
     "Probe": "graphs.model.graph",
     "Problem": "blocks.declaration.problem",
     "Response": "runner.analysis.response.response",

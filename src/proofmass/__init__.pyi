@@ -14,7 +14,8 @@ from proofmass.runner.analysis.linearisation.linearise import linearise as linea
 from proofmass.runner.analysis.margins.margins import Margins as Margins
 from proofmass.runner.analysis.margins.second_opinion import second_opinion as second_opinion
 from proofmass.runner.analysis.margins.stability import margins as margins
-from proofmass.runner.analysis.noise.budget import NoiseBudget as NoiseBudget, noise as noise
+from proofmass.runner.analysis.noise.budget import noise as noise
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget as NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation as ValueDeviation, deviation_over_runs as deviation_over_runs
 from proofmass.runner.analysis.response.response import Response as Response, response as response
 from proofmass.runner.analysis.several.over import margins_over as margins_over, margins_over_age as margins_over_age

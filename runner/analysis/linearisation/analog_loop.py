@@ -16,7 +16,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
 from proofmass.runner.analysis.linearisation.period_map import (
@@ -56,20 +56,20 @@ def analog_group(plan: Plan, node: Endpoint) -> Group | None:
     return None
 
 
-def analog_map(plan: Plan, course: Course, group: Group, nodes: Sequence[Endpoint], tick: int) -> PeriodMap:
-    """Return the loop opened at wires within a group, about the state of the graph in a tick; its `period` is 0.
+def analog_map(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint]) -> PeriodMap:
+    """Return the loop opened at wires within a group, about a state of the graph; its `period` is 0.
 
     Raises `ModelError` if the group cannot be linearised, or a wire cannot be cut.
     """
     solved = [(node, loop.tears[0]) for loop in group.loops for node in nodes if node in loop.nodes]
     if solved:
         raise ModelError([plan.graph.placed(_within(node, tear)) for node, tear in solved])
-    memory = course.at(tick)
-    analog = analog_map_at(plan, group, nodes, memory)
-    later = analog_map_at(plan, group, nodes, course.from_memory(memory).to(tick + 1))
+    tick = onward.begin.tick
+    analog = analog_map_at(plan, group, nodes, onward.begin)
+    later = analog_map_at(plan, group, nodes, onward.at(tick + 1))
     change = _change(analog, later)
     notes = [_moving(tick, change)] if change > _MOVED else []
-    notes += _switched(plan, course, group, nodes, analog, memory)
+    notes += _switched(plan, onward, group, nodes, analog)
     behind = set[str]().union(*(_downstream(plan, node) for node in nodes))
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
@@ -84,23 +84,16 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     return float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
 
 
-def _switched(
-    plan: Plan, course: Course, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap, memory: Memory
-) -> list[str]:
+def _switched(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap) -> list[str]:
     """Return a note on a switch that waits, if it changes the loop within the time in which that would matter."""
     upstream, moving = blocks_of_map(plan, nodes, nodes, False)
     ticks = common_period(plan, nodes, nodes, everything=True)
-    run, known = course.from_memory(memory), {0: memory}
 
     def after(periods: int) -> Memory:
-        if periods not in known:
-            tick = memory.tick + periods * ticks
-            ahead = run if run.tick <= tick else course.from_memory(memory)
-            known[periods] = ahead.to(tick)
-        return known[periods]
+        return onward.at(onward.begin.tick + periods * ticks)
 
     horizon = int(min(LONGEST_ORBIT // ticks, _matters(analog) / (ticks * plan.period)))
-    for periods in Waiting(course.plan, upstream, moving, memory, ticks).changes(after, horizon):
+    for periods in Waiting(onward, upstream, moving, ticks).changes(after, horizon):
         later = analog_map_at(plan, group, nodes, after(periods))
         if periods > WAITED and _change(analog, later) > FROZEN:
             return [switch_note(periods * ticks * plan.period)]

@@ -1,15 +1,19 @@
 """Runs to an operating point: in plain Python at first, in machine code once that takes long."""
 
 import time
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.graphs.checks.schedule import ConstantsOf
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.reference.interpret import Interpreter, TickError
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import failed, name_fault
 
@@ -30,11 +34,11 @@ class Forward:
         plan: Plan,
         memory: Memory | None = None,
         progress: Progress | None = None,
-        compiled: "CompiledPlan | None" = None,
+        code: "MachineCode | None" = None,
     ) -> None:
-        self._plan, self.progress, self._compiled = replace(plan, probes=()), progress, compiled
+        self._plan, self.progress, self._code = replace(plan, probes=()), progress, code or MachineCode(plan)
         begin = memory or start(plan)
-        self._engine = self._python(begin) if self._compiled is None else self._machine_code(begin)
+        self._engine = self._code.run(self._plan, begin) if self._code.known else self._python(begin)
         self.tick, self._spent, self._chunk = begin.tick, 0.0, 16
         self._asked = 0  # ticks for which an engine was chosen
 
@@ -42,11 +46,6 @@ class Forward:
     def engine(self) -> str:
         """The name of the engine that runs it now."""
         return self._engine.name
-
-    @property
-    def compiled(self) -> "CompiledPlan | None":
-        """Machine code of the plan, once the run has wanted it."""
-        return self._compiled
 
     def to(self, last: int, of: int = 0) -> Memory:
         """Run to the start of the tick `last` and return the memory there; raises `ModelError` if a tick fails."""
@@ -80,17 +79,26 @@ class Forward:
     def compile(self) -> None:
         """Go on in machine code, if the plan can."""
         if choose(self._plan, LARGEST_RUN, "auto") == "compiled":  # not with values beyond 64 bits
-            self._engine = self._machine_code(self._engine.memory())
+            self._engine = self._code.run(self._plan, self._engine.memory())
 
     def _python(self, memory: Memory) -> Engine:
         return make_engine(self._plan, "python", self._plan.graph.seed, 0, memory)
 
-    def _machine_code(self, memory: Memory) -> Engine:
+
+class MachineCode:
+    """Machine code of a plan and of all that differ from it in numbers alone, made when it is first wanted."""
+
+    def __init__(self, plan: Plan) -> None:
+        self._plan = replace(plan, probes=())
+        self.known: CompiledPlan | None = None
+
+    def run(self, plan: Plan, memory: Memory) -> "CompiledLoop":
+        """Return a run from a memory on."""
         # start-up time: short runs need no compiler
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
-        self._compiled = self._compiled or CompiledPlan(self._plan)
-        return CompiledLoop(self._plan, self._plan.graph.seed, 0, memory, self._compiled)
+        self.known = self.known or CompiledPlan(self._plan)
+        return CompiledLoop(plan, plan.graph.seed, 0, memory, self.known)
 
 
 class Course:
@@ -105,6 +113,7 @@ class Course:
         self._run: Forward | None = None
         self._slopes: SlopeCode | None = None
         self._like = like
+        self._code: MachineCode = like._code if like else MachineCode(self.plan)
 
     def slopes(self) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, if the plan has such."""
@@ -126,20 +135,62 @@ class Course:
         self._run.progress = progress
         return self._run.to(tick, of)
 
-    def machine_code(self, memory: Memory, wanted: bool = False) -> "CompiledLoop | None":
-        """Return a run in machine code from a memory on, if there is such code by now, or can be if it is `wanted`."""
-        if wanted:
-            self._run = self._run or self.from_memory(None)
-            self._run.compile()
-        compiled = self._run.compiled if self._run else None
-        if compiled is None:
+    def machine_code(self, memory: Memory, ticks: int) -> "CompiledLoop | None":
+        """Return a run in machine code from a memory on, if there is such code, or some ticks are worth making it."""
+        if self._code.known is None and choose(self.plan, ticks, "auto") != "compiled":
             return None
-        # start-up time: only what was compiled before needs it
-        from proofmass.runner.targets.native import CompiledLoop
-
-        return CompiledLoop(compiled.plan, compiled.plan.graph.seed, 0, memory.copy(), compiled)
+        return self._code.run(replace(self.plan, probes=()), memory.copy())
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""
-        run = self._run or (self._like and self._like._run)
-        return Forward(self.plan, memory and memory.copy(), compiled=run.compiled if run else None)
+        return Forward(self.plan, memory and memory.copy(), code=self._code)
+
+
+class Onward:
+    """The run from an operating point on, shared by all maps about it: memories, and what its wires hold."""
+
+    def __init__(self, course: Course, begin: Memory) -> None:
+        self.course, self.begin = course, begin
+        self._run = course.from_memory(begin)
+        self._memories = {begin.tick: begin}
+        self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, list[list[float]]]] = {}
+
+    def at(self, tick: int) -> Memory:
+        """Return the memory at the start of a tick; raises `ModelError` if the run fails."""
+        if tick not in self._memories:
+            if self._run.tick > tick:
+                self._run = self.course.from_memory(self._memories[max(t for t in self._memories if t < tick)])
+            self._memories[tick] = self._run.to(tick)
+        return self._memories[tick]
+
+    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str]) -> list[list[float]]:
+        """Return what wires of one number hold in each of some ticks: those of blocks that run `alone`."""
+        run, rows = self._recorded.get(tuple(nodes), (None, []))
+        if len(rows) < ticks:
+            code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
+            run, rows = (code, []) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
+            rows += run.wires(nodes, self.begin.tick + ticks)
+            self._recorded[tuple(nodes)] = run, rows
+        return rows[:ticks]
+
+
+class Alone(Interpreter):
+    """Ticks of the blocks that follow the time alone."""
+
+    def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
+        solvers = tuple(solver for solver in plan.solvers if blocks >= set(solver.group.blocks))
+        super().__init__(replace(plan, solvers=solvers, probes=()), seed=0, memory=memory)
+        self._outputs = [each for each in self._outputs if _block(each[0]) in blocks]
+        self._updates = [update for update in self._updates if update[0] in blocks]
+
+    def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
+        """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
+        rows = list[list[float]]()
+        while self._memory.tick < last:
+            self.advance(self._memory.tick + 1, ())
+            rows.append([float(self._memory.wires[node]) for node in nodes])
+        return rows
+
+
+def _block(step: Endpoint | ConstantsOf) -> str:
+    return step.block if isinstance(step, ConstantsOf) else step[0]

@@ -26,7 +26,7 @@ from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
-from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -60,6 +60,7 @@ class Linearisation:
     told: str = ""  # how the point was found
     at: At = 0.0  # what finds it again
     _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
+    _runs: dict[int, Onward] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def tick(self) -> int:
@@ -110,10 +111,17 @@ class Linearisation:
     def _found(self, ends: Ends) -> OrbitPoint:
         orbit = self.point
         if not isinstance(orbit, PeriodicPoint):
-            return OrbitSearch(self.plan, self.course, ends, orbit).point()
+            return OrbitSearch(self.plan, ends, self._onward(ends.common_period(self.plan))).point()
         whole = ends.map(self.plan, memory=orbit.memory, span=orbit.ticks, integrated=True)
         notes = (orbit.note(self.plan.period),)
         return OrbitPoint(whole, 1, notes, memory=orbit.memory, ticks=orbit.ticks, integrated=True)
+
+    def _onward(self, period: int) -> Onward:
+        """Return the run on from the last start of a period of some base ticks before the operating point."""
+        tick = self.tick - self.tick % period
+        if tick not in self._runs:
+            self._runs[tick] = Onward(self.course, self.course.at(tick))
+        return self._runs[tick]
 
     def _point_slopes(self, ends: Ends, point: OrbitPoint) -> tuple[PointSlopes | None, tuple[str, ...]]:
         """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
@@ -152,7 +160,7 @@ class Linearisation:
         """Return the loop opened at wires between the continuous blocks of a group; raises `ModelError`."""
         if isinstance(self.point, PeriodicPoint):
             raise ModelError([self.plan.graph.placed(_not_periodic(node)) for node in nodes])
-        analog = analog_map(self.plan, self.course, group, nodes, self.point)
+        analog = analog_map(self.plan, self._onward(1), group, nodes)
         if by_parameters:
             ends = Ends((), tuple(nodes), everything=True)
             slopes, notes = self._point_slopes(ends, self.point_of(ends))
@@ -183,6 +191,7 @@ class OperatingPoints:
         self.plan, self.at, self._progress = plan, at, progress
         self._course = Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
+        self._starts = dict[int, Linearisation]()
         if at not in _WAYS:
             self._time = tick_of_time(plan, at)
 
@@ -203,6 +212,10 @@ class OperatingPoints:
             except ModelError as error:
                 refused.append(error)
         raise [*refused[1:], *refused, *none][0]
+
+    def memory_at(self, tick: int) -> Memory:
+        """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
+        return self._course.at(tick).copy()
 
     def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up."""
@@ -241,7 +254,9 @@ class OperatingPoints:
         if self.at != AUTO:
             yield self._one(str(self.at))
             return
-        yield self._linearisation(first, "", 0.0)
+        if first not in self._starts:
+            self._starts[first] = self._linearisation(first, "", 0.0)
+        yield self._starts[first]
         for way in (SETTLED, _END, PERIODIC):
             yield self._one(way)
 

@@ -80,15 +80,23 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     changes = [0.0]
+    parts, inverse = first.parts(), _inverse(first.parts()[0], z)
     for r in _groups(first.states, first.outputs):
         for c in _groups(first.states, first.inputs):
             pair = np.ix_(r, c)
             if (first.matrix[pair] != second.matrix[pair]).any():
                 mixed = first.matrix.copy()
                 mixed[pair] = second.matrix[pair]
-                size, moved = _norms(first.parts(), first.parts(mixed), z)
+                other = first.parts(mixed)
+                alike = np.array_equal(parts[0], other[0])
+                size, moved = _norms(parts, other, inverse, inverse if alike else _inverse(other[0], z))
                 changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
+
+
+def _inverse(a: Array, z: Complex) -> Complex:
+    """Return (z - A)^-1 at some points."""
+    return np.asarray(np.linalg.inv(z[:, None, None] * np.eye(len(a)) - a))
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Variation:
@@ -133,31 +141,28 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
 
 
-def _norms(first: Parts, second: Parts, z: Complex) -> tuple[Array, Array]:
+def _norms(first: Parts, second: Parts, x: Complex, y: Complex) -> tuple[Array, Array]:
     """Return the larger norm of two responses at points of the unit circle, and that of their difference.
 
-    C (z - A)^-1 B has the norm of R (z - A)^-1 S, with R and S as small as there are states. A period of noise has
-    thousands of inputs and outputs.
+    C (z - A)^-1 B has the norm of R (z - A)^-1 S, with R and S as small as there are states; x and y are these
+    inverses. A period of noise has thousands of inputs and outputs.
     """
-    (a, b, c, d), (e, f, g, h) = first, second
+    (a, b, c, d), (_, f, g, h) = first, second
     n, change = len(a), h - d
     rows, columns = np.linalg.qr(np.hstack([c, g]))[1], np.linalg.qr(np.vstack([b, f]).T)[1].T
     before, after, apart = np.sum(d**2), np.sum(h**2), np.sum(change**2)
     products = b @ d.T @ c, f @ h.T @ g, b @ change.T @ c, f @ change.T @ g
-    sizes, moves = list[float](), list[float]()
-    for point in z:
-        x, y = (np.linalg.inv(point * np.eye(n) - each) for each in (a, e))
-        one, two = rows[:, :n] @ x @ columns[:n], rows[:, n:] @ y @ columns[n:]
-        old, new, by_old, by_new = (
-            2.0 * float(np.real(np.sum(each * product.T))) for each, product in zip((x, y, x, y), products, strict=True)
-        )
-        sizes.append(max(_square(one) + old + before, _square(two) + new + after, 0.0))
-        moves.append(max(_square(two - one) + by_new - by_old + apart, 0.0))
-    return np.sqrt(sizes), np.sqrt(moves)
+    one, two = rows[:, :n] @ x @ columns[:n], rows[:, n:] @ y @ columns[n:]
+    old, new, by_old, by_new = (
+        2.0 * np.real(np.einsum("zij,ji->z", each, product))
+        for each, product in zip((x, y, x, y), products, strict=True)
+    )
+    sizes = np.maximum(np.maximum(_square(one) + old + before, _square(two) + new + after), 0.0)
+    return np.sqrt(sizes), np.sqrt(np.maximum(_square(two - one) + by_new - by_old + apart, 0.0))
 
 
-def _square(matrix: Complex) -> float:
-    return float(np.sum(np.abs(matrix) ** 2))
+def _square(matrices: Complex) -> Array:
+    return np.asarray(np.sum(np.abs(matrices) ** 2, axis=(1, 2)))
 
 
 def _scales(size: Array, n: int) -> tuple[Array, Array]:

@@ -21,10 +21,10 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.closing import jumps
-from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
+from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
@@ -40,6 +40,7 @@ from proofmass.runner.analysis.linearisation.period_map import (
     MOST_VALUES,
     NO_RINGS,
     PeriodMap,
+    UnrepeatedError,
     blocks_of_map,
     common_period,
     period_map,
@@ -116,21 +117,20 @@ class OrbitPoint:
 class OrbitSearch:
     """Looks for the periods over which a map can be taken."""
 
-    def __init__(self, plan: Plan, course: Course, ends: Ends, tick: int) -> None:
-        self._plan, self._course, self._ends = plan, course, ends
+    def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
+        """Take the run on from the operating point, which is the start of a period of the map."""
+        self._plan, self._onward, self._course, self._ends = plan, onward, onward.course, ends
         self._ticks = ends.common_period(plan)
         self._period = self._ticks * plan.period
         self._longest = min(LONGEST_ORBIT, MOST_VALUES * self._stride()) // self._ticks  # of periods of a map
         self._most = min(self._longest, MOST_PERIODS)
-        self._first = tick - tick % self._ticks
+        self._first = onward.begin.tick
         upstream, moving = ends.blocks(plan)
         self._names = sorted(upstream)
-        self._memories = {0: course.at(self._first)}
+        self._memories = {0: onward.begin}
         self._maps = dict[tuple[int, int], PeriodMap]()
-        self._run = course.from_memory(self._memories[0])
-        self._rings = find_rings(course.plan, moving, self._after)
-        begin, code = self._memories[0], course.machine_code(self._memories[0])
-        self._waiting = Waiting(course.plan, upstream, moving, begin, self._ticks, self._rings, code)
+        self._rings = find_rings(self._course.plan, moving, self._after)
+        self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
@@ -187,7 +187,7 @@ class OrbitSearch:
         if closed is None and len(orbit.turning):
             closed = self._stretches(first)
         if closed is None:
-            raise ModelError([self._plan.graph.placed(self._refused(orbit, first))])
+            raise UnrepeatedError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
 
     def _at_rest(self, first: PeriodMap) -> OrbitPoint:
@@ -219,16 +219,19 @@ class OrbitSearch:
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""
-        code = self._course.machine_code(self._memories[0], wanted=True)
+        code = self._course.machine_code(self._memories[0], LONGEST)
         looks = jumps(code, self._names) if code is not None and self._ticks == 1 else []
         closed = [look for look in looks[:_JUMPS] if not self._same(first, self._map(look))][:2]
         periods = closed[-1] - closed[0] if len(closed) > 1 else 0
         if not 1 < periods <= LONGEST_PERIOD:
             return None
-        whole, after = self._map(0, periods), self._map(periods, periods)
+        whole = self._map(0, periods)
+        if not _passes(whole):
+            return None
+        after = self._map(whole.tick - self._first + periods, periods)  # it begins with a new value too
         z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
         change = effect(self._shown(whole), self._shown(after), z)
-        if not _passes(whole) or change > FROZEN:
+        if change > FROZEN:
             return None
         note = f"closed for an instant every {time_text(periods * self._period)}, and open between"
         return OrbitPoint(whole, periods, (note, *_moving(change)), (after,))
@@ -263,11 +266,7 @@ class OrbitSearch:
     def _after(self, periods: int) -> Memory:
         """Return the memory some periods after the operating point."""
         if periods not in self._memories:
-            tick = self._first + periods * self._ticks
-            if self._run.tick > tick:
-                earlier = max(known for known in self._memories if known < periods)
-                self._run = self._course.from_memory(self._memories[earlier])
-            self._memories[periods] = self._run.to(tick)
+            self._memories[periods] = self._onward.at(self._first + periods * self._ticks)
         return self._memories[periods]
 
     def _horizon(self, first: PeriodMap) -> int:

@@ -43,6 +43,10 @@ NO_RINGS = Rings()
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
+class UnrepeatedError(ModelError):
+    """The orbit of a graph does not come back in any period that a map can cover: noise is that along its run."""
+
+
 @dataclass(frozen=True)
 class PeriodMap:
     """Rows [A B step] and below them [C D level]; `slopes` are the derivatives of it all by each parameter."""

@@ -116,10 +116,15 @@ class TickMaps:
 
     def held(self, each: int) -> "TickMaps":
         """Return the maps from one new value of the wire to the next, each held for so many."""
-        a, b = self.a[::each], self.b[::each]
-        for k in range(1, each):
-            a, b = self.a[k::each] @ a, np.einsum("kij,kj->ki", self.a[k::each], b) + self.b[k::each]
-        return TickMaps(a, b, self.c[::each], self.d[::each], self.places)
+        n, values = self.b.shape[1], len(self.d) // each
+        maps = np.zeros((values, each, n + 1, n + 1))  # of the states and the value
+        maps[:, :, :n, :n] = self.a.reshape(values, each, n, n)
+        maps[:, :, :n, n] = self.b.reshape(values, each, n)
+        maps[:, :, n, n] = 1.0
+        while maps.shape[1] > 1:
+            last = maps.shape[1] - maps.shape[1] % 2
+            maps = np.concatenate([maps[:, 1:last:2] @ maps[:, :last:2], maps[:, last:]], axis=1)
+        return TickMaps(maps[:, 0, :n, :n], maps[:, 0, :n, n], self.c[::each], self.d[::each], self.places)
 
     def lifted(self) -> Array:
         """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
@@ -182,6 +187,10 @@ def _spread(edges: npt.NDArray[np.bool_], source: int) -> npt.NDArray[np.bool_]:
 def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array, Array]:
     """Join ticks without a value of the wire to those with one."""
     n = maps.shape[1] - 1
+    if all(valued[:-1]) and not valued[-1]:  # the last map joins the period with the next one
+        ends, entered, moved = maps[:-1, n, :n].copy(), maps[:-1, :n, n].copy(), maps[:-1, :n, :n].copy()
+        moved[-1], entered[-1] = maps[-1, :n, :n] @ moved[-1], maps[-1, :n, :n] @ entered[-1]
+        return moved, entered, ends, np.zeros(len(moved))
     before, a, b, c = np.eye(n), list[Array](), list[Array](), list[Array]()
     for tick, has in zip(maps, valued, strict=True):
         moved = tick[:n, :n]

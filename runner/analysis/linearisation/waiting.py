@@ -6,16 +6,13 @@ something that stood still has changed. Where a block that signals reach counts,
 on periods too.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.graphs.checks.schedule import ConstantsOf
-from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.period_map import NO_RINGS
 from proofmass.runner.analysis.linearisation.rings import Rings
@@ -23,11 +20,6 @@ from proofmass.runner.derivatives.dual_noise import changing, given, reached
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import BufferBinding, Deviate, StateBinding, Tick, Time
 from proofmass.runner.plan.memory import Memory
-from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter
-
-if TYPE_CHECKING:
-    from proofmass.runner.targets.native import CompiledLoop
 
 _CHANGES, _LOOKS = 3, 8  # compared changes of one number, and comparisons in all
 _SHORT, _SHORT_TURN = 1024, 32  # base ticks and periods of the first search
@@ -39,19 +31,15 @@ class Waiting:
 
     def __init__(
         self,
-        plan: Plan,
+        onward: Onward,
         upstream: AbstractSet[str],
         moving: AbstractSet[str],
-        begin: Memory,
         ticks: int,
         rings: Rings = NO_RINGS,
-        machine_code: "CompiledLoop | None" = None,
     ) -> None:
-        """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period.
-
-        A run in `machine_code` from the same memory on takes less time than those blocks in plain Python.
-        """
-        self._begin, self._ticks, self._rings = begin, ticks, rings
+        """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period."""
+        plan = onward.course.plan
+        self._onward, self._ticks, self._rings = onward, ticks, rings
         apart = upstream - moving
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
@@ -63,18 +51,14 @@ class Waiting:
             for port, declared in type(plan.blocks[name]).outputs.items()
             if not declared.shape
         ]
-        self._run = machine_code or _Alone(plan, begin.copy(), self._alone)
-        self._rows: list[list[float]] = []
         self._counts: list[list[int]] = []
 
     def sources(self, periods: int) -> Array:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
-        ticks = periods * self._ticks
-        if len(self._rows) < ticks:
-            self._rows += self._run.wires(self._wires, self._begin.tick + ticks)
-        return np.array(self._rows[:ticks], dtype=float).reshape(periods, -1)
+        rows = self._onward.wires(self._wires, periods * self._ticks, self._alone)
+        return np.array(rows, dtype=float).reshape(periods, -1)
 
     def counts(self, after: Callable[[int], Memory]) -> bool:
         """Return whether an integer or a truth value of a block that signals reach changes in a period."""
@@ -167,25 +151,3 @@ def _same_turns(values: Array, number: int) -> bool:
     values = values[:, _turning(values)]
     near = _ROUNDING * np.max(np.abs(values), axis=0, initial=0.0)
     return bool((np.abs(values[number:] - values[:-number]) <= near).all())
-
-
-class _Alone(Interpreter):
-    """Ticks of the blocks that follow the time alone."""
-
-    def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
-        solvers = tuple(solver for solver in plan.solvers if blocks >= set(solver.group.blocks))
-        super().__init__(replace(plan, solvers=solvers, probes=()), seed=0, memory=memory)
-        self._outputs = [each for each in self._outputs if _block(each[0]) in blocks]
-        self._updates = [update for update in self._updates if update[0] in blocks]
-
-    def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
-        rows = list[list[float]]()
-        while self._memory.tick < last:
-            self.advance(self._memory.tick + 1, ())
-            rows.append([float(self._memory.wires[node]) for node in nodes])
-        return rows
-
-
-def _block(step: Endpoint | ConstantsOf) -> str:
-    return step.block if isinstance(step, ConstantsOf) else step[0]

@@ -36,7 +36,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.progress import Progress
-from proofmass.runner.plan.memory import Rows, start
+from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
@@ -105,7 +105,7 @@ def deviations(
 ) -> list[ValueDeviation]:
     """Return those of the last values before a tick of several outputs."""
     nodes = [node_of(planned, output) for output in outputs]
-    engine = _followed(planned, nodes, ticks, {}, progress)
+    engine = followed(planned, nodes, ticks, {}, progress)
     early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in engine.last), None)
     if early is not None:
         raise ModelError([planned.graph.placed(_early(early, (ticks - 1) * planned.period))])
@@ -123,13 +123,14 @@ def densities(
     strides = {node: planned.stride(node) for node in nodes}
     # a value is recorded in each tick of its block from tick 0 on
     firsts = {node: -(-ticks // stride) - len(window) for node, stride in strides.items()}
-    stretches = {node: _Stretch(window, firsts[node]) for node in nodes}
-    engine = _followed(planned, nodes, ticks, stretches)
+    turns = np.arange(len(window) // 2 + 1) / len(window)
+    stretches = {node: Stretch(window, firsts[node], turns) for node in nodes}
+    engine = followed(planned, nodes, ticks, stretches)
     answers = []
     for output, node in zip(outputs, nodes, strict=True):
         rate = float(planned.schedule.base_rate) / strides[node]
         lines = np.arange(len(window) // 2 + 1) * rate / len(window)
-        density = stretches[node].power * (2.0 / (rate * float(np.sum(window**2))))
+        density = np.sum([*stretches[node].powers.values()], axis=0) * (2.0 / (rate * float(np.sum(window**2))))
         answers.append((_deviation(planned, output, node, engine.last[node]), lines, density))
     return answers
 
@@ -139,20 +140,23 @@ def _early(output: str, time: float) -> Problem:
     return Problem(message=message, key="until", got=f"{time:g} s", expected=expected, hint="name a later time")
 
 
-def _followed(
+def followed(
     planned: Plan,
     nodes: Sequence[Endpoint],
     ticks: int,
-    stretches: "Mapping[Endpoint, _Stretch]",
+    stretches: "Mapping[Endpoint, Stretch]",
     progress: Progress | None = None,
-) -> "_CovarianceTicks":
+    begin: Memory | None = None,
+) -> "CovarianceTicks":
+    """Return what a run up to a tick ends in, from a memory without noise or from tick 0; raises `ModelError`."""
     noisy = with_gains(linearised(planned), noise_blocks(planned), list(nodes))
-    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], start(planned.without_noise)
-    engine = _CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
+    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], begin or start(planned.without_noise)
+    engine = CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
+    first = begin.tick
     try:
-        for done in range(0, ticks, _SHOWN * EVERY):
+        for done in range(first, ticks, _SHOWN * EVERY):
             if progress:
-                progress(done, ticks)
+                progress(done - first, ticks - first)
             engine.advance(min(done + _SHOWN * EVERY, ticks), ())
     except TickError as error:
         raise ModelError([failed(planned, error)]) from error
@@ -181,32 +185,40 @@ class _Last:
     variances: Mapping[str, float]
 
 
-class _Stretch:
-    """The mean power of the lines of some successive values, a sum Z of w y exp(-2 pi i f t) for each.
+class Stretch:
+    """The mean power of the lines of some successive values, a sum Z of w y exp(-2 pi i f t) for each, by block.
 
-    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2] follow.
+    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2] follow. `turns` are the
+    lines, in turns from value to value; `squares` are the sums of w^2 E[y^2] in each half of the window.
     """
 
-    def __init__(self, window: Array, first: int) -> None:
-        self._window, self._first = window, first
-        self._lines = np.arange(len(window) // 2 + 1)
-        self._shared: Any = None  # E[Z x']
-        self.power = np.zeros(len(self._lines))
+    def __init__(self, window: Array, first: int, turns: Array) -> None:
+        self.window, self._first, self._turns = window, first, turns
+        self._shared: dict[str, Any] = {}  # E[Z x']
+        self.powers, self.squares = dict[str, Array](), dict[str, Array]()
 
-    def moved(self, number: int, slopes: "_Slopes", rows: range, covariance: Array) -> None:
+    def moved(self, number: int, slopes: "_Slopes", rows: range, covariances: Mapping[str, Array]) -> None:
         """Count values from a number on, some rows of slopes; the last of these are what lasts from now on."""
         numbers = np.arange(number, number + len(rows)) - self._first
-        inside = (numbers >= 0) & (numbers < len(self._window))
-        if self._shared is None and not inside.any():
+        inside = (numbers >= 0) & (numbers < len(self.window))
+        if not self._shared and not inside.any():
             return
-        turns = np.exp(-2j * np.pi * np.outer(self._lines, numbers) / len(self._window))
-        turns *= np.where(inside, self._window[np.clip(numbers, 0, len(self._window) - 1)], 0.0)
-        old, new = turns @ slopes.lasting[rows.start : rows.stop], turns @ slopes.fresh[rows.start : rows.stop]
-        shared = np.zeros_like(old) if self._shared is None else self._shared
-        self.power += 2.0 * np.sum(old * shared.conj(), axis=1).real
-        self.power += np.sum((old @ covariance) * old.conj(), axis=1).real + np.sum(np.abs(new) ** 2, axis=1)
-        after = slopes.memory
-        self._shared = (shared + old @ covariance) @ slopes.lasting[after:].T + new @ slopes.fresh[after:].T
+        weights = np.where(inside, self.window[np.clip(numbers, 0, len(self.window) - 1)], 0.0)
+        turns = np.exp(-2j * np.pi * np.outer(self._turns, numbers)) * weights
+        own, after = slice(rows.start, rows.stop), slopes.memory
+        early = 2 * numbers < len(self.window)
+        halves = np.array([early, ~early]) * weights**2
+        old = turns @ slopes.lasting[own]
+        for name in {**covariances, **slopes.columns}:
+            columns, covariance = slopes.columns.get(name, []), covariances.get(name)
+            squares = np.diag(_moved(slopes, own, covariance, columns))
+            self.squares[name] = self.squares.get(name, 0.0) + halves @ squares
+            new = turns @ slopes.fresh[own, columns] if len(columns) else np.zeros((len(turns), 0))
+            by = old @ covariance if covariance is not None else np.zeros_like(old)
+            shared = self._shared.get(name, np.zeros_like(old))
+            power = 2.0 * np.sum(old * shared.conj(), axis=1).real + np.sum(by * old.conj(), axis=1).real
+            self.powers[name] = self.powers.get(name, 0.0) + power + np.sum(np.abs(new) ** 2, axis=1)
+            self._shared[name] = (shared + by) @ slopes.lasting[after:].T + new @ slopes.fresh[after:, columns].T
 
 
 @dataclass(frozen=True)
@@ -219,10 +231,10 @@ class _Slopes:
     memory: int  # first row of the memory
 
 
-class _CovarianceTicks(CompactTicks):
+class CovarianceTicks(CompactTicks):
     """Ticks that keep the covariance of what lasts, by the blocks that make it."""
 
-    def __init__(self, *arguments: Any, noise: Noisy, stretches: Mapping[Endpoint, _Stretch]) -> None:
+    def __init__(self, *arguments: Any, noise: Noisy, stretches: Mapping[Endpoint, Stretch]) -> None:
         self._covariances: dict[str, Array] = {}
         self._alive = 0
         self._stretches, self._numbers = stretches, Counter[Endpoint]()
@@ -255,11 +267,11 @@ class _CovarianceTicks(CompactTicks):
 
     def _keep(self, recorded: Mapping[Endpoint, list[Any]], slopes: _Slopes) -> None:
         """Keep the last value of each output with its variances, and count all in their stretches."""
-        first, whole = 0, sum(self._covariances.values(), np.zeros((self._alive, self._alive)))
+        first = 0
         for node, values in recorded.items():
             rows, first = range(first, first + len(values)), first + len(values)
             if node in self._stretches:
-                self._stretches[node].moved(self._numbers[node], slopes, rows, whole)
+                self._stretches[node].moved(self._numbers[node], slopes, rows, self._covariances)
             self._numbers[node] += len(values)
             if values:
                 row = slice(rows[-1], rows[-1] + 1)

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
-from proofmass.runner.analysis.noise.budget import NoiseBudget
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.output.pictures import COLOURS, INK, axis_label, literal, sheet
 
 if TYPE_CHECKING:

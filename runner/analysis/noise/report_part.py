@@ -4,7 +4,7 @@ from html import escape
 
 from proofmass.blocks.declaration.shown_units import prefix, pretty
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.noise.budget import NoiseBudget
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.output.page import broken, picture, table
 

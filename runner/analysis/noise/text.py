@@ -4,7 +4,7 @@ import math
 
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.margins.text import sensitivity_text
-from proofmass.runner.analysis.noise.budget import NoiseBudget
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation
 
 _SMALL_MISFIT = 1.0  # dB, to which N, B and K describe a density

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.map_changes import _norms
+from proofmass.runner.analysis.linearisation.map_changes import _inverse, _norms
 
 
 @pytest.mark.parametrize(("states", "inputs", "outputs"), [(3, 2, 4), (5, 50, 30), (0, 3, 2), (4, 1, 1)])
@@ -17,7 +17,7 @@ def test_norms(states: int, inputs: int, outputs: int) -> None:
         for _ in range(2)
     ]
     z = np.exp(1j * np.array([0.1, 1.0, 3.0]))
-    size, moved = _norms(maps[0], maps[1], z)
+    size, moved = _norms(*maps, *(_inverse(parts[0], z) for parts in maps))
     one, two = (np.array([c @ np.linalg.solve(at * np.eye(states) - a, b) + d for at in z]) for a, b, c, d in maps)
     larger = np.maximum(np.linalg.norm(one, axis=(1, 2)), np.linalg.norm(two, axis=(1, 2)))
     assert size == pytest.approx(larger, rel=1e-12)

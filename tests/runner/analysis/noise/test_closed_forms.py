@@ -30,7 +30,8 @@ from proofmass.blocks.arithmetic.rounding import round_half_even
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.noise.budget import NoiseBudget, noise
+from proofmass.runner.analysis.noise.budget import noise
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from tests.by_hand.amounts import chosen
 
 RATE = 1000.0
