@@ -69,14 +69,14 @@ def length(path: Path) -> int:
     return sum(abs(x2 - x1) + abs(y2 - y1) for (x1, y1), (x2, y2) in pairwise(path))
 
 
-class Ends(NamedTuple):
+class NamedEnds(NamedTuple):
     """A wire that is named: from its source to the end of the tab there, and from a tab to its reader."""
 
     source: tuple[GridPoint, GridPoint]
     reader: tuple[GridPoint, GridPoint]
 
 
-def named_ends(link: Link, spots: Mapping[str, Spot], looks: Mapping[str, Look]) -> Ends:
+def named_ends(link: Link, spots: Mapping[str, Spot], looks: Mapping[str, Look]) -> NamedEnds:
     """Return the pieces of a wire; a source that is a tab itself has none, so that its piece is a point."""
     start, way = _pin(spots[link.source], looks[link.source], link.output, is_output=True)
     near, wide = looks[link.source].tabs.get(link.output, (0, 0))
@@ -84,9 +84,9 @@ def named_ends(link: Link, spots: Mapping[str, Spot], looks: Mapping[str, Look])
     if link.driven:
         spot, shape = spots[link.target], looks[link.target].shape
         x, bottom = spot.x + shape.driven[link.port], spot.y + shape.height
-        return Ends(first, ((x, bottom + looks[link.target].tabs[link.port][0]), (x, bottom)))
+        return NamedEnds(first, ((x, bottom + looks[link.target].tabs[link.port][0]), (x, bottom)))
     (x, y), way = _pin(spots[link.target], looks[link.target], link.port, is_output=False)
-    return Ends(first, ((x - way * looks[link.target].tabs[link.port][0], y), (x, y)))
+    return NamedEnds(first, ((x - way * looks[link.target].tabs[link.port][0], y), (x, y)))
 
 
 class Fan(NamedTuple):

@@ -1,4 +1,4 @@
-"""What a noise budget holds: the sources, their densities and shares, and what follows from them."""
+"""Noise budgets: the sources, their densities and shares, and what follows from them."""
 
 import math
 from dataclasses import asdict, dataclass
