@@ -1,5 +1,6 @@
 """The spectrum of a signal, and the figures of its tone, as text for people."""
 
+import math
 from typing import Any
 
 import numpy as np
@@ -28,6 +29,10 @@ def spectrum_text(of: Spectrum, band: tuple[float, float] | None = None, slope: 
     return "\n".join(lines)
 
 
+def _harmonics(thd: float) -> str:
+    return f"{thd:.2f} dB" if math.isfinite(thd) else "no harmonic above the noise"
+
+
 def _median(of: Spectrum, lines: Any) -> float:
     return float(np.median(of.amplitude_density[lines]))
 
@@ -39,7 +44,7 @@ def tone_text(measured: Tones, of: Spectrum) -> str:
         f"tone at {measured.frequency:.9g} Hz ({of.window} window over all values)",
         f"  rms               {measured.rms:.6g}{unit}, noise {measured.noise:.6g}{unit}",
         f"  SNR, SNDR         {measured.snr:.2f} dB, {measured.sndr:.2f} dB",
-        f"  THD               {measured.thd:.2f} dB",
+        f"  THD               {_harmonics(measured.thd)}",
         f"  SFDR              {measured.sfdr:.2f} dB, by {measured.spur:.9g} Hz",
         f"  ENOB              {measured.enob:.2f} bits, if the tone fills the range",
     ]
