@@ -171,7 +171,9 @@ def _counted(function: Callable[[float], Any], number: Any) -> Any:
         return function(number)
     if function in (math.isnan, math.isinf, math.isfinite):
         return function is math.isfinite
-    return function(number) if function in (math.floor, math.ceil) else float(round(number))
+    if function is math.floor:
+        return math.floor(number)
+    return math.ceil(number) if function is math.ceil else float(round(number))
 
 
 def _converting(kind: Callable[..., Any]) -> Callable[..., Any]:

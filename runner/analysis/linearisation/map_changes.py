@@ -96,7 +96,7 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
 
 def _inverse(a: Array, z: Complex) -> Complex:
     """Return (z - A)^-1 at some points."""
-    return np.asarray(np.linalg.inv(z[:, None, None] * np.eye(len(a)) - a))
+    return np.asarray(np.linalg.inv(z[:, None, None] * np.eye(len(a)) - a), dtype=np.complex128)
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Variation:

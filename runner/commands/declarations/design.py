@@ -106,7 +106,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 
 
 class ProveRequest(Answered, does="prove_command.show_proofs"):
-    """Prove that no sensor within tolerances has less than some margins.
+    """Prove margins over tolerances, for every sensor.
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else

@@ -14,7 +14,7 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint, split
-from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint
 from proofmass.runner.analysis.linearisation.period_map import place_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
@@ -28,6 +28,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import TickError
 
+_MOST_STATES, _MOST_VALUES = 64, 32  # of a loop, and of its wire in a period: matrices are met thousands of times
 MatrixRows = list[list[Any]]  # of balls and numbers
 
 
@@ -59,15 +60,18 @@ class StartingLoop:
     """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
 
     def __init__(self, plan: Plan, node: Endpoint) -> None:
-        """Raises `ModelError` where the map of the start does not stand for all of the run."""
+        """Raises `ModelError` where margins are not those of the start: the loop changes later."""
         self._plan, self._node = plan, node
         self._ends = Ends((node,), (node,), cut=True)
         self._blocks = self._ends.blocks(plan)[0]
         self._point: OrbitPoint = linearised(plan).point_of(self._ends)
-        if self._point.moves or self._point.map.tick or self._point.map.starting:
+        if self._point.map.tick or (self._point.moves and OperatingPoints(plan).about_loop(node)[0].told):
             raise ModelError([plan.graph.placed(_not_at_the_start(node))])
-        if not self._point.map.between().order:
+        between = self._point.map.between()
+        if not between.order:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
+        if between.order > _MOST_STATES or len(between.outputs) > _MOST_VALUES:
+            raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
 
     @cached_property
     def period(self) -> float:
@@ -173,7 +177,7 @@ def _not_at_the_start(node: Endpoint) -> Problem:
     return Problem(
         message=f"the loop through {signal} changes after the start",
         key=signal,
-        expected="a loop that is the same in every period from the start on",
+        expected="a loop whose margins are those of the start of the run",
         hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
         path=("blocks", node[0]),
     )
@@ -183,3 +187,14 @@ def _not_a_loop(node: Endpoint) -> Problem:
     signal = ".".join(node)
     message = f"what goes in at {signal} does not come back at the start of the run"
     return Problem(message=message, key=signal, path=("blocks", node[0]))
+
+
+def _too_large(node: Endpoint, states: int, values: int) -> Problem:
+    signal = ".".join(node)
+    return Problem(
+        message=f"the loop through {signal} has {states} states and {values} values of its wire in a period",
+        key=signal,
+        expected=f"at most {_MOST_STATES} states and {_MOST_VALUES} values",
+        hint="open the loop at its slowest wire with --loop",
+        path=("blocks", node[0]),
+    )

@@ -37,7 +37,7 @@ class Norm:
 
     @cached_property
     def _inverse(self) -> Array:
-        return np.asarray(np.linalg.inv(self.transform))
+        return np.asarray(np.linalg.inv(self.transform), dtype=np.float64)
 
     @cached_property
     def _corners(self) -> Enclosed:

@@ -59,9 +59,13 @@ class Enclosed:
     def repeated(self, times: int) -> "Enclosed":
         """Return each matrix along the diagonal as many times."""
         unit = np.eye(times)
-        return Enclosed(np.asarray(np.kron(unit, self.middle)), np.asarray(np.kron(unit, self.radius)))
+        return Enclosed(_numbers(np.kron(unit, self.middle)), _numbers(np.kron(unit, self.radius)))
 
     def spread(self, size: int) -> "Enclosed":
         """Return each entry as that of a unit matrix of some size."""
         unit = np.eye(size)
-        return Enclosed(np.asarray(np.kron(self.middle, unit)), np.asarray(np.kron(self.radius, unit)))
+        return Enclosed(_numbers(np.kron(self.middle, unit)), _numbers(np.kron(self.radius, unit)))
+
+
+def _numbers(array: Any) -> Array:
+    return np.asarray(array, dtype=np.float64)

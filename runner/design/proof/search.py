@@ -84,7 +84,7 @@ class BoxMaps:
 
     def bends(self, sides: Sides) -> list[float]:
         """Return how far the loop bends along each side of a box, by its middle; raises `UndecidedError`."""
-        middle = tuple((_middle(*side),) * 2 for side in sides)
+        middle = tuple((_middle(*side), _middle(*side)) for side in sides)
         return bends(self._dual(middle), [_half(*side) for side in sides])
 
     def _dual(self, sides: Sides) -> BallMap:

@@ -34,7 +34,7 @@ def _result(proof: MarginProof) -> str:
     if proof.status == "proved":
         return looked
     if proof.status == "refuted":
-        return f"{proof.shown} at the sensor below"
+        return proof.shown + (" at the sensor below" if proof.counterexample else "")
     part = f"{100.0 * searched.part:.3g} % of the tolerances proved, {looked}; " if searched.boxes else ""
     return f"{part}{searched.why}"
 

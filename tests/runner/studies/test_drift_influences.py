@@ -39,7 +39,7 @@ offset = { kind = "Constant", value = 0 }
 error = { kind = "Difference" }
 
 [study]
-runs = 100
+runs = 400
 seed = 3
 
 [study.spread]
@@ -193,7 +193,7 @@ def test_drawing_is_the_same_one_by_one_and_together(result: StudyResult, monkey
 
 @pytest.mark.defect("S13", before="tornado and drawn parameters only inside HTML", after="JSON, CSV, Parquet, netCDF")
 def test_influences_and_parameters_are_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    (tmp_path / "study.toml").write_text(CALIBRATED.replace("runs = 100", "runs = 20"))
+    (tmp_path / "study.toml").write_text(CALIBRATED.replace("runs = 400", "runs = 20"))
     out = tmp_path / "out"
     command = ["montecarlo", str(tmp_path / "study.toml"), "--engine", "python", "--out", str(out), "--quiet"]
     assert main([*command, "--format", "csv", "--format", "parquet", "--no-report"]) == 0

@@ -180,7 +180,7 @@ def test_random_loops_have_no_false_proof(seed: int) -> None:
 
 
 def test_loops_without_a_proof_say_why() -> None:
-    found = prove("library:closed_loop_fluxgate", seconds=10.0)
+    found = prove("library:fibre_optic_gyroscope", seconds=10.0)
     assert status(found) == ["open"] * 3
     assert "changes after the start" in found.proofs[0].searched.why
     analog = Graph(

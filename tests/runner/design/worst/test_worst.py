@@ -140,7 +140,7 @@ def test_ranges_are_those_of_the_study_and_of_tolerances() -> None:
         ({"controller.gain": "5 V"}, "V is"),
         ({"controller.gain": [1.0, 2.0]}, "does not hold the value"),
         ({"controller.gain": "0 %"}, "no room"),
-        ({"controller.gain": [None]}, "no tolerance"),
+        ({"controller.gain": [None]}, "not a tolerance"),
         ({"hiss.density": "200 %"}, "does not take all of its range"),
     ],
 )
