@@ -186,6 +186,8 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
         turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high))]
     else:
         turns = [_turn(place) for place in dict.fromkeys((low, high))]
+        if not high - low < 3:
+            raise FalseCertificateError("has an arc without a triangle about it")
         if values == 1 and low < high:
             cosine, sine = _turn((low + high) / 2)
             stretch = 1 / _turn((high - low) / 2)[0]

@@ -24,12 +24,13 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import arb_of
+from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.host.arrays import Array
 
+_WIDEST = 1.5  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
 Key = tuple[int, ...]  # numbers of the coordinates of a derivative, in ascending order
 Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
 
@@ -52,6 +53,8 @@ class Factor:
         ends = [self.derivatives(place)[0] for place in places]
         if chord and self.parts == 2 and high > low:
             middle, half = (places[1] + places[0]) / 2, (places[1] - places[0]) / 2
+            if not half < _WIDEST:
+                raise UndecidedError("an arc without a triangle about it")
             ends.append([[value / half.cos() for value in row] for row in self.derivatives(middle)[0]])
         return ends
 

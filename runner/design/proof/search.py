@@ -72,7 +72,7 @@ class BoxMaps:
     def _over(self, sides: Sides) -> OpenCorners:
         whole = self._dual(sides)
         bent = int(np.argmax(bends(whole, [_half(*side) for side in sides]))) if sides else 0
-        around = [self._dual(part) for part in _slices(sides, bent)] if sides else [whole]
+        around = [self._dual(part, whole.kept) for part in _slices(sides, bent)] if sides else [whole]
         wide = [i for i, (low, high) in enumerate(sides) if low < high]
         chosen = wide[:MOST_CORNERS]
         corners = []
@@ -87,9 +87,9 @@ class BoxMaps:
         middle = tuple((_middle(*side), _middle(*side)) for side in sides)
         return bends(self._dual(middle), [_half(*side) for side in sides])
 
-    def _dual(self, sides: Sides) -> BallMap:
-        """Return the map over a box, with its derivatives."""
-        return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]))
+    def _dual(self, sides: Sides, kept: Sequence[int] | None = None) -> BallMap:
+        """Return the map over a box, with its derivatives, of the states `kept`."""
+        return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]), kept)
 
 
 def search(maps: BoxMaps, factor: Factor, whole: Sides, until: float, stop: threading.Event | None) -> Searched:

@@ -80,6 +80,14 @@ def test_the_phase_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> 
         assert status(found) == ["proved", "proved", expected]
 
 
+def test_a_phase_margin_beyond_half_a_turn_is_never_proved() -> None:
+    """|L| is below one at all frequencies where g T < 1 / 2 and the wire feeds back half: any phase is borne."""
+    text = INTEGRATING.replace('kind = "DiscreteIntegrator"\noutput_unit = "1"\ngain = 1.0', 'kind = "UnitDelay"')
+    graph = read_graph_text(text.replace("gain = 100.0", "gain = 0.5"))
+    assert status(prove(graph, phase_margin="179 deg", gain_margin="6 dB")) == ["proved", "proved", "proved"]
+    assert status(prove(GRAPH, phase_margin="179 deg"))[2] == "refuted"
+
+
 def test_a_sensor_that_breaks_a_claim_grows_in_a_run() -> None:
     found = prove(GRAPH, tolerances={"gain.gain": ["50", "3000"]})
     assert status(found)[0] == "refuted"
@@ -278,6 +286,12 @@ def _flat(c: Any) -> None:
     c["claims"][0]["leaves"][0]["transform"][0][0] = 0.0
 
 
+def _half_a_turn(c: Any) -> None:
+    """A triangle about half a turn or more would point the other way."""
+    c["claims"][2]["ends"][1] = c["claims"][2]["leaves"][0]["box"][-1][1] = 3.5
+    c["claims"][2]["leaves"] = c["claims"][2]["leaves"][:1]
+
+
 def _fewer_corners(c: Any) -> None:
     for loop in c["loops"]:
         for part in ("middle", "radius"):
@@ -289,7 +303,19 @@ def _narrow_loop(c: Any) -> None:
         loop["box"] = [[low, low] for low, _ in loop["box"]]
 
 
-FORGERIES = [_wider, _more, _other_factor, _half, _grown, _unsure, _negative, _flat, _fewer_corners, _narrow_loop]
+FORGERIES = [
+    _wider,
+    _more,
+    _other_factor,
+    _half,
+    _grown,
+    _unsure,
+    _negative,
+    _flat,
+    _half_a_turn,
+    _fewer_corners,
+    _narrow_loop,
+]
 
 
 @pytest.mark.parametrize("change", FORGERIES, ids=lambda change: change.__name__)
