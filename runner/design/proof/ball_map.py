@@ -83,7 +83,7 @@ class StartingLoop:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        plan = _with_parameters(self._plan, parameters)
+        plan = with_balls(self._plan, parameters)
         begin = start(plan)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
@@ -105,8 +105,11 @@ class StartingLoop:
         return BallMap(len(kept), rows, tuple(kept))
 
 
-def _with_parameters(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
-    """Return a plan whose blocks have other parameters, which may be balls, with all that follows from them."""
+def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
+    """Return a plan whose blocks have other parameters, which may be balls, with all that follows from them.
+
+    `parameters` are named `"block.parameter"`.
+    """
     moved: dict[str, dict[str, Any]] = {}
     for name, value in parameters.items():
         owner, parameter = split(name)
