@@ -129,7 +129,7 @@ def first_norm(family: Family) -> Norm | None:
             forced += 1e-6 * (np.diag(np.diag(w)) + (np.trace(forced) or 1.0) * np.eye(len(a)))
             w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
             w = (w + w.T) / np.trace(w)
-        return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w)), family)
+        return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w), dtype=np.float64), family)
     except (np.linalg.LinAlgError, ValueError):
         return None
 
