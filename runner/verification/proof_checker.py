@@ -49,6 +49,8 @@ def check_certificate(text: str) -> list[str]:
             raise FalseCertificateError(f"is not a {FORMAT}")
         if data.get("sha256") != digest_of(content):
             raise FalseCertificateError("was changed: its hash is another")
+        if not data["claims"] or not isinstance(data["graph_sha256"], str):
+            raise FalseCertificateError("has no claim about a graph")
         return [_claim(data, claim) for claim in data["claims"]]
     except (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError) as error:
         if isinstance(error, FalseCertificateError):
@@ -67,7 +69,9 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
-    where = f"{claim['loop']}, {claim['claim']}"
+    kind, limit = claim["kind"], float(claim["limit"])
+    unit = "deg" if kind == "phase margin" else "dB"
+    where = f"{claim['loop']}, " + ("stable" if kind == "stable" else f"{kind} of at least {limit:g} {unit}")
     _check_ends(claim, where)
     sides = [(float(one["low"]), float(one["high"])) for one in claim["coordinates"]]
     whole = (*sides, _side(claim["ends"]))
@@ -77,7 +81,10 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
         if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"]):
             raise FalseCertificateError(f"{where}: box {number} does not contract")
-    return f"{where}: {len(boxes)} box{'es' if len(boxes) > 1 else ''}"
+    sizes = [
+        f"{'1 / ' * one['inverse']}{one['name']} from {one['low']:g} to {one['high']:g}" for one in claim["coordinates"]
+    ]
+    return f"{where}: {len(boxes)} box{'es' if len(boxes) > 1 else ''}" + "".join(f", {size}" for size in sizes)
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
@@ -92,7 +99,9 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
     (low, high), limit = _side(claim["ends"]), Decimal(float(claim["limit"]))
     with localcontext() as context:
         context.prec = _DIGITS
-        if claim["kind"] == "phase margin":
+        if claim["kind"] not in ("stable", "gain margin", "phase margin") or not limit >= 0:
+            right = False
+        elif claim["kind"] == "phase margin":
             right = claim["factor"] == "phase" and low <= 0.0 and Decimal(high) >= limit * _PI / 180
         else:
             factor = Decimal(10) ** (limit / 20)

@@ -8,7 +8,6 @@ import copy
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
@@ -72,11 +71,6 @@ class StartingLoop:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
         if between.order > _MOST_STATES or len(between.outputs) > _MOST_VALUES:
             raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
-
-    @cached_property
-    def period(self) -> float:
-        """Seconds of the map."""
-        return self._point.map.period
 
     def map(self, parameters: Mapping[str, Any], kept: Sequence[int] | None = None) -> BallMap:
         """Return the map for parameters that hold balls, dual in the coordinates of a box, with the states `kept`.

@@ -63,6 +63,8 @@ def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
     problems = [_refused(r, "a list of values has no proof between them") for r in ranges if r.choices]
     known = [r for r in ranges if not r.choices]
     problems += [_refused(r, "drift and ages are not in a proof") for r in known if not _is_number(adjustable, r.name)]
+    moving = {step.target for step in adjustable.dependence.followers([r.name for r in known])}
+    problems += [_refused(r, "follows what varies too by a formula") for r in known if r.name in moving]
     if not problems:
         moved = adjustable.settings({r.name: r.nominal for r in ranges})
         odd = [name for name in moved if split(name)[0] not in plan.blocks or name.endswith(".rate")]

@@ -119,6 +119,7 @@ class Proofs(Told):
     ranges: tuple[Range, ...]  # of the parameters
     proofs: tuple[MarginProof, ...]  # one of each claim
     interrupted: bool  # True after Ctrl-C
+    left_out: Mapping[str, str]  # what varies and does not count, with its reason
 
     @property
     def proved(self) -> bool:
@@ -135,6 +136,7 @@ class Proofs(Told):
             "proofs": [proof.as_data() for proof in self.proofs],
             "proved": self.proved,
             "interrupted": self.interrupted,
+            "left_out": dict(self.left_out),
         }
 
 
@@ -167,20 +169,21 @@ def prove(
     graph = source.graph if isinstance(source, Study) else graph_from(source)
     planned = plan(graph)
     varied = isinstance(source, Study) or bool(tolerances)
-    ranges = tuple(box_of(source if isinstance(source, Study) else graph, tolerances or {}).ranges) if varied else ()
+    box = box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
+    ranges = tuple(box.ranges) if box else ()
     coordinates = coordinates_of(planned, ranges)
     if loop:
         loops = dict([one_loop(planned, loop)])
     else:
         loops = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
-    claims = {
-        node: list(_claims(planned.graph.loops.get(name), name, node, gain_margin, phase_margin))
+    claims = [
+        (node, list(_claims(planned.graph.loops.get(name), name, node, gain_margin, phase_margin)))
         for name, node in loops.items()
-    }
+    ]
     end, proofs = time.monotonic() + seconds, list[MarginProof]()
-    every = sum(map(len, claims.values()))
+    every = sum(len(wanted) for _, wanted in claims)
     with interrupts() as stop:
-        for node, wanted in claims.items():
+        for node, wanted in claims:
             try:
                 starting = _starting(planned, node)
             except ModelError as error:
@@ -194,7 +197,7 @@ def prove(
                 proofs.append(_proof(graph, maps, straight, claim, time.monotonic() + share, stop))
                 if progress is not None:
                     progress(len(proofs), every)
-        return Proofs(graph, ranges, tuple(proofs), stop.is_set())
+        return Proofs(graph, ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
 
 
 def _starting(planned: Plan, node: Endpoint) -> StartingLoop:

@@ -18,6 +18,7 @@ def proofs_text(proofs: Proofs) -> str:
         own = [one for one in proofs.proofs if one.claim.loop == loop]
         lines.append(f"loop {loop}" + (f", opened at {open_at}" if open_at != loop else ""))
         lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
+    lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
     return "\n".join([*lines, *_shown(proofs)])
 
 

@@ -286,6 +286,14 @@ def _flat(c: Any) -> None:
     c["claims"][0]["leaves"][0]["transform"][0][0] = 0.0
 
 
+def _no_claim(c: Any) -> None:
+    c["claims"] = []
+
+
+def _below_nothing(c: Any) -> None:
+    c["claims"][1]["limit"] = -6.0
+
+
 def _half_a_turn(c: Any) -> None:
     """A triangle about half a turn or more would point the other way."""
     c["claims"][2]["ends"][1] = c["claims"][2]["leaves"][0]["box"][-1][1] = 3.5
@@ -313,6 +321,8 @@ FORGERIES = [
     _negative,
     _flat,
     _half_a_turn,
+    _no_claim,
+    _below_nothing,
     _fewer_corners,
     _narrow_loop,
 ]
@@ -323,6 +333,23 @@ def test_a_forged_certificate_is_refused(proved: str, change: Any) -> None:
     assert check_certificate(forged(proved, lambda c: None))
     with pytest.raises(FalseCertificateError):
         check_certificate(forged(proved, change))
+
+
+def test_the_checker_says_what_it_has_checked_not_what_the_file_says(proved: str) -> None:
+    def boast(c: Any) -> None:
+        c["claims"][1]["claim"] = "gain margin of at least 60 dB"
+
+    line = check_certificate(forged(proved, boast))[1]
+    assert line.startswith("main, gain margin of at least 2 dB: ")
+    assert "gain.gain from 350 to 650" in line
+
+
+def test_a_tolerance_of_what_follows_another_one_is_refused() -> None:
+    text = INTEGRATING.replace("gain = 100.0", 'gain = "= strength"') + "[values]\nstrength = 100.0\n"
+    graph = read_graph_text(text)
+    assert prove(graph, tolerances={"strength": "10 %"}).proved
+    with pytest.raises(ModelError, match="follows what varies too by a formula"):
+        prove(graph, tolerances={"strength": "10 %", "gain.gain": "10 %"})
 
 
 def test_the_checker_shares_no_code_and_is_short() -> None:
