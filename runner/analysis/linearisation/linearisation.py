@@ -14,7 +14,6 @@ unstable, and the answer is that of the first.
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
-from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -217,11 +216,16 @@ class OperatingPoints:
         """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
         return self._course.at(tick).copy()
 
-    def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
-        """Return the loop through an output at the operating point, or at the first one where it does not start up."""
-        return self.about_loop(node, by_parameters)[1]
+    def loop(self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None) -> OpenLoop:
+        """Return the loop through an output at the operating point, or at the first one where it does not start up.
 
-    def about_loop(self, node: Endpoint, by_parameters: bool = False) -> tuple[Linearisation, OpenLoop]:
+        At points after the start a loop that cannot be linearised there is what `otherwise` returns.
+        """
+        return self.about_loop(node, by_parameters, otherwise)[1]
+
+    def about_loop(
+        self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None
+    ) -> tuple[Linearisation, OpenLoop]:
         """Return the loop through an output as `loop` does, and what it is taken from.
 
         A loop that makes growth itself may settle elsewhere. An oscillation that something else bounds, such as the
@@ -229,9 +233,19 @@ class OperatingPoints:
         """
         starting: list[tuple[Linearisation, OpenLoop]] = []
 
+        def loop(about: Linearisation) -> OpenLoop:
+            try:
+                return about.loop(node, by_parameters)
+            except ModelError:
+                at_the_start = any(about is start for start in self._starts.values())
+                system = otherwise(about, node) if otherwise and not at_the_start else None
+                if system is None:
+                    raise
+                return system
+
         def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
             bounded = bool(starting) and about.at != SETTLED and _makes_growth(starting[0][1])
-            found = starting[0] if bounded else (about, about.loop(node, by_parameters))
+            found = starting[0] if bounded else (about, loop(about))
             if self.at == AUTO and not bounded and _starts_up(found[1]):
                 starting.append(found)
                 raise ModelError([self.plan.graph.placed(_no_gain(node))])
@@ -243,12 +257,6 @@ class OperatingPoints:
             if not starting:
                 raise
             return starting[0]
-
-    def after_the_start(self) -> Iterator[Linearisation]:
-        """Yield the operating points that there are, without the start if another is wanted."""
-        yield from (
-            about for about in islice(self._about(0), self.at == AUTO, None) if isinstance(about, Linearisation)
-        )
 
     def _about(self, first: int) -> Iterator[Linearisation | ModelError]:
         if self.at != AUTO:
@@ -286,6 +294,7 @@ class OperatingPoints:
         return Linearisation(self.plan, self._course, point, told, at)
 
 
+Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
 

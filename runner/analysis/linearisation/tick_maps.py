@@ -2,8 +2,9 @@
 
     y[k] = c[k] x[k] + d[k] u[k],   x[k+1] = a[k] x[k] + b[k] u[k],   k = 0 ... p - 1,   x[p] is the next x[0]
 
-Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]). It is computed pair
-by pair, each part with its own power of two, so that a loop which grows by any factor and shrinks again is exact.
+Closed through a factor f, u = f y, one period is the product of a[k] + b[k] c[k] f / (1 - f d[k]). For few factors it
+is computed pair by pair, for many of them value by value, side by side. Each part has its own power of two, so that a
+loop which grows by any factor and shrinks again is exact.
 """
 
 from collections.abc import Mapping, Sequence
@@ -19,7 +20,10 @@ from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array
 
-_ENTRIES = 1 << 22  # numbers of a batch
+_ENTRIES = 1 << 20  # numbers of a batch
+_MANY = 12  # factors, from which products value by value take less time than those by pairs
+_ROOM = 500.0  # powers of two by which products may grow before they are scaled
+_UNSCALED = 8  # values of the wire for which they are not scaled at most
 _MOST_ENTRIES = 1 << 25  # of all maps: 256 MiB
 _DOUBLED = 40  # times that the number of periods is doubled over which a sum is taken
 _eig: Any = scipy.linalg.eig
@@ -37,7 +41,7 @@ class TickMaps:
 
     def closed(self, states: Sequence[Entry], factor: complex = 1.0) -> npt.NDArray[Any]:
         """Return the transition matrix of some states over a period, closed through a factor."""
-        (product,), (exponent,) = self._products(np.array([factor]))
+        (product,), (exponent,) = self._batches(np.array([factor]))
         places = [self.places[state] for state in states]
         return np.asarray(product[np.ix_(places, places)] * np.ldexp(1.0, exponent))
 
@@ -47,25 +51,28 @@ class TickMaps:
         Poles that no factor moves are left out if they are `hidden`.
         """
         products, exponents = self._batches(factors)
+        known = np.flatnonzero(np.isfinite(products).all(axis=(1, 2)))
+        poles = [
+            others(values, [pole * 2.0 ** -float(power) for pole in hidden])
+            for values, power in zip(np.linalg.eigvals(products[known]), exponents[known], strict=True)
+        ]
         grown = np.full(len(factors), np.inf)
-        for i in np.flatnonzero(np.isfinite(products).all(axis=(1, 2))):
-            left_out = [pole * 2.0 ** -float(exponents[i]) for pole in hidden]
-            sizes = np.abs(others(np.linalg.eigvals(products[i]), left_out))
-            with np.errstate(divide="ignore"):
-                grown[i] = np.log(np.max(sizes, initial=0.0)) + exponents[i] * np.log(2.0)
-        return grown
+        with np.errstate(divide="ignore"):
+            grown[known] = np.log([np.max(np.abs(values), initial=0.0) for values in poles])
+        return np.asarray(grown + exponents * np.log(2.0))
 
     def _batches(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
         """Return the transition matrix of x over a period for each factor, and the power of two that it lacks."""
         ticks, n = self.b.shape
-        size = max(1, _ENTRIES // max(1, ticks * n * n))
-        parts = [self._products(factors[i : i + size]) for i in range(0, len(factors), size)]
-        matrices, exponents = zip(*parts, strict=True)
+        many = len(factors) >= _MANY
+        products, size = (self._side_by_side, n * n) if many else (self._by_pairs, ticks * n * n)
+        step = max(1, _ENTRIES // max(1, size))
+        loops = factors[:, None] / (1.0 - factors[:, None] * self.d)
+        matrices, exponents = zip(*(products(loops[i : i + step]) for i in range(0, len(loops), step)), strict=True)
         return np.concatenate(matrices), np.concatenate(exponents)
 
-    def _products(self, factors: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
-        back = self.c / (1.0 - factors[:, None] * self.d)[:, :, None] * factors[:, None, None]
-        maps = self.a + self.b[:, :, None] * back[:, :, None, :]
+    def _by_pairs(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+        maps = self.a + self.b[:, :, None] * (self.c * loops[:, :, None])[:, :, None, :]
         exponents = np.zeros(maps.shape[:2], dtype=np.int64)
         while maps.shape[1] > 1:
             odd = maps.shape[1] % 2
@@ -74,6 +81,32 @@ class TickMaps:
             if odd:
                 maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
         return maps[:, 0], exponents[:, 0]
+
+    def _side_by_side(self, loops: npt.NDArray[Any]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
+        """Return the products for many factors: each value multiplies all of them by one matrix, and adds a column."""
+        count, n = len(loops), self.b.shape[1]
+        products = np.zeros((n, count, n), dtype=loops.dtype)
+        products[range(n), :, range(n)] = 1.0
+        exponents = np.zeros(count, dtype=np.int64)
+        steps, real = self._unscaled(loops), np.dtype(float)
+        for k, (a, b, c, loop) in enumerate(zip(self.a, self.b, self.c, loops.T, strict=True), start=1):
+            rows = products.reshape(n, -1).view(real)  # complex numbers are two columns of the same matrix
+            back = (c @ rows).view(loops.dtype).reshape(count, n) * loop[:, None]
+            products = (a @ rows).view(loops.dtype).reshape(n, count, n)
+            products += b[:, None, None] * back
+            if k % steps == 0 or k == len(self.b):
+                _, powers = np.frexp(np.max(np.abs(products), axis=(0, 2), initial=0.0))
+                products *= np.ldexp(1.0, -powers)[:, None]
+                exponents += powers
+        return products.transpose(1, 0, 2), exponents
+
+    def _unscaled(self, loops: npt.NDArray[Any]) -> int:
+        """Return for how many values of the wire no product can leave the range of numbers."""
+        back = (
+            np.max(np.abs(loops), axis=0, initial=0.0) * np.sum(np.abs(self.b), axis=1) * np.sum(np.abs(self.c), axis=1)
+        )
+        largest = float(np.max(np.sum(np.abs(self.a), axis=(1, 2)) + back, initial=1.0))
+        return min(_UNSCALED, max(1, int(_ROOM / np.log2(largest)))) if 2.0 < largest < np.inf else _UNSCALED
 
     def crossed(self, level: float, offset: float, near: float, hidden: Sequence[complex] = ()) -> list[float]:
         """Return the angles of exp(j w T) at which a singular value of offset - T is at a level above the offset.
@@ -267,6 +300,8 @@ def _turned(maps: Array) -> Array:
 
 def others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[Any]:
     """Return the eigenvalues without those that are nearest to hidden ones."""
+    if not hidden:
+        return values
     left = list(values)
     for pole in hidden:
         left.remove(min(left, key=lambda value: abs(value - pole)))

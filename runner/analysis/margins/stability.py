@@ -73,16 +73,8 @@ def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Mar
 
 def open_loop(points: OperatingPoints, node: Endpoint) -> OpenLoop:
     """Return the loop through an output; with the gains of quantisers of one bit in a run if there is no other."""
-    try:
-        return points.loop(node)
-    except ModelError:
-        if not coarse_blocks(points.plan, node):
-            raise
-        for about in points.after_the_start():
-            system = loop_through_bits(about, node)
-            if system is not None:
-                return system
-        raise
+    coarse = coarse_blocks(points.plan, node)
+    return points.loop(node, otherwise=loop_through_bits) if coarse else points.loop(node)
 
 
 def missed(planned: Plan, found: dict[str, Margins]) -> list[Problem]:

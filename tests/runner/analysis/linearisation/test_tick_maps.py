@@ -49,6 +49,27 @@ def test_a_period_is_the_product_of_its_values(ticks: int) -> None:
     assert maps.growths(factors) == pytest.approx(expected, abs=1e-11)
 
 
+@pytest.mark.parametrize("ticks", [1, 2, 7, 8, 9, 31])
+def test_many_factors_side_by_side_are_each_alone(ticks: int) -> None:
+    maps = random_maps(200 + ticks, ticks)
+    a, b, c, d = whole(maps)
+    for factors in (np.linspace(-3.0, 3.0, 40), np.exp(1j * np.linspace(0.0, math.pi, 40))):
+        closed = [a + factor * b @ np.linalg.solve(np.eye(ticks) - factor * d, c) for factor in factors.tolist()]
+        expected = [math.log(max(abs(np.linalg.eigvals(one)))) for one in closed]
+        assert maps.growths(factors) == pytest.approx(expected, abs=1e-11)
+
+
+@pytest.mark.parametrize("ends", [1.0, 2.0])
+def test_growth_beyond_all_numbers_and_back_is_exact(ends: float) -> None:
+    """The state grows by 2^200 a value, 300 times, shrinks as often, and is left `ends` times as large, less f / 8."""
+    scale = np.concatenate([np.full(300, 2.0**200), np.full(300, 2.0**-200), [ends]])
+    entered = np.concatenate([np.zeros(600), [0.125]])
+    maps = TickMaps(scale[:, None, None], entered[:, None], np.ones((601, 1)), np.zeros(601), {STATES[0]: 0})
+    factors = -np.linspace(0.0, 7.0, 15)
+    assert maps.growths(factors) == pytest.approx(np.log(ends + 0.125 * factors), abs=1e-10)
+    assert maps.growths(factors[:3]) == pytest.approx(np.log(ends + 0.125 * factors[:3]), abs=1e-10)
+
+
 @pytest.mark.parametrize("ticks", [1, 2, 5, 12, 33])
 @pytest.mark.parametrize("offset", [0.5, 1.0])
 def test_levels_are_crossed_where_a_singular_value_is_at_them(ticks: int, offset: float) -> None:
