@@ -19,7 +19,7 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.measures import Measure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
 from proofmass.runner.analysis.noise.budget import budget_at
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation, densities
 from proofmass.runner.analysis.spectrum.windows import window

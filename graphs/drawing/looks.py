@@ -42,6 +42,20 @@ class Look:
     tabs: Mapping[str, tuple[int, int]] = field(default_factory=dict)  # how far from the block, and how wide, by port
 
 
+class _Drawn(NamedTuple):
+    """A block as its look wants it: the ports that have pins, and what stands beside and inside."""
+
+    name: str
+    box: Box
+    needed: list[str]  # inputs
+    driven: list[str]  # parameters
+    rate: str
+    into: Mapping[str, str]
+    inner: tuple[int, int] | None  # size of what an opened subgraph shows
+    room: "_Room"
+    tabs: Mapping[str, tuple[int, int]]
+
+
 class _Room(NamedTuple):
     """Room around a block, and what its layout depends on beside its size and its pins."""
 
@@ -70,7 +84,7 @@ def look_of(name: str, box: Box, wired: WiredPorts, rate: str, inner: tuple[int,
     )
     if not box.kind:
         return replace(_tab(name, box, room), tabs=tabs)
-    return replace(_look(name, box, needed, driven, rate, into, inner, room, tabs), tabs=tabs)
+    return replace(_look(_Drawn(name, box, needed, driven, rate, into, inner, room, tabs)), tabs=tabs)
 
 
 def _label(name: str, box: Box, wired: WiredPorts, port: str) -> int:
@@ -91,26 +105,14 @@ def _tabs(name: str, box: Box, wired: WiredPorts) -> dict[str, tuple[int, int]]:
     return tabs
 
 
-def _look(
-    name: str,
-    box: Box,
-    needed: list[str],
-    driven: list[str],
-    rate: str,
-    into: Mapping[str, str],
-    inner: tuple[int, int] | None,
-    room: _Room,
-    tabs: Mapping[str, tuple[int, int]],
-) -> Look:
-    if inner is None and not driven and len(box.outputs) == 1 and not box.subgraph:
-        kind = box.kind.removeprefix("Fixed")
-        if kind in _TRIANGLES and len(needed) == 1:
-            return _triangle(name, box, kind, needed, rate, room)
-        if kind in _SIGNS and len(needed) > 1 and set(needed) <= set(_SIGNS[kind]):
-            return _circle(name, box, kind, needed, rate, room)
-    if inner is not None:
-        return _opened(name, box, needed, driven, rate, inner, room, tabs)
-    return _boxed(name, box, needed, driven, rate, into, room, tabs)
+def _look(of: _Drawn) -> Look:
+    if of.inner is None and not of.driven and len(of.box.outputs) == 1 and not of.box.subgraph:
+        kind = of.box.kind.removeprefix("Fixed")
+        if kind in _TRIANGLES and len(of.needed) == 1:
+            return _triangle(of, kind)
+        if kind in _SIGNS and len(of.needed) > 1 and set(of.needed) <= set(_SIGNS[kind]):
+            return _circle(of, kind)
+    return _boxed(of) if of.inner is None else _opened(of, of.inner)
 
 
 def _tab(name: str, box: Box, room: _Room) -> Look:
@@ -120,91 +122,67 @@ def _tab(name: str, box: Box, room: _Room) -> Look:
     return Look(Shape(width, 20, inputs, outputs, {}, *room), "tab")
 
 
-def _triangle(name: str, box: Box, kind: str, needed: list[str], rate: str, room: _Room) -> Look:
-    value = next(iter(box.settings(())), "") or next(_numbers(box), "")
+def _triangle(of: _Drawn, kind: str) -> Look:
     inside = _TRIANGLES[kind]
-    value = "" if inside else value
-    return _symbol("triangle", name, box, needed, SYMBOL, (value, rate), {needed[0]: inside}, room)
+    value = "" if inside else next(iter(of.box.settings(())), "") or next(_numbers(of.box), "")
+    return _symbol(of, "triangle", SYMBOL, value, {of.needed[0]: inside})
 
 
-def _circle(name: str, box: Box, kind: str, needed: list[str], rate: str, room: _Room) -> Look:
-    signs = {port: sign for port, sign in _SIGNS[kind].items() if port in needed}
-    return _symbol("circle", name, box, needed, ROW * len(needed), ("", rate), signs, room)
+def _circle(of: _Drawn, kind: str) -> Look:
+    signs = {port: sign for port, sign in _SIGNS[kind].items() if port in of.needed}
+    return _symbol(of, "circle", ROW * len(of.needed), "", signs)
 
 
-def _symbol(
-    symbol: str,
-    name: str,
-    box: Box,
-    needed: list[str],
-    height: int,
-    below: tuple[str, str],
-    signs: Mapping[str, str],
-    room: _Room,
-) -> Look:
+def _symbol(of: _Drawn, symbol: str, height: int, value: str, signs: Mapping[str, str]) -> Look:
     """Return a symbol with its name above it, a value and a rate below it."""
-    settings = tuple(filter(None, below))
-    words = max(width_of(name, 13, bold=True), *(width_of(text, 11) for text in settings), SYMBOL)
-    width = -(-words // 20) * 20
-    inputs = {port: NAME + (10 + ROW * i if len(needed) > 1 else height // 2) for i, port in enumerate(needed)}
-    (output,) = box.outputs
-    ends = {port: _CURVE if symbol == "circle" and i in (0, len(needed) - 1) else 0.0 for i, port in enumerate(needed)}
+    settings = tuple(filter(None, (value, of.rate)))
+    words = max(width_of(of.name, 13, bold=True), *(width_of(text, 11) for text in settings), SYMBOL)
+    width, last = -(-words // 20) * 20, len(of.needed) - 1
+    inputs = {port: NAME + (10 + ROW * i if last else height // 2) for i, port in enumerate(of.needed)}
+    (output,) = of.box.outputs
+    ends = {port: _CURVE if symbol == "circle" and i in (0, last) else 0.0 for i, port in enumerate(of.needed)}
     insets = {port: (width - SYMBOL) / 2 + end for port, end in {**ends, output: 0.0}.items()}
-    shape = Shape(width, NAME + height + LINE * len(settings), inputs, {output: NAME + height // 2}, {}, *room)
-    return Look(shape, symbol, settings, frozenset(), signs, below[1], insets)
+    shape = Shape(width, NAME + height + LINE * len(settings), inputs, {output: NAME + height // 2}, {}, *of.room)
+    return Look(shape, symbol, settings, frozenset(), signs, of.rate, insets)
 
 
-def _boxed(
-    name: str,
-    box: Box,
-    needed: list[str],
-    driven: list[str],
-    rate: str,
-    into: Mapping[str, str],
-    room: _Room,
-    tabs: Mapping[str, tuple[int, int]],
-) -> Look:
-    settings = tuple(box.settings(into))[:_MOST_SETTINGS]
-    sides = [needed, list(box.outputs)]
+def _boxed(of: _Drawn) -> Look:
+    settings = tuple(of.box.settings(of.into))[:_MOST_SETTINGS]
+    sides = [of.needed, list(of.box.outputs)]
     silent = [len(ports) < 2 and set(ports) <= set(_SILENT) for ports in sides]
     labels = frozenset(port for ports, quiet in zip(sides, silent, strict=True) for port in ports if not quiet)
     head = HEAD + LINE * len(settings)
-    foot = 10 if driven else 0
+    foot = 10 if of.driven else 0
     if all(silent):
-        height = head + (LINE if driven else 0)
+        height = head + (LINE if of.driven else 0)
         inputs, outputs = (dict.fromkeys(ports, height // 20 * 10) for ports in sides)
     else:
         inputs, outputs = ({port: head + 10 + ROW * i for i, port in enumerate(ports)} for ports in sides)
         height = head + ROW * max(*map(len, sides), 1) + 10 + foot
-    across, places = _along(driven, tabs)
+    across, places = _along(of.driven, of.tabs)
     widths = (max((width_of(port, 11) for port in ports if port in labels), default=0) for ports in sides)
-    words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11), *(width_of(s, 11) for s in settings), 0)
+    words = max(_heading(of), *(width_of(text, 11) for text in settings), 0)
     width = max(words + 20, sum(widths) + 34, across + 10, 60)
-    shape = Shape(_tens(width), height, inputs, outputs, places, *room)
-    return Look(shape, "box", settings, labels, {}, rate)
+    shape = Shape(_tens(width), height, inputs, outputs, places, *of.room)
+    return Look(shape, "box", settings, labels, {}, of.rate)
 
 
-def _opened(
-    name: str,
-    box: Box,
-    needed: list[str],
-    driven: list[str],
-    rate: str,
-    inner: tuple[int, int],
-    room: _Room,
-    tabs: Mapping[str, tuple[int, int]],
-) -> Look:
+def _opened(of: _Drawn, inner: tuple[int, int]) -> Look:
     """Return a subgraph opened up: its ports at the edges, what is inside between them."""
-    used = {port: i for i, port in enumerate(box.outputs)}
-    inputs = {port: HEAD + 10 + ROW * i for i, port in enumerate(needed)}
-    outputs = {port: HEAD + 10 + ROW * i for port, i in used.items()}
-    across, places = _along(driven, tabs)
+    inputs, outputs = (
+        {port: HEAD + 10 + ROW * i for i, port in enumerate(ports)} for ports in (of.needed, of.box.outputs)
+    )
+    across, places = _along(of.driven, of.tabs)
     sides = [max((width_of(port, 11) for port in ports), default=0) for ports in (inputs, outputs)]
-    words = max(width_of(name, 13, bold=True), width_of(_kind(box, rate), 11)) + 40
-    width = max(inner[0] + sum(sides) + 2 * PAD + 40, words, across + 10)
-    height = HEAD + max(inner[1] + 2 * PAD, ROW * max(len(inputs), len(outputs))) + (ROW if driven else 0)
-    shape = Shape(_tens(width), _tens(height), inputs, outputs, places, *room)
-    return Look(shape, "open", (), frozenset({*inputs, *outputs}), {}, rate)
+    width = max(inner[0] + sum(sides) + 2 * PAD + 40, _heading(of) + 40, across + 10)
+    height = HEAD + max(inner[1] + 2 * PAD, ROW * max(len(inputs), len(outputs))) + (ROW if of.driven else 0)
+    shape = Shape(_tens(width), _tens(height), inputs, outputs, places, *of.room)
+    return Look(shape, "open", (), frozenset({*inputs, *outputs}), {}, of.rate)
+
+
+def _heading(of: _Drawn) -> int:
+    """Return the width of the name, and of kind and rate below it."""
+    return max(width_of(of.name, 13, bold=True), width_of(_kind(of.box, of.rate), 11))
 
 
 def inner_place(look: Look, mirrored: bool) -> tuple[int, int]:

@@ -23,8 +23,9 @@ from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
 from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, plan_graph
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, blocks_of_map, plan_graph
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain
 from proofmass.runner.host.arrays import Array

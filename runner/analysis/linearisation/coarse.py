@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from proofmass.blocks.declaration.declare import BlockType
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.period_map import plan_graph
+from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.plan.planned import Plan
 

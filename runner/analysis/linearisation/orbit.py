@@ -25,6 +25,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
 from proofmass.runner.analysis.linearisation.forward import Onward
+from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD, blocks_of_map, common_period
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
@@ -36,13 +37,10 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import (
-    LONGEST_PERIOD,
     MOST_VALUES,
     NO_RINGS,
     PeriodMap,
     UnrepeatedError,
-    blocks_of_map,
-    common_period,
     period_map,
 )
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings

@@ -7,8 +7,7 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 22, 1975, 162).
 """
 
-import math
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -17,8 +16,8 @@ import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, period_of_blocks
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
@@ -37,7 +36,6 @@ if TYPE_CHECKING:
 
 HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
 PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
-LONGEST_PERIOD = 100_000  # base ticks
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
 NO_RINGS = Rings()
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
@@ -194,7 +192,7 @@ def period_map(
     Raises `ModelError` that names the block that cannot be linearised.
     """
     upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
-    ticks = _common_period(plan, moving, [*inputs, *outputs])
+    ticks = period_of_blocks(plan, moving, [*inputs, *outputs])
     ticks, memory = span or ticks * periods, memory or start(plan)
     if by_parameters:
         plan = differentiated(plan)
@@ -273,56 +271,6 @@ def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -
     if len(inputs) != 1 or len(outputs) != 1:
         return 0.0
     return (plan.beat(outputs[0]).phase - plan.beat(inputs[0]).phase) * plan.period
-
-
-def common_period(
-    plan: Plan,
-    inputs: Sequence[Endpoint],
-    outputs: Sequence[Endpoint],
-    everything: bool = False,
-    noise: Collection[str] = (),
-) -> int:
-    """Base ticks of the period of a map."""
-    return _common_period(plan, blocks_of_map(plan, inputs, outputs, everything, noise)[1], [*inputs, *outputs])
-
-
-def blocks_of_map(
-    plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
-) -> tuple[set[str], set[str]]:
-    """Blocks that the outputs depend on, and those of them that the map has the states of."""
-    wiring = plan_graph(plan)
-    read = {name for name, _ in outputs}
-    upstream = read | reached(turned(wiring), read)
-    if everything:
-        return upstream, upstream
-    noisy = {*noise} | reached(wiring, noise)
-    return upstream, upstream & (_downstream(plan, inputs) | noisy)
-
-
-def plan_graph(plan: Plan) -> dict[str, list[str]]:
-    """Return the blocks that read each block, driven parameters included."""
-    wiring: dict[str, list[str]] = {name: [] for name in plan.blocks}
-    for (target, _), (source, _) in plan.schedule.drivers.items():
-        wiring[source].append(target)
-    return wiring
-
-
-def _downstream(plan: Plan, inputs: Sequence[Endpoint]) -> set[str]:
-    """Blocks that the wires reach."""
-    readers = {target for (target, _), source in plan.schedule.drivers.items() if source in inputs}
-    return readers | reached(plan_graph(plan), readers)
-
-
-def _common_period(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> int:
-    """Base ticks after which the blocks, and the outputs that they read, tick together again."""
-    read = {source for (target, _), source in plan.schedule.drivers.items() if target in blocks}
-    strides = {plan.stride(node) for node in (*read, *ends) if node[0] in blocks or node in ends}
-    ticks = math.lcm(*strides, *(plan.schedule.divisors[name] for name in blocks))
-    if ticks > LONGEST_PERIOD:
-        message = "the blocks tick together too rarely to be linearised over one common period"
-        expected, hint = f"at most {LONGEST_PERIOD:,} base ticks", "make the rates ratios of small numbers"
-        raise ModelError([Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint)])
-    return ticks
 
 
 def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:

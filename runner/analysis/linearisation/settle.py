@@ -13,7 +13,7 @@ from collections.abc import Iterator
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.period_map import plan_graph
+from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Memory, start

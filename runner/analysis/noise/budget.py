@@ -14,7 +14,8 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.decisions.one_bit import OneBit, with_gains, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import common_period
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.noise.along_run import budgets_along

@@ -27,7 +27,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_gains
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import blocks_of_map
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
 from proofmass.runner.derivatives.dual import plain, slopes_of

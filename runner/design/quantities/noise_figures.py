@@ -19,7 +19,8 @@ from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.decisions.one_bit import with_gains
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import common_period
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.band import bends, rule
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_of, summed
 from proofmass.runner.derivatives.dual_noise import noise_blocks

@@ -13,7 +13,8 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import ResponseFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import common_period
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.design.quantities.loop_figures import Reading
 from proofmass.runner.plan.planned import Plan

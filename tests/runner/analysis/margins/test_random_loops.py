@@ -19,8 +19,9 @@ from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.plot import plot_margins
 from proofmass.runner.analysis.margins.scalar import figures_of
 from proofmass.runner.command_line import main
+from tests.by_hand.lifted_loops import MOST_DELAYED
 from tests.by_hand.polynomial_loops import Truth, analog_loop, ringed_loop, sampled_loop
-from tests.by_hand.turning_loops import MOST_DELAYED, drawn, turning_loop
+from tests.by_hand.turning_loops import drawn, turning_loop
 
 _NAMES = ("gain_margin", "gain_reduction", "phase_margin", "delay_margin", "disk_margin", "sensitivity_peak")
 _SAMPLE = 5  # loops in a test
