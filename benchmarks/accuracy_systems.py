@@ -1,8 +1,7 @@
 """Systems of the table of accuracies: nonlinear, stiff and switching ones, each with a graph and a reference.
 
 Their equations of motion are written here and not in blocks. SciPy's DOP853 or Radau integrates them from event to
-event
-to 1e-12.
+event to 1e-12.
 """
 
 import math
