@@ -30,6 +30,7 @@ def show_proofs(request: ProveRequest) -> int:
             tolerances=dict(map(read_tolerance, request.tolerances)),
             gain_margin=request.gain_margin,
             phase_margin=request.phase_margin,
+            bounds=request.bounds,
             seconds=request.seconds,
             progress=bar,
         )

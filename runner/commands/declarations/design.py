@@ -15,6 +15,7 @@ from proofmass.runner.commands.declarations.options import (
     band_option,
     file_argument,
     file_option,
+    flag,
     option,
     plot_option,
     seed_option,
@@ -116,6 +117,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     proofmass prove library:closed_loop_accelerometer
     proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=10 %" \\
         --tolerance "pendulum.inertia=10 %" --gain-margin "20 dB" --out proof.json
+    proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --bounds
     """
 
     source: Path = file_argument(library=True)
@@ -123,6 +125,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     loop: str = option("Prove this loop alone, by its name or an output at which it is opened.", default="", **PORT)
     gain_margin: str = option("Prove this gain margin, up and down (default: 6 dB).", default="", metavar="DB")
     phase_margin: str = option("Prove this phase margin (default: 45 deg).", default="", metavar="DEG")
+    bounds: bool = flag("Also look for the largest margins that can be proved, and for the least there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
     )

@@ -16,17 +16,16 @@ import flint
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
-from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
-from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.closed_loop import GAIN, PHASE, Factor
+from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
+from proofmass.runner.design.proof.least_found import LeastFound, least_found, margin_of, margins_there
 from proofmass.runner.design.proof.search import BoxMaps, Searched, search
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
@@ -37,38 +36,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
-_START = "0 s"
-
-
-@dataclass(frozen=True)
-class Claim:
-    """A claim about all sensors: a loop is stable with all factors between two ends at its wire."""
-
-    loop: str
-    open_at: str
-    kind: str  # "stable", "gain margin" or "phase margin"
-    limit: float  # dB or deg; 0 for "stable"
-
-    @property
-    def factor(self) -> Factor:
-        """The factors at the wire."""
-        return PHASE if self.kind == "phase margin" else GAIN
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """The least and the largest factor; of a phase, negative ones follow from the positive ones."""
-        if self.kind == "phase margin":
-            return 0.0, math.nextafter(math.radians(self.limit), math.inf)
-        if self.kind == "stable":
-            return 1.0, 1.0
-        factor = 10.0 ** (self.limit / 20.0) * (1.0 + 1e-15)
-        return 1.0 / factor * (1.0 - 1e-15), factor
-
-    def __str__(self) -> str:
-        """The claim in words."""
-        if self.kind == "stable":
-            return "stable"
-        return f"{self.kind} of at least {self.limit:g} {'deg' if self.kind == 'phase margin' else 'dB'}"
+_NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 
 
 @dataclass(frozen=True)
@@ -81,6 +49,7 @@ class MarginProof:
     coordinates: Coordinates | None = None
     counterexample: Mapping[str, float] | None = None
     shown: str = ""  # the margins of that sensor
+    least: LeastFound | None = None  # the least margin that was found, if the largest bound was looked for
 
     @property
     def status(self) -> str:
@@ -102,6 +71,7 @@ class MarginProof:
             "why": self.searched.why,
             "counterexample": None if self.counterexample is None else dict(self.counterexample),
             "margins_there": self.shown,
+            "least_found": self.least and self.least.as_data(),
         }
 
 
@@ -147,6 +117,7 @@ def prove(
     tolerances: Mapping[str, Any] | None = None,
     gain_margin: str = "",
     phase_margin: str = "",
+    bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
 ) -> Proofs:
@@ -155,7 +126,8 @@ def prove(
     `source` is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     `tolerances` maps parameters to "5 %", to a width with a unit or to a list of two values. `loop` names one loop;
     unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
-    given, those that a loop requires, else 6 dB and 45 deg. The search ends after so many `seconds`; `progress` is
+    given, those that a loop requires, else 6 dB and 45 deg. With `bounds` the largest margins that can be proved are
+    looked for beyond these, beside the least that are found. The search ends after so many `seconds`; `progress` is
     called with the claims that are done and all claims.
 
     Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
@@ -194,7 +166,11 @@ def prove(
             maps = BoxMaps(starting, straight.parameters)
             for claim in wanted:
                 share = (end - time.monotonic()) / (every - len(proofs))
-                proofs.append(_proof(graph, maps, straight, claim, time.monotonic() + share, stop))
+                search_ends = time.monotonic() + share
+                proof = _proof(graph, maps, straight, claim, search_ends, stop)
+                if bounds and proof.status == "proved" and claim.unit:
+                    proof = _tightened(graph, maps, straight, proof, search_ends, stop)
+                proofs.append(proof)
                 if progress is not None:
                     progress(len(proofs), every)
         return Proofs(graph, ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
@@ -222,20 +198,40 @@ def _proof(
 
 
 def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
-    """Return the margins of a sensor by the exact polynomials of its loop, and whether the claim fails for it."""
-    found = margins(with_parameters(graph, parameters), claim.open_at, at=_START)
-    gains = [abs(20.0 * math.log10(g)) for g in (found.gain_margin, found.gain_reduction) if g]
-    phase = None if found.phase_margin is None else math.degrees(found.phase_margin)
-    text = (
-        found.verdict
-        if not found.stable
-        else ", ".join([f"{min(gains):.4g} dB"] * bool(gains) + [f"{phase:.4g} deg"] * (phase is not None))
-    )
-    if not found.stable:
-        return text, True
-    if claim.kind == "gain margin":
-        return text, bool(gains) and min(gains) < claim.limit
-    return text, claim.kind == "phase margin" and phase is not None and phase < claim.limit
+    """Return the margins of a sensor in words, and whether the claim fails for it."""
+    found = margins_there(graph, claim, parameters)
+    gain, phase = (margin_of(found, kind) for kind in ("gain margin", "phase margin"))
+    known = [f"{value:.4g} {unit}" for value, unit in ((gain, "dB"), (phase, "deg")) if math.isfinite(value)]
+    return ", ".join(known) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit
+
+
+def _tightened(
+    graph: Graph, maps: BoxMaps, coordinates: Coordinates, proof: MarginProof, until: float, stop: threading.Event
+) -> MarginProof:
+    """Return the proof of the largest limit found by halving what lies between it and the least margin found.
+
+    Each attempt has half of the time that is left.
+    """
+    best, least = proof, least_found(graph, coordinates.ranges, proof.claim)
+    beyond = least.margin  # a limit that was not proved
+    while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
+        now = time.monotonic()
+        if now >= until or stop.is_set():
+            break
+        part = 0.9 if beyond == least.margin else 0.5
+        limit = math.floor(100.0 * (best.claim.limit + part * (beyond - best.claim.limit))) / 100.0
+        if limit <= best.claim.limit:
+            break
+        claim = replace(proof.claim, limit=limit)
+        tried = _proof(graph, maps, coordinates, claim, now + 0.5 * (until - now), stop)
+        if tried.status == "proved":
+            best = tried
+            continue
+        beyond = limit
+        if tried.counterexample is not None:
+            margin = margin_of(margins_there(graph, claim, tried.counterexample), claim.kind)
+            least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
+    return replace(best, least=least)
 
 
 def _straight(loop: StartingLoop, coordinates: Coordinates) -> Coordinates:

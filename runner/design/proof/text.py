@@ -1,8 +1,10 @@
 """Proofs as text for people."""
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.prove import MarginProof, Proofs
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
@@ -33,7 +35,8 @@ def _result(proof: MarginProof) -> str:
     searched = proof.searched
     looked = f"{count(searched.boxes, 'region')}, {proof.seconds:.1f} s"
     if proof.status == "proved":
-        return looked
+        least = proof.least
+        return looked + (f"; {least.margin:.4g} {proof.claim.unit} found" if least and least.margin < math.inf else "")
     if proof.status == "refuted":
         return proof.shown + (" at the sensor below" if proof.counterexample else "")
     part = f"{100.0 * searched.part:.3g} % of the tolerances proved, {looked}; " if searched.boxes else ""
@@ -41,10 +44,19 @@ def _result(proof: MarginProof) -> str:
 
 
 def _shown(proofs: Proofs) -> Iterator[str]:
-    """Yield what to type to see a sensor that breaks a claim."""
+    """Yield what to type to see sensors that break a claim, and those of the least margins found."""
     for proof in proofs.proofs:
+        claim, least = proof.claim, proof.least
         if proof.counterexample is not None:
-            units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
-            settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in proof.counterexample.items()]
-            yield f"not {proof.claim}, of {proof.claim.loop}: see it by"
-            yield f'  proofmass margins GRAPH --at "0 s" --loop {proof.claim.loop}{"".join(settings)}'
+            yield from _typed(f"not {claim}, of {claim.loop}", proofs, claim, proof.counterexample)
+        elif least is not None and least.at and least.margin < math.inf:
+            yield from _typed(
+                f"{claim.kind} of {least.margin:.4g} {claim.unit}, of {claim.loop}", proofs, claim, least.at
+            )
+
+
+def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, float]) -> Iterator[str]:
+    units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
+    settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items()]
+    yield f"{what}: see it by"
+    yield f'  proofmass margins GRAPH --at "0 s" --loop {claim.loop}{"".join(settings)}'

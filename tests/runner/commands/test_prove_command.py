@@ -50,6 +50,20 @@ def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None
     assert gain > 100.0
 
 
+def test_bounds_have_the_least_that_was_found_beside_them(loop: str, capsys: Captured) -> None:
+    assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--bounds"]) == 0
+    shown = capsys.readouterr().out
+    (row,) = [
+        line for line in shown.splitlines() if line.startswith("  gain margin") or line.startswith("gain margin of at")
+    ]
+    proved, found = (float(word) for word in (row.split(" dB")[0].split()[-1], row.split("; ")[1].split()[0]))
+    assert 6.0 < 0.9 * found < proved < found
+    (line,) = [line for line in shown.splitlines() if line.strip().startswith("proofmass margins")][:1]
+    setting = line.split('--set "')[1].rstrip('"')
+    assert main(["margins", loop, "--at", "0 s", "--loop", "main", "--set", setting]) == 0
+    assert f"{found:.2f} dB" in capsys.readouterr().out
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

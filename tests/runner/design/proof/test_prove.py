@@ -80,6 +80,44 @@ def test_the_phase_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> 
         assert status(found) == ["proved", "proved", expected]
 
 
+def test_bounds_come_near_the_closed_forms_and_never_pass_them() -> None:
+    """At 110 /s the integrator bears 25.19 dB; with both gains at their upper ends its phase margin is least."""
+    gain = 20.0 * math.log10(2.0 / 0.11)
+    phase = 90.0 - math.degrees(math.asin(0.5 * 0.11))
+    _, by_gain, by_phase = prove(GRAPH, tolerances={"gain.gain": "10 %"}, bounds=True).proofs
+    for proof, truth in ((by_gain, gain), (by_phase, phase)):
+        assert proof.status == "proved"
+        assert 0.96 * truth < proof.claim.limit < truth
+        assert proof.least is not None
+        assert proof.least.margin == pytest.approx(truth, rel=1e-9)
+        assert proof.least.at == {"gain.gain": pytest.approx(110.0)}
+    check_certificate(certificate(prove(GRAPH, tolerances={"gain.gain": "10 %"}, bounds=True)))
+
+
+def test_a_margin_least_within_the_box_is_found_by_what_is_refuted() -> None:
+    """The gain is 400 p (1 - p), largest at p = 1 / 2, where the loop bears 26.02 dB; both ends of p bear more."""
+    text = INTEGRATING.replace("gain = 100.0", 'gain = "= 400 * p * (1 - p)"').replace(
+        "[loops.main]", "[values]\np = 0.25\n[loops.main]"
+    )
+    truth = 20.0 * math.log10(2.0 / 0.1)
+    proof = prove(read_graph_text(text), tolerances={"p": ["0.2", "0.9"]}, bounds=True, seconds=20.0).proofs[1]
+    assert proof.status == "proved"
+    assert 0.95 * truth < proof.claim.limit < truth
+    assert proof.least is not None
+    assert truth <= proof.least.margin < truth + 0.5
+    p = proof.least.at["p"]
+    assert proof.least.margin == pytest.approx(20.0 * math.log10(2.0 / (0.4 * p * (1.0 - p))))
+
+
+def test_without_a_least_margin_the_limit_stays() -> None:
+    """A delay in a loop of gain 1 / 2 bears any phase."""
+    text = INTEGRATING.replace('kind = "DiscreteIntegrator"\noutput_unit = "1"\ngain = 1.0', 'kind = "UnitDelay"')
+    proof = prove(read_graph_text(text.replace("gain = 100.0", "gain = 0.5")), bounds=True).proofs[2]
+    assert (proof.status, proof.claim.limit) == ("proved", 45.0)
+    assert proof.least is not None
+    assert proof.as_data()["least_found"] == {"margin": None, "at": {}}
+
+
 def test_a_phase_margin_beyond_half_a_turn_is_never_proved() -> None:
     """|L| is below one at all frequencies where g T < 1 / 2 and the wire feeds back half: any phase is borne."""
     text = INTEGRATING.replace('kind = "DiscreteIntegrator"\noutput_unit = "1"\ngain = 1.0', 'kind = "UnitDelay"')
