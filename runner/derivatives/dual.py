@@ -24,6 +24,7 @@ from typing import Any
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
+_NUMBERS = (int, float)  # a union of types would be made anew in each call
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
 NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
@@ -219,24 +220,34 @@ def dual(value: Any, slopes: Slopes, level: int = 0) -> Any:
     >>> x * x + 2.0 * x
     Dual(15.0, {'x': 8.0})
     """
-    kept = {key: slope for key, slope in slopes.items() if not _is_nothing(slope)}
-    return Dual(value, kept, level) if kept else value
+    return _without_nothing(value, dict(slopes), level)
 
 
 def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
     """The chain rule: a value whose slopes are the sum of factors times slopes; what is times 0 is nothing."""
     total: dict[Any, Any] = {}
     for factor, slopes in terms:
-        if _is_nothing(factor):
+        if not slopes or _is_nothing(factor):
+            continue
+        if not total:
+            total = {key: factor * slope for key, slope in slopes.items()}
             continue
         for key, slope in slopes.items():
             total[key] = total[key] + factor * slope if key in total else factor * slope
-    return dual(value, total, level)
+    return _without_nothing(value, total, level)
+
+
+def _without_nothing(value: Any, slopes: dict[Any, Any], level: int) -> Any:
+    """Return a dual number of slopes that are its own, or the plain value where none is left."""
+    nothing = [key for key, slope in slopes.items() if (slope == 0.0 if type(slope) is float else _is_nothing(slope))]
+    for key in nothing:
+        del slopes[key]
+    return Dual(value, slopes, level) if slopes else value
 
 
 def _is_nothing(slope: Any) -> bool:
     """Return whether a slope is zero, and without slopes or bounds of its own."""
-    return isinstance(slope, int | float) and slope == 0.0
+    return isinstance(slope, _NUMBERS) and slope == 0.0
 
 
 def plain(number: Any) -> Any:

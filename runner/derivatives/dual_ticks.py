@@ -7,6 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
@@ -107,8 +108,9 @@ class DualTicks(Interpreter):
         if not all(is_finite(plain(v)) for v in values):
             return False
         for entry in values:
-            if not all(is_finite(plain(slope)) for slope in slopes_of(entry, SIGNALS).values()):
-                raise TickError(self._at, self._memory.tick, NO_SLOPE)
+            for slope in slopes_of(entry, SIGNALS).values():
+                if not (isfinite(slope) if type(slope) is float else is_finite(plain(slope))):
+                    raise TickError(self._at, self._memory.tick, NO_SLOPE)
         return True
 
     def _driven(self, name: str) -> Callable[[int], Any]:
