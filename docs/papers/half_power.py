@@ -14,6 +14,7 @@ import numpy as np
 from docs.papers.pn_runs import ACCELEROMETER, CHIPS, GYROSCOPE, IDEAL, Device, calibrate, library
 from proofmass.runner.run.simulate import simulate
 
+QUIET = {"amplifier.density": 0.0, "adc.bits": 32, "volts.gain": 10.0 / 2**31}  # no noise, no visible rounding
 SWEEP = np.arange(8256.0, 8677.0, 15.0)  # Hz, 1.8 half-power widths
 FINE = np.arange(8256.0, 8677.0, 5.0)
 STRETCH = 1200  # samples at 100 kHz: 12 ms to settle, 12 ms for each amplitude
