@@ -36,6 +36,11 @@ def noisy(device: str) -> tuple[float, float]:
     return pn_self_calibration.settled(calibrate(library(f"{LOOPS[device]}.toml"), 64))
 
 
+def percent(share: float, digits: int) -> str:
+    """A share in per cent."""
+    return f"{100.0 * share:.{digits}f} %"
+
+
 def identified(device: str, number: int) -> str:
     """Stiffness (0) or damping (1) that the noisy loop finds."""
     _, *truths = pn_runs.DEVICES[device]
@@ -80,7 +85,8 @@ def energy(device: Device, first: int) -> float:
 
 def first_coefficients() -> str:
     """The energy in the first 3 and in the first 15."""
-    return f"accelerometer: {energy(ACCELEROMETER, 3):.2%} in 3; gyroscope: {energy(GYROSCOPE, 15):.1%} in 15"
+    fast, slow = percent(energy(ACCELEROMETER, 3), 2), percent(energy(GYROSCOPE, 15), 1)
+    return f"accelerometer: {fast} in 3; gyroscope: {slow} in 15"
 
 
 def pushed(device: Device, seconds: float, damping: float = 1.0) -> float:
@@ -109,7 +115,7 @@ def static() -> str:
 def ten_clocks() -> str:
     """How far each device is from rest in ten clocks."""
     cells = (
-        f"{name}: {abs(pushed(device, 10.0 / rate) - 1.0):.1%}"
+        f"{name}: {percent(abs(pushed(device, 10.0 / rate) - 1.0), 1)}"
         for name, device, rate in (("accelerometer", ACCELEROMETER, 4800.0), ("gyroscope", GYROSCOPE, 8500.0))
     )
     return ", ".join(cells) + " off"
@@ -174,12 +180,15 @@ def capacitances() -> str:
 
 
 def plates_of_the_drive() -> str:
-    """Amplitude of the drive of vibratory_gyroscope.toml with either capacitance."""
+    """Amplitude of the drive of vibratory_gyroscope.toml at its softened resonance, with either capacitance."""
     graph, cells = library("vibratory_gyroscope.toml"), []
-    for capacitance in (0.05, 0.36):
-        trace = simulate(graph.with_parameters({"plates.capacitance": 1e-12 * capacitance}), engine="compiled")
-        values = trace["drive.displacement"].values[-len(trace["drive.displacement"].values) // 5 :]
-        cells.append(f"{1e9 * float(np.abs(values).max()):.0f} nm with {capacitance} pF")
+    for picofarads in (0.05, 0.36):
+        softened = 122.28 - 2e-12 * picofarads * (15.0**2 + 0.5) / 4e-6**2  # N/m, mean over a period of 1 V
+        frequency = float(np.sqrt(softened / 48.67e-9) / (2.0 * np.pi))
+        changes = {"plates.capacitance": 1e-12 * picofarads, "signal.frequency": frequency}
+        values = simulate(graph.with_parameters(changes), engine="compiled")["drive.displacement"].values
+        largest = 1e9 * float(np.abs(values[-len(values) // 5 :]).max())
+        cells.append(f"{picofarads} pF: {largest:.0f} nm at {frequency:.0f} Hz")
     return ", ".join(cells)
 
 
@@ -287,13 +296,15 @@ def three_at_once() -> str:
 def self_tested() -> str:
     """2000 devices, 24 periods."""
     found = pn_runs.tested(24, 2000)
-    return f"{found['yield_loss'].mean():.2%} of devices lost, {found['test_escape'].mean():.2%} escape"
+    loss, escape = (percent(float(found[name].mean()), 2) for name in ("yield_loss", "test_escape"))
+    return f"{loss} of devices lost, {escape} escape"
 
 
 def registers_against_floating() -> str:
     """Difference over the peak."""
     rows = table(pn_self_calibration.registers)
-    return f"{float(rows['step of 1 g'][1]):.2%} and {float(rows['1 g at 90 Hz'][1]):.2%} of the peak"
+    step, sine = (percent(float(rows[name][1]), 2) for name in ("step of 1 g", "1 g at 90 Hz"))
+    return f"{step} and {sine} of the peak"
 
 
 def controllers_in_registers() -> str:
@@ -304,7 +315,8 @@ def controllers_in_registers() -> str:
 
 def carrier(swing: str) -> str:
     """Amplitude of the demodulated carrier above that of one gain."""
-    return f"{float(table(pn_self_calibration.readout)[f'{swing} nm at 1 kHz'][0]):.2%} above a gain at {swing} nm"
+    above = float(table(pn_self_calibration.readout)[f"{swing} nm at 1 kHz"][0])
+    return f"{percent(above, 3)} above a gain at {swing} nm"
 
 
 def bias_by_acceleration() -> str:
