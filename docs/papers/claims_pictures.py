@@ -1,6 +1,6 @@
 """Pictures of the page of claims, into docs/pictures.
 
-    python -m docs.papers.claims_pictures
+python -m docs.papers.claims_pictures
 """
 
 from collections import Counter

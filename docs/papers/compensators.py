@@ -1,9 +1,9 @@
-"""Two exponentials beside a polynomial of fourth order, in registers: what remains of the zero bias, and what they take.
+"""Two exponentials beside a polynomial of fourth order, in registers: what they leave of the zero bias, what they take.
 
     python -m docs.papers.compensators
 
-Liu, Li and Shen count three multipliers and one pipelined rotation algorithm, used twice, and say that this is smaller and
-faster than a polynomial of fourth order. Words are as long in all of them, 24 fraction bits at the output. Counts are
+Liu, Li and Shen count three multipliers and one pipelined rotation algorithm, used twice, and say that this is smaller
+and faster than a polynomial of fourth order. Words are as long in all of them, 24 fraction bits at the output. Counts are
 those of Yosys for a Virtex-II Pro and an ECP5, the clock of the latter that of nextpnr, where it is installed.
 """
 
@@ -44,9 +44,7 @@ class Compensator(NamedTuple):
 
 COMPENSATORS = {
     "exponentials": Compensator("temperature_compensator", "exponential_term", ARITHMETIC),
-    "exponentials, factors preloaded": Compensator(
-        "temperature_compensator", "exponential_term_preloaded", ARITHMETIC
-    ),
+    "exponentials, factors preloaded": Compensator("temperature_compensator", "exponential_term_preloaded", ARITHMETIC),
     "exponentials, pipelined": Compensator("temperature_compensator", "exponential_term_pipelined", ARITHMETIC, 22),
     "polynomial": Compensator("polynomial_compensator"),
     "polynomial, pipelined": Compensator("polynomial_compensator_pipelined", ticks=8),

@@ -2,8 +2,8 @@
 
     python -m docs.papers.half_power
 
-Sarraf et al. 2012 take stiffness and damping of their devices from swept responses (section 3.3, Fig. 4): k = m (2 pi f0)^2
-at the peak f0, and from the width Df between half the power Df / f0 = 1 / Q, which is a damping of 2 pi m Df.
+Sarraf et al. 2012 take stiffness and damping of their devices from swept responses (section 3.3, Fig. 4):
+k = m (2 pi f0)^2 at the peak f0, and from the width Df between half the power Df / f0 = 1 / Q, which is a damping of 2 pi m Df.
 """
 
 from collections.abc import Iterator, Mapping
@@ -105,7 +105,7 @@ def rows() -> Iterator[tuple[str, ...]]:
 
 
 def overdamped(device: Device = ACCELEROMETER) -> tuple[float, float]:
-    """Frequency of the largest amplitude of the accelerometer in Hz, and 2 pi m f at half the power over its damping."""
+    """Frequency of the accelerometer's largest amplitude in Hz, and 2 pi m f at half the power over its damping."""
     response = amplitudes(WIDE, 1, OF_ACCELEROMETER)[0]
     down = float(np.interp(-response[0] / np.sqrt(2.0), -response, WIDE))
     return float(WIDE[np.argmax(response)]), 2.0 * np.pi * device.mass * down / device.damping

@@ -2,8 +2,8 @@
 
     python -m docs.papers.occupancy
 
-A slice has two four-input lookup tables and two flip-flops. Slices, and 18 by 18 multipliers, of each device are those of
-its data sheet (Xilinx DS083, table 1). Ours are what Yosys makes of the graphs in registers; no open tool packs slices
+A slice has two four-input lookup tables and two flip-flops. Slices, and 18 by 18 multipliers, of each device are those
+of its data sheet (Xilinx DS083, table 1). Ours are what Yosys makes of the graphs in registers; no open tool packs slices
 for this family, so slices are a bound: all of them full. The paper's are 1.10 and 1.13 times that of its own counts.
 """
 
@@ -40,7 +40,8 @@ class Cells(NamedTuple):
 
 GENERATOR = Cells(12, 11, 1, 0)  # [P], in both tables
 PAPER = {"accelerometer": Cells(3547, 1857, 6461, 21), "gyroscope": Cells(4686, 3646, 8275, 35)}  # [P]
-PERCENT: dict[str, dict[str, tuple[float | None, ...]]] = {  # [P]: slices, flip-flops, lookup tables, multipliers; None is N/A
+# [P]: slices, flip-flops, lookup tables, multipliers; None is N/A
+PERCENT: dict[str, dict[str, tuple[float | None, ...]]] = {
     "accelerometer": {
         "XC2VP2": (None, 65.94, None, None),
         "XC2VP7": (71.97, 18.84, 65.55, 47.72),
@@ -67,7 +68,7 @@ def occupied(cells: Cells, device: str) -> tuple[Fraction, ...]:
 
 
 def agreements() -> tuple[int, int, int]:
-    """Percentages of the paper that follow from its counts to a digit of the last place, all of them, and N/A of what fits."""
+    """Percentages that follow from the paper's counts to the last place, all of them, and what fits but is N/A."""
     follow = printed = fit = 0
     for design, rows in PERCENT.items():
         for device, row in rows.items():

@@ -50,7 +50,8 @@ BEGINNING = (
           partial(found.periods, "gyroscope")),
     Claim("pn-slower", "3.3, Fig. 10", "damping takes more clocks than stiffness", "in words", "holds",
           "periods to 1 and 0.1 %, the accelerometer's", LOOP, partial(found.periods, "accelerometer")),
-    Claim("pn-figure-6", "3.1, Fig. 6", "registers match floating point: 1 g, and 1 g at 90 Hz", '"match well"', "holds",
+    Claim("pn-figure-6", "3.1, Fig. 6", "registers match floating point: 1 g, and 1 g at 90 Hz", '"match well"',
+          "holds",
           "", "fixed_against_floating", found.registers_against_floating),
     Claim("pn-words", "3.1", "(32, 30) for small and (24, 6) for large numbers", "formats", "differs",
           "the first number is all bits, not the real part; the gyroscope's c/m needs (24, 18)", FIXED,
@@ -71,10 +72,12 @@ DEVICES = (
     Claim("pn-table-1", "3.3, Table 1", "the accelerometer: mass, stiffness, damping", "50.43, 49.5627, 0.0034",
           "differs", "these numbers are an overdamped device, which has no resonance to measure", LOOP,
           found.resonance),
-    Claim("pn-half-power-g", "3.3, Fig. 4", "stiffness and damping by the half-power method, the gyroscope's sense mode",
+    Claim("pn-half-power-g", "3.3, Fig. 4",
+          "stiffness and damping by the half-power method, the gyroscope's sense mode",
           "in words", "holds", "the peak lies 1 / 4 Q^2 below the resonance; interpolation adds to the damping",
           "half_power_sweep", found.half_power_of_gyroscope),
-    Claim("pn-half-power-noise", "3.3, Fig. 4", "scatter of half power, and of the loop, at 5 mV a chip", "not compared",
+    Claim("pn-half-power-noise", "3.3, Fig. 4", "scatter of half power, and of the loop, at 5 mV a chip",
+          "not compared",
           "open", "the paper does not compare; as long a measurement by either is as good", "half_power_sweep",
           found.half_power_scatter, slow=True),
     Claim("pn-half-power-a", "3.3, Fig. 4", "stiffness and damping by the half-power method, the accelerometer",
@@ -86,7 +89,8 @@ DEVICES = (
           "a misprint for sqrt(km) / c, which is what table 2 has"),
     Claim("pn-table-2", "3.3, Table 2", "quality factors of the gyroscope", "128.8 and 43.63", "differs",
           "they do not follow from the stiffness, mass and damping beside them", CAPACITANCES, found.qualities),
-    Claim("pn-capacitances", "3.3, Table 2", "0.36 pF of actuation and 0.6 pF of sensing; 5 um of drive", "5 um", "holds",
+    Claim("pn-capacitances", "3.3, Table 2", "0.36 pF of actuation and 0.6 pF of sensing; 5 um of drive", "5 um",
+          "holds",
           "as combs of 24.4 um of overlap and plates with a gap of 2 um, which are assumed", CAPACITANCES,
           found.capacitances),
     Claim("pn-plates", "3.3, eq. 8", "plates that close their gap drive the gyroscope", "0.36 pF", "differs",
@@ -116,11 +120,14 @@ DEVICES = (
 )  # fmt: skip
 
 
-def _hardware(design: str, letter: str, graph: str, rows: tuple[tuple[str, tuple[str, ...], str], ...]) -> tuple[Claim, ...]:
+def _hardware(
+    design: str, letter: str, graph: str, rows: tuple[tuple[str, tuple[str, ...], str], ...]
+) -> tuple[Claim, ...]:
     """Rows of table 3 or 4."""
     place = f"3.4, Table {3 if letter == 'a' else 4}"
     return tuple(
-        Claim(f"pn-{name.replace(' ', '-')}-{letter}", place, f"{name} of the {design}: slices / FF / LUT / MULT", paper,
+        Claim(f"pn-{name.replace(' ', '-')}-{letter}", place, f"{name} of the {design}: slices / FF / LUT / MULT",
+          paper,
               "differs", FLOW, graph, partial(found.hardware, design, *blocks), slow=True)
         for name, blocks, paper in rows
     )  # fmt: skip
@@ -159,7 +166,8 @@ HARDWARE = (
     Claim("pn-clock-a", "3.4", "clock of the accelerometer's", "14.217 MHz", "differs",
           "an estimate with delays that no data sheet confirms; two products and a controller within one tick", FIXED,
           partial(found.clock, "accelerometer"), slow=True),
-    Claim("pn-clock-g", "3.4", "clock of the gyroscope's", "17.727 MHz", "differs", "as the accelerometer's", GYRO_FIXED,
+    Claim("pn-clock-g", "3.4", "clock of the gyroscope's", "17.727 MHz", "differs", "as the accelerometer's",
+          GYRO_FIXED,
           partial(found.clock, "gyroscope"), slow=True),
     Claim("pn-pipelining", "3.4", "pipelining can increase the speed", "in words", "open",
           "the model is a feedback loop: a register in it would change what it computes"),

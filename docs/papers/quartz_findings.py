@@ -128,7 +128,9 @@ def restrained() -> str:
     """What 100 trials remove, and how many remove no more than the paper's."""
     before, after = hundred()
     removed = 1.0 - np.abs(after) / np.abs(before)
-    return f"median {100.0 * np.median(removed):.1f} %; {int((removed <= RESTORED).sum())} of 100 trials at most 87.56 %"
+    return (
+        f"median {100.0 * np.median(removed):.1f} %; {int((removed <= RESTORED).sum())} of 100 trials at most 87.56 %"
+    )
 
 
 def figure_13() -> str:

@@ -13,7 +13,11 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.rtl.tools.synth import ChipFamily
 from proofmass.runner.run.simulate import simulate
 
-M1, POLYNOMIAL, CIRCUIT = "temperature_compensation_m1", "temperature_compensation_polynomial", "temperature_compensator"
+M1, POLYNOMIAL, CIRCUIT = (
+    "temperature_compensation_m1",
+    "temperature_compensation_polynomial",
+    "temperature_compensator",
+)
 SETS = "its readings are lost; ours are made so that the peak-to-peak values come out"
 LOST = "its table is lost, and no readings are given"
 
@@ -78,7 +82,7 @@ def orders_of_magnitude() -> str:
 
 
 def relative_error() -> str:
-    """Largest of M2 over the 61 temperatures, relative and absolute, against the fitted function as its words hold it."""
+    """Largest of M2 over the 61 temperatures, relative and absolute, against the function at the word of each."""
     temperature, value, _ = compensators.compensated("m2", "exponentials")
     words = np.round(temperature * 65536.0) / 65536.0
     exact = compensators.fitted_function("m2", False, words)
@@ -107,30 +111,37 @@ def both_clocks(family: ChipFamily) -> str:
 CLAIMS = (
     Claim("temperature-sensors", "1", "temperature is what limits accuracy; other methods are hard to integrate",
           "in words", "open", "a judgement on other works"),
-    Claim("temperature-eq-1", "1, eq. 1, Fig. 3", "two exponentials fit the zero bias of M1 and M2", "curves", "holds", SETS,
+    Claim("temperature-eq-1", "1, eq. 1, Fig. 3", "two exponentials fit the zero bias of M1 and M2", "curves",
+          "holds", SETS,
           M1, partial(left, "m1")),
-    Claim("temperature-alternation", "1, eq. 2, 3", "alternation lowers the work of choosing starts", "in words", "differs",
+    Claim("temperature-alternation", "1, eq. 2, 3", "alternation lowers the work of choosing starts", "in words",
+          "differs",
           "steps 3 and 4 are lost; it arrives from nearly all starts, but slowly", "zero_bias_m1.csv", iterations),
     Claim("temperature-eq-5", "2, eq. 4, 5", "rotations from 1/K give the exponential", "an equation", "holds",
           "number of iterations and rounding are not said; 16 here", CIRCUIT, core),
     Claim("temperature-eq-6", "2, eq. 6", "a remainder below ln 2 is within reach", "in words", "holds",
           "with rotations 4 and 13 done twice", CIRCUIT, reach),
-    Claim("temperature-eq-8", "2, eq. 7 to 9, Fig. 2", "A has 2M + N + 3 bits; two multipliers reduce any exponent", "2M + N + 3",
+    Claim("temperature-eq-8", "2, eq. 7 to 9, Fig. 2", "A has 2M + N + 3 bits; two multipliers reduce any exponent",
+          "2M + N + 3",
           "holds", "the width of its two words together; its range takes a bit less", CIRCUIT, product_bits),
     Claim("temperature-range", "2", "exponents in [-2^N, 2^N)", "any", "fails",
           "exp(64) has 93 bits before the point; it saturates, and of exp(-64) no bit is left", CIRCUIT),
     Claim("temperature-eq-10", "3, eq. 10", "coefficients of M1 and M2", "lost", "open", LOST),
-    Claim("temperature-table-1", "3, Table 1", "M1: RMSE of two exponentials / third / fourth order", "lost", "open", SETS,
+    Claim("temperature-table-1", "3, Table 1", "M1: RMSE of two exponentials / third / fourth order", "lost", "open",
+          SETS,
           "zero_bias_m1.csv", partial(rmse, "m1")),
-    Claim("temperature-table-2", "3, Table 2", "M2: the same", "lost", "open", SETS, "zero_bias_m2.csv", partial(rmse, "m2")),
+    Claim("temperature-table-2", "3, Table 2", "M2: the same", "lost", "open", SETS, "zero_bias_m2.csv", partial(rmse,
+          "m2")),
     Claim("temperature-order", "3", "two exponentials are as accurate as fourth order and above", "in words", "holds",
           "on these sets; for M2 by 2 % of the rest only", POLYNOMIAL,
           lambda: f"{left('m2')}; polynomial {left('m2', 'polynomial')}"),
     Claim("temperature-table-3", "3, Table 3", "largest relative error of M2 with 2^16", "0.019 %", "differs",
           "ours has 24 bits at the output; 16 cannot reach 0.019 % of less than 6 mV, but of 1.3 V", CIRCUIT,
           relative_error),
-    Claim("temperature-m1", "3, Fig. 4", "M1 from 0.0039 V", "0.36871 mV", "holds", SETS, POLYNOMIAL, partial(left, "m1")),
-    Claim("temperature-m2", "3, Fig. 4", "M2 from 0.0019 V", "0.18413 mV", "holds", SETS, POLYNOMIAL, partial(left, "m2")),
+    Claim("temperature-m1", "3, Fig. 4", "M1 from 0.0039 V", "0.36871 mV", "holds", SETS, POLYNOMIAL, partial(left,
+          "m1")),
+    Claim("temperature-m2", "3, Fig. 4", "M2 from 0.0019 V", "0.18413 mV", "holds", SETS, POLYNOMIAL, partial(left,
+          "m2")),
     Claim("temperature-decade", "3, 4", "an order of magnitude less", "10 times", "holds", SETS, POLYNOMIAL,
           orders_of_magnitude),
     Claim("temperature-multipliers", "3", "three multipliers and one rotation algorithm a term", "3", "holds",
