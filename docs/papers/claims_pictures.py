@@ -38,7 +38,8 @@ def half_powers(axes: Any) -> None:
     response = half_power.amplitudes(swept)[0]
     w, force = 2.0 * np.pi * fine, 2.0 * 14.757e-9 * 15.0 * 0.2
     exact = np.abs(force / (GYROSCOPE.stiffness - GYROSCOPE.mass * w**2 + 1j * w * GYROSCOPE.damping))
-    axes.plot(1e-3 * fine, GYROSCOPE.readout * exact, color=GREY, label="closed form")
+    held = np.sinc(fine / 1e5)  # the sine is held over 10 us
+    axes.plot(1e-3 * fine, GYROSCOPE.readout * held * exact, color=GREY, label="closed form")
     axes.plot(1e-3 * swept, response, "o", color=BLUE, fillstyle="none", markersize=4, label="graph, 5 mV")
     found = half_power.half_power(swept, response, GYROSCOPE.mass)
     middle = np.sqrt(found.stiffness / GYROSCOPE.mass) / (2.0 * np.pi)

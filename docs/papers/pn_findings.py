@@ -137,7 +137,8 @@ def static_volts() -> str:
 def periods(device: str) -> str:
     """Periods to a per cent and to a thousandth."""
     found = ideal(device)
-    return " and ".join("{}, {}".format(*found.periods_to(limit)) for limit in (1e-2, 1e-3))
+    first, second = (found.periods_to(limit) for limit in (1e-2, 1e-3))
+    return "k in {}, c in {} periods to 1 %; {} and {} to 0.1 %".format(*first, *second)
 
 
 def chip_rate() -> str:
