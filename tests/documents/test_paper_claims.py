@@ -1,8 +1,5 @@
 """The page of the claims of the papers: its tables are those of the rows, and its figures those of runs."""
 
-import subprocess
-import sys
-
 import pytest
 
 from docs.papers import claims
@@ -55,11 +52,13 @@ def test_a_row_that_is_wrong_is_noticed() -> None:
     assert claims.rendered(wrong.replace("tuning of the two modes", "tuning of one mode"), STATED) == TEXT
 
 
-def test_the_command_prints_a_row_and_refuses_other_names() -> None:
-    command = [sys.executable, "-m", "docs.papers.claims"]
-    where = claims.PAGE.parents[2]
-    answer = subprocess.run([*command, "pn-axes-theirs"], cwd=where, capture_output=True, text=True, check=True).stdout
-    assert STATED["pn-axes-theirs"] in answer
-    refused = subprocess.run([*command, "nothing"], cwd=where, capture_output=True, text=True, check=False)
-    assert refused.returncode == 2
-    assert "no row begins with nothing" in refused.stderr
+def test_the_command_prints_a_row_and_refuses_other_names(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    monkeypatch.setattr("sys.argv", ["claims", "pn-axes-theirs"])
+    claims.main()
+    assert STATED["pn-axes-theirs"] in capsys.readouterr().out
+    monkeypatch.setattr("sys.argv", ["claims", "nothing"])
+    with pytest.raises(SystemExit, match="2"):
+        claims.main()
+    assert "no row begins with nothing" in capsys.readouterr().err
