@@ -78,7 +78,9 @@ def wanted(names: list[str], quick: bool) -> Iterator[Claim]:
 
 def main() -> None:
     """Print rows, or write the page."""
-    parser = argparse.ArgumentParser(prog="python -m docs.papers.claims", description=__doc__.splitlines()[0])
+    parser = argparse.ArgumentParser(
+        prog="python -m docs.papers.claims", description="Print claims of the papers beside what is found here."
+    )
     parser.add_argument("names", nargs="*", metavar="NAME")
     mode = parser.add_mutually_exclusive_group()
     mode.add_argument("--quick", action="store_true", help="leave out rows of more than a fraction of a second")
