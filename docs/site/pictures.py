@@ -41,6 +41,7 @@ COMMANDS = {  # picture -> words after `proofmass`, and the file that has it the
 FILES = ("zero_bias_m1.csv", "temperature_compensation_m1.toml")  # of the library, which commands take from the folder
 PROGRAMS = {  # modules with a `main` of their own
     "docs.noise_pictures": ("noise_quartz.png", "noise_gyroscope.png"),
+    "docs.papers.claims_pictures": ("papers_claims.png",),
     "docs.papers.pn_pictures": ("pn_self_calibration.png", "pn_registers.png", "pn_gyroscope.png"),
     "docs.papers.quartz_pictures": ("quartz_calibration.svg", "quartz_recalibration.svg"),
 }

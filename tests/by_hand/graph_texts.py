@@ -22,11 +22,14 @@ OF_SAME_PARTS = {
     "chopped_accelerometer",
     "fibre_optic_gyroscope",
     "force_balance_seismometer",
+    "gyroscope_capacitances",
     "gyroscope_noise",
     "gyroscope_rate_response",
+    "half_power_sweep",
     "imu_3dof",
     "open_loop_gyroscope",
     "pn_self_test_accelerometer",
+    "quartz_error_terms",
     "quartz_feedback_gain",
     "quartz_feedback_noise",
     "quartz_forward_gain",
@@ -41,6 +44,7 @@ OF_SAME_PARTS = {
     "six_axis_imu",
     "temperature_compensation_drift",
     "temperature_compensation_m2",
+    "temperature_compensation_polynomial",
 }
 WALKED = [
     pytest.param(path, id=path.stem, marks=pytest.mark.exhaustive if path.stem in OF_SAME_PARTS else ())
