@@ -3,9 +3,9 @@
     python -m docs.papers.occupancy
 
 A slice has two four-input lookup tables and two flip-flops. Slices, and 18 by 18 multipliers, of each device are those
-of its data sheet (Xilinx DS083, table 1). Ours are what Yosys makes of the graphs in registers; no open tool
-packs slices for this family, so slices are a bound: all of them full. The paper's are 1.10 and 1.13 times that of
-its own counts.
+of its data sheet (Xilinx DS083, table 1). Ours are what Yosys makes of the graphs in registers; no open tool packs
+slices for this family, so slices are a bound: all of them full. The paper's are 1.10 and 1.13 times that of its own
+counts.
 """
 
 import functools
