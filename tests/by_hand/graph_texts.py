@@ -25,6 +25,7 @@ OF_SAME_PARTS = {
     "gyroscope_noise",
     "gyroscope_rate_response",
     "imu_3dof",
+    "magnetic_encoder",
     "open_loop_gyroscope",
     "pn_self_test_accelerometer",
     "quartz_feedback_gain",
@@ -39,6 +40,7 @@ OF_SAME_PARTS = {
     "self_calibration_population",
     "sigma_delta_accelerometer",
     "six_axis_imu",
+    "strain_bridge",
     "temperature_compensation_drift",
     "temperature_compensation_m2",
 }
