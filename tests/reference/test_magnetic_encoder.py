@@ -112,7 +112,7 @@ def closed_loop(frequency: float) -> complex:
 
 @pytest.mark.parametrize("speed", [50.0, 150.0])
 def test_harmonics(speed: float) -> None:
-    """First order: offsets o, amplitudes 1 + a, phase f, third harmonic h: errors -o sin, a / 2 sin 2, f cos^2, -h sin 4.
+    """Offsets o, amplitudes 1 + a, phase f, third harmonic h: errors -o sin, a / 2 sin 2, f cos^2, -h sin 4.
 
     The first, second and fourth harmonic go through the observer as any angle of their frequencies does.
     """
@@ -163,7 +163,7 @@ def test_margins() -> None:
 
 @pytest.mark.exhaustive
 def test_noise_budget() -> None:
-    """White noise of amplifiers at rest: the covariance of capacitor, observer and way ahead, by Lyapunov's equation."""
+    """White noise of amplifiers at rest: covariance of capacitor, observer and way ahead, by Lyapunov's equation."""
     budget = noise(GRAPH, "error.output", at="10 ms")
     found = sum(source.rms**2 for source in budget.sources if source.block.endswith("amplifier.white"))
     rest = np.array([0.2 * math.pi])

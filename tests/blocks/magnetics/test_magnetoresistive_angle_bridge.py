@@ -51,7 +51,9 @@ def test_layers_of_least_energy_in_four_junctions(angle: float) -> None:
         def energy(way: float) -> float:
             return -held * math.cos(way - of) - field * math.cos(way - angle)
 
-        found = optimize.minimize_scalar(energy, bounds=(of - 1.5, of + 1.5), method="bounded", options={"xatol": 1e-11})
+        found = optimize.minimize_scalar(
+            energy, bounds=(of - 1.5, of + 1.5), method="bounded", options={"xatol": 1e-11}
+        )
         return 0.5 * (parallel + against) + 0.5 * (parallel - against) * math.cos(angle - found.x)
 
     first, second = conductance(direction), conductance(direction + math.pi)

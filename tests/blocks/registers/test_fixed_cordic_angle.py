@@ -8,7 +8,7 @@ import pytest
 
 from proofmass.blocks import FixedCordicAngle
 from proofmass.blocks.arithmetic.fixed_point import Fixed
-from tests.by_hand.cordic import swept
+from tests.by_hand.cordic import scaled, swept
 from tests.by_hand.fixed_point import drive_fixed, words
 
 WORD = Fixed(12, 0)
@@ -25,7 +25,7 @@ def by_hand(real: int, imaginary: int, bits: int, iterations: int, guard: int) -
         turns = (1 << inner) // (2 if imaginary >= 0 else -2)
         x, y = -x, -y
     for i in range(iterations):
-        step = int(mpmath.nint(mpmath.atan(mpmath.mpf(2) ** -i) / (2 * mpmath.pi) * 2**inner))
+        step = scaled(mpmath.atan(mpmath.mpf(2) ** -i) / (2 * mpmath.pi), inner)
         down = y >= 0
         x, y = (x + (y >> i), y - (x >> i)) if down else (x - (y >> i), y + (x >> i))
         turns += step if down else -step
