@@ -85,6 +85,7 @@ from proofmass.blocks.filters.transfer_function import TransferFunction as Trans
 from proofmass.blocks.filters.wrapping_integrator import WrappingIntegrator as WrappingIntegrator
 from proofmass.blocks.magnetics.fluxgate import Fluxgate as Fluxgate
 from proofmass.blocks.magnetics.hall_element import HallElement as HallElement
+from proofmass.blocks.magnetics.magnetoresistive_angle_bridge import MagnetoresistiveAngleBridge as MagnetoresistiveAngleBridge
 from proofmass.blocks.magnetics.magnetoresistive_bridge import MagnetoresistiveBridge as MagnetoresistiveBridge
 from proofmass.blocks.mechanics.comb_drive import CombDrive as CombDrive
 from proofmass.blocks.mechanics.coriolis_force import CoriolisForce as CoriolisForce
@@ -142,6 +143,7 @@ from proofmass.blocks.registers.fixed_cascaded_integrator_comb import FixedCasca
 from proofmass.blocks.registers.fixed_cast import FixedCast as FixedCast
 from proofmass.blocks.registers.fixed_coefficient_memory import FixedCoefficientMemory as FixedCoefficientMemory
 from proofmass.blocks.registers.fixed_compensation_register import FixedCompensationRegister as FixedCompensationRegister
+from proofmass.blocks.registers.fixed_cordic_angle import FixedCordicAngle as FixedCordicAngle
 from proofmass.blocks.registers.fixed_cordic_exponential import FixedCordicExponential as FixedCordicExponential
 from proofmass.blocks.registers.fixed_cordic_exponential_pipeline import FixedCordicExponentialPipeline as FixedCordicExponentialPipeline
 from proofmass.blocks.registers.fixed_cordic_rotation import FixedCordicRotation as FixedCordicRotation

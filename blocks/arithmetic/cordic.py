@@ -45,6 +45,13 @@ def circular_angles(iterations: int, fraction: int) -> tuple[int, ...]:
     return (_rounded(eighth), *(_rounded(_series(2**i, -1, fraction)) for i in range(1, iterations)))[:iterations]
 
 
+def circular_turns(iterations: int, fraction: int) -> tuple[int, ...]:
+    """The angle of each circular rotation in turns, to the nearest step of 2^-fraction."""
+    turn = 8 * circular_angles(1, fraction + GUARD)[0]
+    angles = circular_angles(iterations, fraction + GUARD)
+    return tuple(((angle << (fraction + 1)) + turn) // (2 * turn) for angle in angles)
+
+
 GUARD = 256  # bits beyond the step: what tells 2^-i from atan 2^-i, at half a step, and then some
 
 

@@ -91,6 +91,10 @@ class Mantissa(Protocol):
     def cut(self) -> Any:
         """Return the value behind a pipeline cut."""
 
+    @abstractmethod
+    def left_over(self, whole: Any, scale: Any) -> Any:
+        """Return 0, or what has the slope of scale value / whole."""
+
 
 WholeNumber: TypeAlias = int | Mantissa
 Condition: TypeAlias = bool | int | Mantissa
@@ -115,6 +119,14 @@ def maximum(a: WholeNumber, b: WholeNumber) -> Any:
     if isinstance(a, int):
         return max(a, b) if isinstance(b, int) else b.maximum(a)
     return a.maximum(b)
+
+
+def left_over(part: WholeNumber, whole: WholeNumber, scale: WholeNumber) -> Any:
+    """The rest of a search by signs, scale part / whole: it is below the last step, so it counts as 0.
+
+    The result of the search is a sum of constants, which has no slope. Where a graph is linearised the rest brings it.
+    """
+    return 0 if isinstance(part, int) else part.left_over(whole, scale)
 
 
 def held(mantissa: WholeNumber, format: Fixed) -> Any:

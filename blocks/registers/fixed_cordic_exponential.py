@@ -11,6 +11,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.cordic import grown, hyperbolic_angles, hyperbolic_growth, hyperbolic_shifts
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -46,7 +47,8 @@ def exponential(c: Constants, p: FixedCordicExponential, angle: FixedValue) -> F
     value, rest = c.start, angle.mantissa << p.guard_bits
     for shift, step in zip(hyperbolic_shifts(p.iterations), c.angles, strict=True):
         value, rest = grown(value, rest, shift, step)
-    return FixedValue(value, p.fraction_bits + p.guard_bits).to(c.output, "floor", "refuse")
+    inner = p.fraction_bits + p.guard_bits
+    return FixedValue(value + left_over(rest, 1 << inner, value), inner).to(c.output, "floor", "refuse")
 
 
 def exponential_formats(fraction_bits: int) -> dict[str, Fixed]:

@@ -13,6 +13,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.cordic import circular_angles, circular_growth, turned
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, where
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -68,4 +69,5 @@ def _rotated(c: Constants, p: FixedCordicRotation, angle: FixedValue) -> tuple[F
         x, y = turned(x, y, left, shift)
         rest = where(left, rest - step, rest + step)
     inner = p.fraction_bits + p.guard_bits
-    return FixedValue(x, inner), FixedValue(y, inner)
+    along, across = left_over(rest, 1 << inner, x), left_over(rest, 1 << inner, y)
+    return FixedValue(x - across, inner), FixedValue(y + along, inner)

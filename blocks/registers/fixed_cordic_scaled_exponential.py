@@ -9,6 +9,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.cordic import grown, hyperbolic_angles, hyperbolic_shifts
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -50,4 +51,5 @@ def output(c: Constants, p: FixedCordicScaledExponential, angle: FixedValue, pre
     value, rest = preloaded.mantissa << p.guard_bits, angle.mantissa << p.guard_bits
     for shift, step in zip(hyperbolic_shifts(p.iterations), c.angles, strict=True):
         value, rest = grown(value, rest, shift, step)
+    value += left_over(rest, 1 << (p.fraction_bits + p.guard_bits), value)
     return FixedValue(value, c.output.fraction + p.guard_bits).to(c.output, "floor", "refuse")

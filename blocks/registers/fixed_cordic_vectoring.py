@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.cordic import circular_angles, circular_growth, turned
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -83,4 +84,6 @@ def _turned(
         below = y < 0
         x, y = turned(x, y, below, shift)
         angle = where(below, angle - step, angle + step)
-    return FixedValue(x, p.input_format.fraction + p.guard_bits), FixedValue(angle, p.phase_bits + p.guard_bits)
+    inner = p.phase_bits + p.guard_bits
+    angle += left_over(y, x, 1 << inner)
+    return FixedValue(x, p.input_format.fraction + p.guard_bits), FixedValue(angle, inner)

@@ -168,6 +168,10 @@ class Dual:
         """Return the number itself: a cut changes no value."""
         return self
 
+    def left_over(self, whole: Any, scale: Any) -> Any:
+        """Return scale self / whole: the rest of a search is not rounded here. That of no length is 0."""
+        return scale * (self / whole) if plain(whole) else 0
+
     def select(self, chosen: Any, otherwise: Any) -> Any:
         """The choice of its value."""
         return chosen if self else otherwise

@@ -209,6 +209,10 @@ class Signal:
         """The signal behind a pipeline cut."""
         return Signal(self._tracer, self._tracer.cut(self.operation))
 
+    def left_over(self, whole: Any, scale: Any) -> int:
+        """Return 0: what is below the last step is not computed."""
+        return 0
+
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""
         low, high = self._tracer.bounds(self.operation)

@@ -9,7 +9,9 @@ from types import MappingProxyType
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.derivatives.dual_functions import reaches
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes, UndefinedSlopesError
 from proofmass.runner.host.arrays import AnyArray
@@ -65,9 +67,12 @@ class SlopeCode:
 
 
 def has_slopes(plan: Plan) -> bool:
-    """Return whether the slopes of a plan's ticks are those of its program: its groups are linear, and no loop is
-    solved."""
-    return not plan.schedule.loops and all(solver.exact and not solver.group.loops for solver in plan.solvers)
+    """Return whether the slopes of a plan's ticks are those of its program: its groups are linear, no loop is solved,
+    and no search by signs leaves a slope that its integers lack."""
+    if plan.schedule.loops or any(not solver.exact or solver.group.loops for solver in plan.solvers):
+        return False
+    kinds = {type(plan.blocks[name]) for name in plan.digital}
+    return not any(reaches(each.function, (left_over,)) for kind in kinds for each in kind.functions.values())
 
 
 def _in_lanes(length: int) -> AnyArray:

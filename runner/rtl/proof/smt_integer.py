@@ -313,6 +313,10 @@ class SmtInteger:
         """The value itself: a cut does not change it."""
         return self
 
+    def left_over(self, whole: Any, scale: Any) -> int:
+        """Return 0: what is below the last step is not computed."""
+        return 0
+
     def monotone(self, rule: Callable[[Any], Any]) -> Any:
         """The value itself; the proof does not rely on its being monotone."""
         return rule(self)

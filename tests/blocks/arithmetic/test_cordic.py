@@ -8,6 +8,7 @@ import pytest
 from proofmass.blocks.arithmetic.cordic import (
     circular_angles,
     circular_growth,
+    circular_turns,
     grown,
     hyperbolic_angles,
     hyperbolic_growth,
@@ -42,6 +43,8 @@ def test_angles_are_nearest_steps() -> None:
         assert angle == cordic_by_hand.scaled(mpmath.atanh(mpmath.mpf(2) ** -shift), 36)
     for shift, angle in enumerate(circular_angles(20, 36)):
         assert angle == cordic_by_hand.scaled(mpmath.atan(mpmath.mpf(2) ** -shift), 36)
+    for shift, angle in enumerate(circular_turns(30, 48)):
+        assert angle == cordic_by_hand.scaled(mpmath.atan(mpmath.mpf(2) ** -shift) / (2 * mpmath.pi), 48)
 
 
 @pytest.mark.parametrize("up", [False, True])

@@ -43,7 +43,13 @@ DIGITAL = [
     if kind.outputs and not kind.continuous() and name not in NUMBERS
     and all(port.dtype is not float for port in (*kind.inputs.values(), *kind.outputs.values()))
 ]  # fmt: skip
-LONG = {"FixedCordicVectoring", "FixedInPhaseQuadratureDemodulator", "FixedMassSpringDamper", "FixedStateSpace"}
+LONG = {
+    "FixedCordicAngle",
+    "FixedCordicVectoring",
+    "FixedInPhaseQuadratureDemodulator",
+    "FixedMassSpringDamper",
+    "FixedStateSpace",
+}
 
 
 def _some_exhaustive(blocks: Sequence[Block]) -> list[Any]:

@@ -1,0 +1,76 @@
+"""Small signals through searches by signs: what CORDIC finds is a sum of constants, but follows its input."""
+
+import math
+
+import pytest
+
+from proofmass import Graph, noise
+from proofmass.blocks import (
+    Constant,
+    FixedCast,
+    FixedCordicAngle,
+    FixedCordicExponential,
+    FixedCordicRotation,
+    FixedCordicVectoring,
+    FixedQuantiser,
+    FixedToNumber,
+    Sum,
+    WhiteNoise,
+)
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.declare import Block
+
+DENSITY, ANGLE = 1e-3, 0.5
+
+
+def density(block: Block, word: Fixed, output: str, result: Fixed, **more: Block) -> float:
+    """Density of an output of a block over that of its input, which stands at the angle."""
+    blocks: dict[str, Block] = {
+        "angle": Constant(value=ANGLE),
+        "white": WhiteNoise(density=DENSITY),
+        "sum": Sum(),
+        "word": FixedQuantiser(output_format=word),
+        "block": block,
+        "number": FixedToNumber(input_format=result),
+        **more,
+    }
+    wires = ["angle.output -> sum.first", "white.output -> sum.second", "sum.output -> word.input"]
+    wires += [f"block.{output} -> number.input"]
+    wires += ["word.output -> rotation.angle"] if "rotation" in more else ["word.output -> block.angle"]
+    if "rotation" in more:
+        wires += ["rotation.cosine -> real.input", "rotation.sine -> imaginary.input"]
+        wires += ["real.output -> block.real", "imaginary.output -> block.imaginary"]
+    graph = Graph(name="cordic", rate=1000, blocks=blocks, wires=wires, probes=["number.output"])
+    budget = noise(graph, "number.output", frequencies=[100.0])
+    (source,) = (each for each in budget.sources if each.block == "white")
+    return math.sqrt(source.density[0]) / DENSITY
+
+
+@pytest.mark.defect(
+    "S697",
+    before="no noise reaches what a CORDIC block finds: margins, responses and budgets take its slope for 0",
+    after="the slope of sine, cosine, exponential and angle",
+)
+@pytest.mark.parametrize(("output", "slope"), [("sine", math.cos(ANGLE)), ("cosine", math.sin(ANGLE))])
+def test_rotation(output: str, slope: float) -> None:
+    assert density(FixedCordicRotation(), Fixed(19, 16), output, Fixed(18, 16)) == pytest.approx(slope, rel=1e-4)
+
+
+def test_exponential() -> None:
+    block = FixedCordicExponential(fraction_bits=16)
+    found = density(block, Fixed(16, 16, signed=False), "exponential", Fixed(18, 16, signed=False))
+    assert found == pytest.approx(math.exp(ANGLE), rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    ("block", "output", "result", "slope"),
+    [
+        (FixedCordicVectoring(input_format=Fixed(18, 16)), "phase", Fixed(19, 16), 1.0),
+        (FixedCordicAngle(input_format=Fixed(18, 16)), "angle", Fixed(16, 16), 0.5 / math.pi),
+    ],
+)
+def test_vectoring(block: Block, output: str, result: Fixed, slope: float) -> None:
+    """After a rotation: the angle comes back."""
+    cast = FixedCast(input_format=Fixed(18, 16), output_format=Fixed(18, 16))
+    more = {"rotation": FixedCordicRotation(), "real": cast, "imaginary": cast}
+    assert density(block, Fixed(19, 16), output, result, **more) == pytest.approx(slope, rel=2e-4)
