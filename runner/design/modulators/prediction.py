@@ -93,7 +93,7 @@ def _growth(transfer: NoiseTransfer, k: float) -> float:
 def _at_gain(transfer: NoiseTransfer, k: float) -> tuple[Array, Array]:
     """Return numerator and denominator of H_k = N / ((1 - k) N + k D), D of the poles at k = 1."""
     n, d = np.poly(transfer.zeros).real, np.poly(transfer.poles).real
-    return n, (1.0 - k) * n + k * d
+    return n.astype(float), np.asarray((1.0 - k) * n + k * d, dtype=float)
 
 
 def _in_band(transfer: NoiseTransfer, k: float, band: tuple[float, float]) -> float:
