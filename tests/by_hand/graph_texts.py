@@ -25,6 +25,7 @@ OF_SAME_PARTS = {
     "gyroscope_noise",
     "gyroscope_rate_response",
     "imu_3dof",
+    "mems_microphone",
     "open_loop_gyroscope",
     "pn_self_test_accelerometer",
     "quartz_feedback_gain",
