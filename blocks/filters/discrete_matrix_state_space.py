@@ -2,12 +2,15 @@
 
 from collections.abc import Iterator
 
-from proofmass.blocks.arithmetic.matrices import combined, stepped, wrong_sizes
+from proofmass.blocks.arithmetic.matrices import combined, product_with_part, stepped, wrong_sizes
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 
 
 class DiscreteMatrixStateSpace(Block):
-    """Linear digital system by its matrices, from a vector to a vector: an observer, a controller of several loops."""
+    """Linear digital system by its matrices, from a vector to a vector: an observer, a controller of several loops.
+
+    Wire a loop through `strictly_proper_part`.
+    """
 
     order: int = param("1", "Number of states, n.", default=2, at_least=1, at_most=64)
     input_size: int = param("1", "Number of inputs, m.", default=2, at_least=1, at_most=64)
@@ -50,6 +53,14 @@ def output(
 ) -> None:
     """C x + D u."""
     combined(out_of, states, through, input, out)
+
+
+@DiscreteMatrixStateSpace.output("1", shape=("output_size",), dtype=float)
+def strictly_proper_part(
+    p: DiscreteMatrixStateSpace, out_of: list[float], states: list[float], out: list[float]
+) -> None:
+    """C x, through which loops go."""
+    product_with_part(out_of, states, 0, len(states), out)
 
 
 @DiscreteMatrixStateSpace.update

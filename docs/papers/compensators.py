@@ -3,8 +3,8 @@
     python -m docs.papers.compensators
 
 Liu, Li and Shen count three multipliers and one pipelined rotation algorithm, used twice, and say that this is smaller
-and faster than a polynomial of fourth order. Words are as long in all of them, 24 fraction bits at the output. Counts are
-those of Yosys for a Virtex-II Pro and an ECP5, the clock of the latter that of nextpnr, where it is installed.
+and faster than a polynomial of fourth order. Words are as long in all of them, 24 fraction bits at the output. Counts
+are those of Yosys for a Virtex-II Pro and an ECP5, the clock of the latter that of nextpnr, where it is installed.
 """
 
 import functools

@@ -3,8 +3,9 @@
     python -m docs.papers.half_power
 
 Sarraf et al. 2012 take stiffness and damping of their devices from swept responses (section 3.3, Fig. 4):
-k = m (2 pi f0)^2 at the peak f0, and from the width Df between half the power Df / f0 = 1 / Q, which is a
-damping of 2 pi m Df."""
+k = m (2 pi f0)^2 at the peak f0, and from the width Df between half the power Df / f0 = 1 / Q, which is a damping of
+2 pi m Df.
+"""
 
 from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple

@@ -24,6 +24,7 @@ from proofmass.runner.analysis.spectrum.series import Series as Series, read_ser
 from proofmass.runner.analysis.spectrum.tones import Tones as Tones, tones as tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum as Spectrum, spectrum as spectrum
 from proofmass.runner.design.identification.fitted import Fitted as Fitted, fit as fit
+from proofmass.runner.design.modulators.modulator import Modulator as Modulator, design_modulator as design_modulator
 from proofmass.runner.design.proof.prove import Proofs as Proofs, prove as prove
 from proofmass.runner.design.tune.tune import Tuned as Tuned, tune as tune
 from proofmass.runner.design.worst.worst import WorstCases as WorstCases, worst as worst

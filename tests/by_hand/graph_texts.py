@@ -28,6 +28,7 @@ OF_SAME_PARTS = {
     "half_power_sweep",
     "imu_3dof",
     "magnetic_encoder",
+    "mems_microphone",
     "open_loop_gyroscope",
     "pn_self_test_accelerometer",
     "quartz_error_terms",

@@ -5,11 +5,13 @@ from pathlib import Path
 import click
 
 from proofmass.runner.commands.declarations.options import (
+    JSON,
     PORT,
     QUIET,
     SET,
     Answered,
     LibraryFile,
+    Request,
     Whole,
     argument,
     band_option,
@@ -149,9 +151,66 @@ class CheckProofRequest(Answered, does="prove_command.check_proof"):
     graph: Path | None = argument(type=LibraryFile(dir_okay=False, path_type=Path), required=False)
 
 
+class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
+    """Design the loop of a sigma-delta modulator.
+
+    The answer has the noise transfer function, the coefficients of the loop filter, and signal to noise ratios over
+    amplitude, predicted and simulated. With --out you get a graph, in which the coefficients are named values.
+
+    \b
+    proofmass sigma-delta --order 3 --oversampling 64 --out loop.toml
+    proofmass sigma-delta --order 4 --oversampling 64 --centre 0.25 --plot loop.svg
+    proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz" --out analog.toml
+    """
+
+    order: int = option("Order of the loop.", type=Whole(1, 8), default=3, show_default=True)
+    oversampling: float = option(
+        "Rate over twice the band.", type=click.FloatRange(2.0, 1e6), default=64.0, show_default=True
+    )
+    gain: float = option("Gain of the noise far from the band.", type=float, default=1.5, show_default=True)
+    zeros: str = option(
+        "Place the zeros for the least noise in the band, so but two of an even number at its centre, or all there.",
+        type=click.Choice(("optimised", "centred", "none")),
+        default="optimised",
+        show_default=True,
+    )
+    form: str = option(
+        "Chain integrators (CI) or resonators (CR), with feedback (FB) or feed-forward (FF).",
+        type=click.Choice(("CIFB", "CRFB", "CIFF", "CRFF"), case_sensitive=False),
+        default="CRFB",
+        show_default=True,
+    )
+    centre: float = option(
+        "Centre of the band of a band pass, relative to the rate.", type=float, default=0.0, show_default=True
+    )
+    levels: int = option("Levels of the quantiser.", type=Whole(2, 65536), default=2, show_default=True)
+    feeds: str = option(
+        "Feed the input to the first state, or to all.",
+        type=click.Choice(("first", "all")),
+        default="first",
+        show_default=True,
+    )
+    pulse: tuple[float, float] | None = option(
+        "Make the loop filter one of continuous time, for a feedback pulse between these parts of a period.",
+        type=(float, float),
+        metavar="FROM TO",
+    )
+    swing: float = option(
+        "Scale the states to this swing at the peak; 0 leaves them.",
+        type=click.FloatRange(0.0, 1e6),
+        default=1.0,
+        show_default=True,
+    )
+    rate: str = option("Rate of the graph.", default="1 MHz", show_default=True, metavar="RATE")
+    target: Path | None = file_option("Write the graph to this file.", "-o", "--out", "--output")
+    picture: Path | None = plot_option("Draw the gain of the noise, and signal to noise over amplitude")
+    as_json: bool = JSON
+
+
 DESIGN = (
     TuneRequest,
     WorstRequest,
     ProveRequest,
     CheckProofRequest,
+    SigmaDeltaRequest,
 )

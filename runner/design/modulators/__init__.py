@@ -1,0 +1,1 @@
+"""Design of sigma-delta modulators: noise transfer function, loop filter, prediction, simulation, graph."""

@@ -1,0 +1,157 @@
+"""The design of a sigma-delta modulator: from order, oversampling and gain to coefficients, ratios and a graph."""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.rates import Rate
+from proofmass.runner.design.modulators.graph import modulator_graph
+from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer, band, synthesised
+from proofmass.runner.design.modulators.prediction import predicted
+from proofmass.runner.design.modulators.simulation import simulated
+from proofmass.runner.design.modulators.structures import FORMS, Coefficients, Structure, realised, scaled
+from proofmass.runner.host.notebook import Plotted, Told
+
+DECIBELS = (-80.0, -60.0, -40.0, -20.0, -10.0, -8.0, -6.0, -5.0, -4.0, -3.0, -2.0, -1.0, 0.0)
+FEEDS = ("first", "all")
+
+
+@dataclass(frozen=True, repr=False)
+class Modulator(Told, Plotted):
+    """A sigma-delta modulator: noise transfer function, loop filter, and signal to noise ratios over amplitude.
+
+    >>> from proofmass import design_modulator
+    >>> loop = design_modulator(3, 64, form="CIFF", pulse=(0.0, 1.0), samples=4096)
+    >>> loop.graph("3.072 MHz").values["clock"].written
+    '3.072 MHz'
+    """
+
+    order: int  # of the loop filter
+    oversampling: float  # the rate over twice the band
+    gain: float  # of the noise, far from the band
+    centre: float  # of the band, relative to the rate; 0 for a low pass
+    levels: int  # of the quantiser, from -1 to 1
+    structure: Structure  # the form of the loop filter, and the pulse of a continuous one
+    transfer: NoiseTransfer  # the noise transfer function that the form has
+    coefficients: Coefficients  # of the loop filter, scaled
+    amplitudes: tuple[float, ...]  # at which there are ratios, in dB of full scale
+    predicted: tuple[float | None, ...]  # signal to noise ratios in dB; None in overload
+    simulated: tuple[float | None, ...]  # signal to noise ratios in dB; None where the loop was lost
+    stable_limit: float  # the amplitude at which overload begins, by the prediction; 1 is full scale
+    swings: tuple[float, ...]  # the largest value of each state, up to the amplitude of the peak
+
+    @property
+    def band(self) -> tuple[float, float]:
+        """The ends of the band, relative to the rate."""
+        return band(self.oversampling, self.centre)
+
+    @property
+    def peak(self) -> tuple[float, float]:
+        """The amplitude of the largest simulated ratio, in dB of full scale, and that ratio in dB."""
+        ratio, amplitude = max(_known(self.amplitudes, self.simulated), default=(math.nan, math.nan))
+        return amplitude, ratio
+
+    def graph(self, rate: Rate = "1 MHz") -> Graph:
+        """Return a graph of the modulator at a `rate`, with a sine of half scale; its coefficients are named values."""
+        return modulator_graph(self.structure, self.coefficients, self.levels, self.band, rate)
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        k = self.coefficients
+        return {
+            "order": self.order,
+            "oversampling": self.oversampling,
+            "gain": self.gain,
+            "centre": self.centre,
+            "levels": self.levels,
+            "form": self.structure.form,
+            "pulse": self.structure.pulse,
+            "band": self.band,
+            "zeros": [[z.real, z.imag] for z in self.transfer.zeros],
+            "poles": [[p.real, p.imag] for p in self.transfer.poles],
+            "coefficients": {"a": k.a, "b": k.b, "c": k.c, "g": k.g},
+            "amplitudes": self.amplitudes,
+            "predicted": self.predicted,
+            "simulated": self.simulated,
+            "stable_limit": self.stable_limit,
+            "swings": self.swings,
+            "peak": {"amplitude": self.peak[0], "ratio": self.peak[1]},
+        }
+
+
+def design_modulator(
+    order: int,
+    oversampling: float,
+    *,
+    gain: float = 1.5,
+    zeros: str = "optimised",
+    form: str = "CRFB",
+    centre: float = 0.0,
+    levels: int = 2,
+    feeds: str = "first",
+    pulse: tuple[float, float] | None = None,
+    swing: float | None = 1.0,
+    samples: int = 16_384,
+) -> Modulator:
+    """Return a sigma-delta modulator of an `order` for an `oversampling` ratio, the rate over twice the band.
+
+    `gain` is that of the noise far from the band: 1.5 is stable with one bit, more of it with more levels. `zeros` are
+    "optimised" for the least noise in the band, "centred" (so, with two of an even number at its centre), or "none".
+    `form` is CIFB, CRFB, CIFF or CRFF. `centre` of a band pass is relative to the rate; its order is even. `levels` are
+    those of the quantiser. `feeds` says which states take the input, the "first" or "all". With a `pulse`, begin and
+    end of that of the converter in periods, the loop filter is one of continuous time, which sees the same at every
+    decision (impulse invariance); (0, 1) is the full period. States are scaled to a `swing` at the amplitude of the
+    peak, or not at all if it is None. `samples` are those of each run, a multiple of which the tone fits.
+
+    Raises `ModelError` for what cannot be designed.
+
+    >>> from proofmass import design_modulator
+    >>> loop = design_modulator(5, 32, swing=None, samples=4096)
+    >>> [round(a, 4) for a in loop.coefficients.a], loop.coefficients.g[1] > 0.0078
+    ([0.0007, 0.0084, 0.055, 0.2443, 0.5579], True)
+    """
+    try:
+        _refuse(form, levels, feeds, pulse, centre, samples)
+        wanted = synthesised(order, oversampling, gain, zeros, centre)
+    except Refusal as error:
+        problem = Problem(message=str(error), key=error.key, got=error.got, expected=error.expected, hint=error.hint)
+        raise ModelError([problem]) from None
+    structure = Structure(form, order, pulse)
+    transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds)
+    sizes = tuple(10.0 ** (decibel / 20.0) for decibel in DECIBELS)
+    inside = band(oversampling, centre)
+    ratios, limit = predicted(transfer, inside, sizes, levels)
+    runs = simulated(structure, k, inside, sizes, levels, samples)
+    top = DECIBELS.index(max(_known(DECIBELS, runs.ratios), default=(0.0, DECIBELS[0]))[1])
+    swings = runs.swings[: top + 1].max(axis=0)
+    if swing is not None:
+        k, swings = scaled(structure, k, (swings / swing).tolist()), 0.0 * swings + swing
+    of = order, oversampling, gain, centre, levels, structure, transfer, k
+    return Modulator(*of, DECIBELS, ratios, runs.ratios, limit, tuple(swings.tolist()))
+
+
+def _known(amplitudes: Sequence[float], ratios: Sequence[float | None]) -> list[tuple[float, float]]:
+    return [(ratio, amplitude) for amplitude, ratio in zip(amplitudes, ratios, strict=True) if ratio is not None]
+
+
+def _refuse(form: str, levels: int, feeds: str, pulse: tuple[float, float] | None, centre: float, samples: int) -> None:
+    if form not in FORMS:
+        raise Refusal(
+            "is not a form", did_you_mean(form, FORMS, "forms"), key="form", got=form, expected=", ".join(FORMS)
+        )
+    if not 2 <= levels <= 65536:
+        raise Refusal("must be a number of levels", key="levels", got=str(levels), expected="2 to 65536")
+    if feeds not in FEEDS or (feeds == "all" and pulse):
+        expected = "first" if pulse else ", ".join(FEEDS)
+        raise Refusal("is not a way to feed the input", key="feeds", got=feeds, expected=expected)
+    if pulse and not 0.0 <= pulse[0] < pulse[1] <= 1.0:
+        got = f"{pulse[0]:g} to {pulse[1]:g}"
+        raise Refusal("must lie within one period", key="pulse", got=got, expected="0 <= begin < end <= 1")
+    if centre and form.startswith("CI") and not pulse:
+        hint = f"take CR{form[2:]}"
+        raise Refusal("cannot be a band pass: its zeros leave the unit circle", hint, key="form", got=form)
+    if not 1024 <= samples <= 2**20:
+        raise Refusal("must be a number of samples", key="samples", got=str(samples), expected="1024 to 1048576")
