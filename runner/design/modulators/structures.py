@@ -105,7 +105,7 @@ def _step(a: Array, b: Array, time: float) -> Array:
     n, m = b.shape
     joined = np.zeros((n + m, n + m))
     joined[:n] = np.column_stack([a, b])
-    return np.asarray(linalg.expm(joined * time)[:n])
+    return np.asarray(linalg.expm(joined * time)[:n], dtype=float)
 
 
 def loop_response(structure: Structure, k: Coefficients, length: int) -> Array:
