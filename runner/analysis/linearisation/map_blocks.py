@@ -1,4 +1,4 @@
-"""Which blocks a map between wires has, and after how many base ticks they all tick together again."""
+"""The blocks of a map between wires, and the base ticks after which they all tick together again."""
 
 import math
 from collections.abc import Collection, Sequence
