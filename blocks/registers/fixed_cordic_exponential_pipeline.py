@@ -6,6 +6,7 @@ exponential comes L ticks later, L the iterations with the repeated ones. Before
 
 from proofmass.blocks.arithmetic.cordic import grown, hyperbolic_shifts
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, wrap
+from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
 from proofmass.blocks.registers.fixed_cordic_exponential import Constants, exponential_constants, exponential_formats
 
@@ -41,9 +42,12 @@ def constants(p: FixedCordicExponentialPipeline, period: float) -> Constants:
 
 
 @FixedCordicExponentialPipeline.output("1")
-def exponential(c: Constants, p: FixedCordicExponentialPipeline, values: list[FixedValue]) -> FixedValue:
+def exponential(
+    c: Constants, p: FixedCordicExponentialPipeline, values: list[FixedValue], rests: list[FixedValue]
+) -> FixedValue:
     """The exponential of the angle that entered L ticks ago, in M fraction bits."""
-    return values[-1].to(c.output, "floor", "refuse")
+    value, inner = values[-1].mantissa, p.fraction_bits + p.guard_bits
+    return FixedValue(value + left_over(rests[-1].mantissa, 1 << inner, value), inner).to(c.output, "floor", "refuse")
 
 
 @FixedCordicExponentialPipeline.update

@@ -10,6 +10,7 @@ from proofmass.blocks import (
     FixedCast,
     FixedCordicAngle,
     FixedCordicExponential,
+    FixedCordicExponentialPipeline,
     FixedCordicRotation,
     FixedCordicVectoring,
     FixedQuantiser,
@@ -56,8 +57,9 @@ def test_rotation(output: str, slope: float) -> None:
     assert density(FixedCordicRotation(), Fixed(19, 16), output, Fixed(18, 16)) == pytest.approx(slope, rel=1e-4)
 
 
-def test_exponential() -> None:
-    block = FixedCordicExponential(fraction_bits=16)
+@pytest.mark.parametrize("kind", [FixedCordicExponential, FixedCordicExponentialPipeline])
+def test_exponential(kind: type[Block]) -> None:
+    block = kind(fraction_bits=16)
     found = density(block, Fixed(16, 16, signed=False), "exponential", Fixed(18, 16, signed=False))
     assert found == pytest.approx(math.exp(ANGLE), rel=1e-4)
 
