@@ -24,8 +24,7 @@ BEGINNING = (
     Claim("pn-small", "1, 5", "small test actuation keeps the device linear", "in words", "holds",
           "gaps of 2 um are assumed", "capacitive_readout", partial(found.carrier, "20")),
     Claim("pn-correlation", "2.1, eq. 1, 2", "the cross-correlation is the impulse response", "in words", "holds",
-          "the rest is what the gyroscope still rings beyond the 16 cells",
-          LOOP, found.correlated),
+          "the rest is what the gyroscope still rings beyond the 16 cells", LOOP, found.correlated),
     Claim("pn-sequence", "2.1, eq. 3", "autocorrelation of the sequence; it begins with ten ones", "N and -1; 10",
           "holds", "", "pn_self_test_minimal", found.autocorrelation),
     Claim("pn-coefficients", "2.1", "the first 10 to 15 coefficients are enough", "10 to 15", "differs",
@@ -51,12 +50,10 @@ BEGINNING = (
     Claim("pn-slower", "3.3, Fig. 10", "damping takes more clocks than stiffness", "in words", "holds",
           "in the gyroscope too", LOOP, partial(found.periods, "accelerometer")),
     Claim("pn-figure-6", "3.1, Fig. 6", "registers match floating point: 1 g, and 1 g at 90 Hz", '"match well"',
-          "holds",
-          "", "fixed_against_floating", found.registers_against_floating),
+          "holds", "", "fixed_against_floating", found.registers_against_floating),
     Claim("pn-words", "3.1", "(32, 30) for small and (24, 6) for large numbers", "formats", "differs",
           "the first number is all bits, not the real part; the gyroscope's c/m needs (24, 18)",
-          "fixed_against_floating",
-          found.registers_against_floating),
+          "fixed_against_floating", found.registers_against_floating),
     Claim("pn-controllers", "3.4", "(16, 12) for controllers and cells", "formats", "holds",
           "coefficients of the gyroscope's response are (20, 16)", FIXED, found.controllers_in_registers, slow=True),
     Claim("pn-carrier", "3.2", "carrier of 100 kHz; the output is proportional to displacement", "100 kHz", "holds",
@@ -91,8 +88,7 @@ DEVICES = (
     Claim("pn-table-2", "3.3, Table 2", "quality factors of the gyroscope", "128.8 and 43.63", "differs",
           "they do not follow from the stiffness, mass and damping beside them", CAPACITANCES, found.qualities),
     Claim("pn-capacitances", "3.3, Table 2", "0.36 pF of actuation and 0.6 pF of sensing; 5 um of drive", "5 um",
-          "holds",
-          "as combs of 24.4 um of overlap and plates with a gap of 2 um, which are assumed", CAPACITANCES,
+          "holds", "as combs of 24.4 um of overlap and plates with a gap of 2 um, which are assumed", CAPACITANCES,
           found.capacitances),
     Claim("pn-plates", "3.3, eq. 8", "plates that close their gap drive the gyroscope", "0.36 pF", "differs",
           "a gap of 4 um is assumed, and 1 V; 0.36 pF soften its spring by 8 %, and 5 um would be beyond the gap",
@@ -128,8 +124,7 @@ def _hardware(
     place = f"3.4, Table {3 if letter == 'a' else 4}"
     return tuple(
         Claim(f"pn-{name.replace(' ', '-')}-{letter}", place, f"{name} of the {design}: slices / FF / LUT / MULT",
-          paper,
-              "differs", FLOW, graph, partial(found.hardware, design, *blocks), slow=True)
+          paper, "differs", FLOW, graph, partial(found.hardware, design, *blocks), slow=True)
         for name, blocks, paper in rows
     )  # fmt: skip
 
@@ -168,8 +163,7 @@ HARDWARE = (
           "an estimate with delays that no data sheet confirms; two products and a controller within one tick", FIXED,
           partial(found.clock, "accelerometer"), slow=True),
     Claim("pn-clock-g", "3.4", "clock of the gyroscope's", "17.727 MHz", "differs", "as the accelerometer's",
-          GYRO_FIXED,
-          partial(found.clock, "gyroscope"), slow=True),
+          GYRO_FIXED, partial(found.clock, "gyroscope"), slow=True),
     Claim("pn-pipelining", "3.4", "pipelining can increase the speed", "in words", "open",
           "the model is a feedback loop: a register in it would change what it computes"),
     Claim("pn-latency", "3.4", "all blocks have the same throughput and similar latencies", "in words", "open",
