@@ -18,12 +18,10 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class FixedCordicAngle(Block):
-    """Angle of a vector of any quadrant within one tick, from -1/2 to 1/2 of a turn: of an encoder or resolver."""
+    """Angle of a vector within one tick, from -1/2 to 1/2 of a turn: of an encoder or resolver."""
 
     input_format: Fixed = param("1", "Format of both parts.", default=Fixed(12, 0))
-    turn_bits: int = param(
-        "bit", "Bits of the angle; 2^turn_bits steps are a turn.", default=16, at_least=4, at_most=32
-    )
+    turn_bits: int = param("bit", "Bits of the angle, in turns.", default=16, at_least=4, at_most=32)
     iterations: int = param("1", "n, rotations.", default=18, at_least=1, at_most=36)
     guard_bits: int = param("bit", "Further bits of the registers.", default=12, at_least=0, at_most=30)
     unit: str = param("", "Unit of both parts.", default="1")

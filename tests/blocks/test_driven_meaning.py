@@ -99,6 +99,7 @@ DRIVEN = {
     "LoopFilter": {"natural_frequency", "damping", "detector_gain", "oscillator_gain"},
     "LowPass": {"corner_frequency", "gain"},
     "MagneticLevitation": {"force_constant", "gap", "bias"},
+    "MagnetoresistiveAngleBridge": {"ratio", "direction", "reference_field", "imbalance"},
     "MagnetoresistiveBridge": {"ratio", "saturation", "imbalance"},
     "MashModulator": {"leakage", "reference"},
     "MassBetweenStops": {"mass", "damping", "stiffness", "restitution", "sticking_speed"},

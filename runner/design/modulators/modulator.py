@@ -140,13 +140,13 @@ def _known(amplitudes: Sequence[float], ratios: Sequence[float | None]) -> list[
 def _refuse(form: str, levels: int, feeds: str, pulse: tuple[float, float] | None, centre: float, samples: int) -> None:
     if form not in FORMS:
         raise Refusal(
-            "is not a form", did_you_mean(form, FORMS, "forms"), key="form", got=form, expected=", ".join(FORMS)
+            "must be a form", did_you_mean(form, FORMS, "forms"), key="form", got=form, expected=", ".join(FORMS)
         )
     if not 2 <= levels <= 65536:
         raise Refusal("must be a number of levels", key="levels", got=str(levels), expected="2 to 65536")
     if feeds not in FEEDS or (feeds == "all" and pulse):
         expected = "first" if pulse else ", ".join(FEEDS)
-        raise Refusal("is not a way to feed the input", key="feeds", got=feeds, expected=expected)
+        raise Refusal("must be a way to feed the input", key="feeds", got=feeds, expected=expected)
     if pulse and not 0.0 <= pulse[0] < pulse[1] <= 1.0:
         got = f"{pulse[0]:g} to {pulse[1]:g}"
         raise Refusal("must lie within one period", key="pulse", got=got, expected="0 <= begin < end <= 1")

@@ -103,6 +103,7 @@ def test_results_with_a_text_are_a_line_at_a_prompt_and_the_text_of_their_comman
         proofmass.spectrum(values, rate=10.0),
         proofmass.deviation_over_runs("library:recorded_motion", "mean.mean", until="0.1 s"),
         proofmass.prove("library:closed_loop_accelerometer"),
+        proofmass.design_modulator(2, 32, samples=1024),
     ]
     for result in results:
         line, text = repr(result), str(result)
