@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import where
-from proofmass.blocks.arithmetic.mantissa import Condition, WholeNumber
+from proofmass.blocks.arithmetic.mantissa import Condition, WholeNumber, left_over
 
 TWICE = (4, 13, 40)  # of the hyperbolic rotations: without these the angles that follow do not add up to the one before
 
@@ -81,3 +81,21 @@ def turned(x: WholeNumber, y: WholeNumber, left: Condition, shift: int) -> tuple
     """One circular rotation, to the left or to the right; bits are dropped."""
     along, across = x >> shift, y >> shift
     return where(left, x - across, x + across), where(left, y + along, y - along)
+
+
+def to_the_real_axis(
+    x: WholeNumber, y: WholeNumber, angles: tuple[int, ...], half_turn: int, radian: int
+) -> tuple[Any, Any]:
+    """Turn a vector of any quadrant until y is gone: its grown real part, and the angle that it had.
+
+    One circular rotation for each of the `angles`; a vector to the left is turned by half a turn first. `radian` is one
+    radian in the steps of the angles.
+    """
+    to_the_left, above = x < 0, y >= 0
+    x, y = where(to_the_left, -x, x), where(to_the_left, -y, y)
+    angle = where(to_the_left, where(above, half_turn, -half_turn), 0)
+    for shift, step in enumerate(angles):
+        below = y < 0
+        x, y = turned(x, y, below, shift)
+        angle = where(below, angle - step, angle + step)
+    return x, angle + left_over(y, x, radian)

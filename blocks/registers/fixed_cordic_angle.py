@@ -11,9 +11,8 @@ With v the length in steps the angle is off by at most 1/2 + (2^(b - n + 1) + 2 
 import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.cordic import circular_turns, turned
+from proofmass.blocks.arithmetic.cordic import circular_turns, to_the_real_axis
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, where
-from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -50,15 +49,9 @@ def constants(p: FixedCordicAngle, period: float) -> Constants:
 @FixedCordicAngle.output("1")
 def angle(c: Constants, p: FixedCordicAngle, real: FixedValue, imaginary: FixedValue) -> FixedValue:
     """Angle of the vector from the real axis in turns, modulo one turn; 0 for (0, 0)."""
-    x, y = real.mantissa << p.guard_bits, imaginary.mantissa << p.guard_bits
-    to_the_left, above = x < 0, y >= 0
-    x, y = where(to_the_left, -x, x), where(to_the_left, -y, y)
-    turns = where(to_the_left, where(above, c.half_turn, -c.half_turn), 0)
-    for shift, step in enumerate(c.turns):
-        below = y < 0
-        x, y = turned(x, y, below, shift)
-        turns = where(below, turns - step, turns + step)
-    exact = FixedValue(turns + left_over(y, x, c.radian), p.turn_bits + p.guard_bits)
+    parts = real.mantissa << p.guard_bits, imaginary.mantissa << p.guard_bits
+    _, turns = to_the_real_axis(*parts, c.turns, c.half_turn, c.radian)
+    exact = FixedValue(turns, p.turn_bits + p.guard_bits)
     rounded = exact.to(Fixed(p.turn_bits, p.turn_bits), "half_even", "wrap")
     nothing = (real == 0) & (imaginary == 0)
     return FixedValue(where(nothing, 0, rounded.mantissa), p.turn_bits)

@@ -12,9 +12,8 @@ phase_bits + 4 or more, as by default, it is at most one step for every vector; 
 import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.cordic import circular_angles, circular_growth, turned
+from proofmass.blocks.arithmetic.cordic import circular_angles, circular_growth, to_the_real_axis
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed, where
-from proofmass.blocks.arithmetic.mantissa import left_over
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -76,14 +75,7 @@ def phase(c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: Fi
 def _turned(
     c: Constants, p: FixedCordicVectoring, real: FixedValue, imaginary: FixedValue
 ) -> tuple[FixedValue, FixedValue]:
-    x, y = real.mantissa << p.guard_bits, imaginary.mantissa << p.guard_bits
-    to_the_left, above = x < 0, y >= 0
-    x, y = where(to_the_left, -x, x), where(to_the_left, -y, y)
-    angle = where(to_the_left, where(above, c.half_turn, -c.half_turn), 0)
-    for shift, step in enumerate(c.angles):
-        below = y < 0
-        x, y = turned(x, y, below, shift)
-        angle = where(below, angle - step, angle + step)
     inner = p.phase_bits + p.guard_bits
-    angle += left_over(y, x, 1 << inner)
+    parts = real.mantissa << p.guard_bits, imaginary.mantissa << p.guard_bits
+    x, angle = to_the_real_axis(*parts, c.angles, c.half_turn, 1 << inner)
     return FixedValue(x, p.input_format.fraction + p.guard_bits), FixedValue(angle, inner)
