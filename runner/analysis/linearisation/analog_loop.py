@@ -20,7 +20,8 @@ from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, plan_graph
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
-from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, PeriodMap, PointSlopes, with_slopes
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, PointSlopes, with_slopes
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of

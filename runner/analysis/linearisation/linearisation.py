@@ -30,10 +30,11 @@ from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint, OrbitSearch
-from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, PointSlopes, too_many
+from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, too_many
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged
+from proofmass.runner.analysis.linearisation.seeds import PointSlopes
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.host.arrays import Complex

@@ -36,14 +36,9 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 )
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import (
-    MOST_VALUES,
-    NO_RINGS,
-    PeriodMap,
-    UnrepeatedError,
-    period_map,
-)
+from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError, period_map
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.host.arrays import Array

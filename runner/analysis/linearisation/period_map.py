@@ -14,17 +14,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, period_of_blocks
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
+from proofmass.runner.analysis.linearisation.seeds import (
+    NO_RINGS,
+    PointSlopes,
+    held_in,
+    place_of,
+    seed,
+    seed_wires,
+    with_slopes,
+    without_slopes,
+)
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks
-from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
-from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
-from proofmass.runner.derivatives.dual_ticks import DualTicks, LastingPlace
+from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory, start
@@ -34,10 +43,7 @@ from proofmass.runner.reference.interpret import TickError
 if TYPE_CHECKING:
     from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
-HELD = -2  # instead of an index: the value that a wire of a block with a clock offset holds as the period begins
-PointSlopes = Mapping[Entry, Mapping[str, float]]  # derivatives of an operating point by parameters
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
-NO_RINGS = Rings()
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
@@ -202,9 +208,9 @@ def period_map(
     code = slopes() if single and ticks > _MANY else None
     while True:
         begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
-        seeded = _seed(plan, begin, sorted(moving), counted, rings)
-        seeded += _seed_wires(plan, begin, moving | {name for name, _ in inputs})
-        values = [_held(begin, entry, rings) for entry in seeded]
+        seeded = seed(plan, begin, sorted(moving), counted, rings)
+        seeded += seed_wires(plan, begin, moving | {name for name, _ in inputs})
+        values = [held_in(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         engine: DualTicks | CompiledSlopes = DualTicks(*given)
         if noise:
@@ -252,104 +258,15 @@ def period_map(
             _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps, each),
             tick=memory.tick,
             time=memory.tick * plan.period,
-            end=_plain(engine.memory()),
+            end=without_slopes(engine.memory()),
             late=_late(plan, inputs, outputs),
         )
-
-
-def place_of(memory: Memory, entry: Entry, rings: Rings) -> LastingPlace:
-    """Return where an entry stands in a memory."""
-    name, part, index = entry
-    if index == HELD:
-        return "wire", (name, part), 0
-    if index < 0:
-        return "state", name, memory.states[name]._fields.index(part)
-    return "buffer", (name, part), rings.cell(memory, name, part, index)
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
     if len(inputs) != 1 or len(outputs) != 1:
         return 0.0
     return (plan.beat(outputs[0]).phase - plan.beat(inputs[0]).phase) * plan.period
-
-
-def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
-    """Return a copy whose numbers have the derivatives of the operating point by the parameters."""
-    begin, started = memory.copy(), start(plan)
-
-    def moved(entry: Entry, now: Any, first: Any) -> Any:
-        if slopes is None:
-            return first if first == now else now
-        return dual(now, slopes[entry], PARAMETERS) if entry in slopes else now
-
-    for name, state in begin.states.items():
-        if state is not None:
-            fields = zip(state._fields, state, started.states[name], strict=True)
-            begin.states[name] = type(state)(*(moved((name, field, -1), now, first) for field, now, first in fields))
-    for (name, buffer), held in begin.of_blocks().items():
-        if isinstance(held, list):
-            for number in range(len(held)):
-                cell = rings.cell(begin, name, buffer, number)
-                held[cell] = moved((name, buffer, number), held[cell], started.buffers[name, buffer][cell])
-    for name, port, index in slopes or ():
-        if index == HELD:
-            begin.wires[name, port] = moved((name, port, HELD), begin.wires[name, port], None)
-    return begin
-
-
-def _seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str], rings: Rings) -> list[Entry]:
-    """Give every number of the states and buffers of blocks a direction of its own."""
-    seeded: list[Entry] = []
-
-    def moved(value: Any, kind: type, entry: Entry) -> Any:
-        if kind is bool or (kind in (int, FixedValue) and entry[0] in counted):
-            return value
-        seeded.append(entry)
-        return value + dual(0.0, {entry: 1.0}, SIGNALS)
-
-    places = rings.places()
-    for name in names:
-        state = begin.states[name]
-        if state is not None:
-            kinds = type(state).__annotations__
-            begin.states[name] = type(state)(
-                *(
-                    value if (name, field) in places else moved(value, kinds[field], (name, field, -1))
-                    for field, value in zip(state._fields, state, strict=True)
-                )
-            )
-        for buffer, declared in type(plan.blocks[name]).buffers.items():
-            held = begin.buffers[name, buffer]
-            if isinstance(held, list):
-                for number in range(len(held)):
-                    cell = rings.cell(begin, name, buffer, number)
-                    held[cell] = moved(held[cell], declared.dtype, (name, buffer, number))
-    return seeded
-
-
-def _seed_wires(plan: Plan, begin: Memory, names: set[str]) -> list[Entry]:
-    """Give what wires still hold as the period begins a direction of its own; raises `ModelError` for a vector."""
-    seeded: list[Entry] = []
-    for name in sorted(names & plan.schedule.phases.keys()):
-        for port, declared in type(plan.blocks[name]).outputs.items():
-            if declared.shape:
-                raise ModelError([plan.graph.placed(_vector_held(name, port))])
-            if declared.dtype is not bool:
-                entry = (name, port, HELD)
-                begin.wires[name, port] = begin.wires[name, port] + dual(0.0, {entry: 1.0}, SIGNALS)
-                seeded.append(entry)
-    return seeded
-
-
-def _vector_held(name: str, port: str) -> Problem:
-    return Problem(
-        message="cannot be linearised: a vector of a block with a clock offset is held from period to period",
-        key=f"blocks.{name}.clock_offset",
-        got=f"{name}.{port}",
-        expected="outputs that are numbers",
-        hint="take the offset out, or open the loop so that this block lies outside",
-        path=("blocks", name, "clock_offset"),
-    )
 
 
 def _read(
@@ -365,7 +282,7 @@ def _read(
 ) -> PeriodMap:
     """The map from what the dual numbers are after a period, or from the maps of its ticks; a value is held `each`."""
     memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
-    rows = [_held(memory, entry, rings) for entry in seeded]
+    rows = [held_in(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in recorded[node]]
     rows += engine.quantised.values()
     order = {node: number for number, node in enumerate(inputs)}
@@ -399,29 +316,6 @@ def _read(
     return PeriodMap(
         tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined, point=point, ticks=ticks
     )
-
-
-def _plain(memory: Memory) -> Memory:
-    """Return a copy without slopes."""
-    copy = memory.copy()
-    for name, state in copy.states.items():
-        if state is not None:
-            copy.states[name] = type(state)(*map(plain, state))
-    for node, held in copy.of_blocks().items():
-        if isinstance(held, list):
-            copy.buffers[node] = list(map(plain, held))
-    for wire, value in copy.wires.items():
-        copy.wires[wire] = list(map(plain, value)) if isinstance(value, list) else plain(value)
-    return copy
-
-
-def _held(memory: Memory, entry: Entry, rings: Rings) -> Any:
-    name, field, index = entry
-    if index == HELD:
-        return memory.wires[name, field]
-    if index < 0:
-        return getattr(memory.states[name], field)
-    return memory.buffers[name, field][rings.cell(memory, name, field, index)]
 
 
 def too_many(node: Endpoint, values: int) -> Problem:

@@ -21,8 +21,9 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
-from proofmass.runner.analysis.linearisation.period_map import HELD, PeriodMap, period_map
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.seeds import HELD
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan

@@ -11,8 +11,9 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.linearisation.lasting import Lasting
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, PointSlopes
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
+from proofmass.runner.analysis.linearisation.seeds import PointSlopes
 from proofmass.runner.derivatives.dual import slopes_of
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks

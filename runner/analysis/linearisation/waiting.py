@@ -14,8 +14,8 @@ import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.numbers import time_text
-from proofmass.runner.analysis.linearisation.period_map import NO_RINGS
 from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.derivatives.dual_noise import changing, given, reached
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import BufferBinding, Deviate, StateBinding, Tick, Time

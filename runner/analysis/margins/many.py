@@ -19,8 +19,8 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of
 from proofmass.runner.analysis.linearisation.orbit import SAME, Ends
-from proofmass.runner.analysis.linearisation.period_map import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.tick_maps import maps_of_ticks
 from proofmass.runner.analysis.margins.figures import decibels
