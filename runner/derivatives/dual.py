@@ -44,12 +44,12 @@ def _variance(rule: Callable[[int], int], parts: int) -> float:
 
 
 _Error = Callable[[Any, float], Any]  # adds the error of a rounding, of some variance, to a number in steps
-_ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # of each thread on its own
+_ERROR: ContextVar[_Error | None] = ContextVar("error of a rounding", default=None)  # where numbers are whole
 
 
 @contextmanager
 def with_errors(of: _Error) -> Iterator[None]:
-    """Call `of(value, variance)` for what integers drop, in steps."""
+    """Take numbers for whole ones, and call `of(value, variance)` for what they drop, in steps."""
     token = _ERROR.set(of)
     try:
         yield
@@ -242,11 +242,15 @@ def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
 
 
 def _without_nothing(value: Any, slopes: dict[Any, Any], level: int) -> Any:
-    """Return a dual number of slopes that are its own, or the plain value where none is left."""
+    """Return a dual number of slopes that are its own, or the plain value where none is left.
+
+    A whole number that was not rounded stays dual, since a plain one has no bits to shift.
+    """
     nothing = [key for key, slope in slopes.items() if (slope == 0.0 if type(slope) is float else _is_nothing(slope))]
     for key in nothing:
         del slopes[key]
-    return Dual(value, slopes, level) if slopes else value
+    unrounded = not slopes and isinstance(value, float) and _ERROR.get() is not None
+    return Dual(value, slopes, level) if slopes or unrounded else value
 
 
 def _is_nothing(slope: Any) -> bool:

@@ -16,7 +16,7 @@ from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of, with_errors
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
@@ -123,19 +123,10 @@ class NoisyTicks(DualTicks):
             lambda rule, *arguments: self._levelled(owner, rule, *arguments),
         )
 
-    def _counted(self, name: str, function: str) -> Callable[..., Any]:
-        reference = super()._counted(name, function)
-        if name not in self._noise:
-            return reference
-
-        def call(*arguments: Any) -> Any:
-            with with_errors(lambda value, variance: self._drop(name, value, variance)):
-                return reference(*arguments)
-
-        return call
-
     def _drop(self, owner: str, value: Any, variance: float) -> Any:
         """The value with the error of the bits that it loses, uniform over them; the same where it is made twice."""
+        if owner not in self._noise:
+            return value
         tick, seen = self._dropped.get(owner, (-1, []))
         if tick != self._memory.tick:
             seen = []

@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, with_errors
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance
 from proofmass.runner.derivatives.dual_loops import solve_dual
@@ -92,8 +92,18 @@ class DualTicks(Interpreter):
         return compute
 
     def _counted(self, name: str, function: str) -> Callable[..., Any]:
+        """Return a function of a digital block: no counter shows saturation, so a limit has the slope of a limit."""
         reference: Callable[..., Any] = self.filled.digital[name].steps[function].reference
-        return reference  # no counter shows saturation there, so a limit has the slope of a limit
+
+        def call(*arguments: Any) -> Any:
+            with with_errors(lambda value, variance: self._drop(name, value, variance)):
+                return reference(*arguments)
+
+        return call
+
+    def _drop(self, owner: str, value: Any, variance: float) -> Any:
+        """Return a whole number of a block, in steps, with the error of what it drops: none where noise is zero."""
+        return value
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         return for_duals(behaviour.function)

@@ -15,6 +15,7 @@ from proofmass import Graph, noise, simulate, spectrum
 from proofmass.blocks import (
     FixedCast,
     FixedGain,
+    FixedProduct,
     FixedQuantiser,
     FixedSecondOrderSection,
     FixedToNumber,
@@ -128,3 +129,28 @@ def test_errors_of_all_rules_of_rounding(rounding: Rounding, bits: int) -> None:
 
 def cast_of(value: FixedValue, format: Fixed, rounding: Rounding) -> float:
     return float(value.to(format, rounding))
+
+
+@pytest.mark.defect(
+    "S693",
+    before="noise through a fixed-point word that is squared at 0 ends with an AttributeError",
+    after="the closed form of one rounding",
+)
+def test_a_word_that_no_longer_depends_on_noise() -> None:
+    """The square of noise has no slope at 0, where it is: the rounding of the product is left."""
+    source, cut = Fixed(20, 12), Fixed(20, 12)
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=0.01 * math.sqrt(2.0 / RATE)),
+        "quantiser": FixedQuantiser(output_format=source),
+        "square": FixedProduct(first_format=source, second_format=source, output_format=cut),
+        "half": FixedGain(gain=0.5, input_format=cut, gain_format=Fixed(8, 6), output_format=Fixed(24, 19)),
+        "number": FixedToNumber(input_format=Fixed(24, 19)),
+    }
+    wires = [
+        "white.output -> quantiser.input", "quantiser.output -> square.first", "quantiser.output -> square.second",
+        "square.output -> half.input", "half.output -> number.input",
+    ]  # fmt: skip
+    budget = noise(Graph(name="square", rate=RATE, blocks=blocks, wires=wires), "number.output")
+    step = 2.0**-12
+    assert budget.rms == pytest.approx(0.5 * step * math.sqrt((1.0 + 2.0 * 4.0**-12) / 12.0), rel=1e-12)
+    assert {source.block for source in budget.sources if source.rms} == {"square"}
