@@ -53,7 +53,7 @@ class Fixed:
         """The value of one step of the mantissa."""
         return Fraction(2) ** -self.fraction
 
-    @property
+    @cached_property
     def with_range(self) -> str:
         """The format and the values that it holds, in words.
 

@@ -19,6 +19,12 @@ def loops(edges: Mapping[Node, Iterable[Node]]) -> list[set[Node]]:
     return [part for part in parts if len(part) > 1 or graph.has_edge(*part, *part)]
 
 
+def parts_in_order(needs: Mapping[Node, Iterable[Node]]) -> list[list[Node]]:
+    """Return sets of nodes that all need each other, each after those that it needs, and sorted."""
+    whole = networkx.condensation(_digraph(turned(needs)))
+    return [sorted(whole.nodes[part]["members"]) for part in networkx.topological_sort(whole)]
+
+
 def alphabetical(needs: Mapping[Node, Iterable[Node]]) -> Iterator[Node]:
     """The alphabetically first order in which each node comes after all that it needs.
 

@@ -12,7 +12,7 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse
 
-from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
+from proofmass.runner.derivatives.dual import Dual, dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
@@ -24,11 +24,25 @@ LIVE = "lasts"  # stands where a port's name would: no port may be called so
 Direction = tuple[str, str, int]
 
 
+class InFirst(Dual):
+    """A number with its slopes by the first directions as a row, for those that there were when it was made."""
+
+    __slots__ = ("columns", "row")
+
+    def __init__(self, value: Any, columns: Mapping[Direction, int], row: npt.NDArray[np.float64]) -> None:
+        self.value, self.level, self.columns, self.row = value, SIGNALS, columns, row
+
+    @property
+    def slopes(self) -> Mapping[Direction, float]:  # type: ignore[override]
+        """The slopes by direction."""
+        return {key: slope for key, slope in zip(self.columns, self.row.tolist(), strict=False) if slope}
+
+
 class CompactTicks(NoisyTicks):
     """Ticks with noise and no derivatives by parameters, in time that grows with the length of the period alone."""
 
     def __init__(self, *arguments: Any, **options: Any) -> None:
-        self._columns: dict[Direction, int] = {}  # of first directions
+        self._columns: dict[Direction, int] = {}  # of first directions, in their order
         self._rows: npt.NDArray[np.float64] = np.zeros((0, 0))  # G
         self._seen: dict[Any, int] = {}  # recorded values that are in first directions
         self._fed: set[Direction] = set()
@@ -39,15 +53,13 @@ class CompactTicks(NoisyTicks):
         while self._memory.tick < last:
             super().advance(min(self._memory.tick + EVERY, last), rows)
             self._gather()
-        names = list(self._columns)
-        lasting = self._rows.tolist()
 
         def spread(_: LastingPlace, value: Any) -> Any:
             slopes = slopes_of(value, SIGNALS)
             if not slopes:
                 return value
             (key,) = slopes
-            return dual(value_of(value, SIGNALS), dict(zip(names, lasting[key[2]], strict=True)), SIGNALS)
+            return InFirst(value_of(value, SIGNALS), self._columns, self._rows[key[2]])
 
         self.replace_lasting(spread)
         return True
@@ -80,11 +92,8 @@ class CompactTicks(NoisyTicks):
 
     def _in_first(self, values: list[Any]) -> list[Any]:
         moved = self._product([slopes_of(value, SIGNALS) for value in values])
-        names = list(self._columns)
-        return [
-            dual(value_of(value, SIGNALS), dict(zip(names, row, strict=True)), SIGNALS)
-            for value, row in zip(values, moved.tolist(), strict=True)
-        ]
+        numbers = [value_of(value, SIGNALS) for value in values]
+        return [InFirst(number, self._columns, row) for number, row in zip(numbers, moved, strict=True)]
 
     def _product(self, slopes: list[Mapping[Direction, float]]) -> npt.NDArray[np.float64]:
         """Slopes by the present directions as a matrix by the first ones: S G + R."""

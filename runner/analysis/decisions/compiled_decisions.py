@@ -6,10 +6,10 @@ rule that chooses returns its argument instead.
 
 import builtins
 import types
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Hashable, Iterator, Mapping, MutableMapping, Sequence
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, replace
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -29,6 +29,7 @@ from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
 FEWEST, MOST, SETTLING = 1 << 19, 1 << 22, 1 << 14  # decisions that count, and before them
 _MOST_CALLS = 200_000_000  # of functions of blocks
+_LEFT = 0.5  # part of the ticks of runs that are to be left for a later tick
 _SHOWN = 1 << 18  # decisions whose sources of noise are kept
 _PORT = "value_that_is_quantised"
 
@@ -38,6 +39,19 @@ class Decisions(NamedTuple):
 
     rows: Array  # value and level
     sources: Array  # noise as it is drawn, a column each
+
+
+@dataclass(frozen=True)
+class CompiledRuns:
+    """Runs from tick 0 to some ticks for the decisions from a first tick on."""
+
+    plan: Plan
+    results: Sequence[Result]
+    first: int
+    ticks: int
+
+
+KeptRuns: TypeAlias = MutableMapping[Hashable, CompiledRuns]
 
 
 def level_port(kind: BlockType) -> str | None:
@@ -54,21 +68,25 @@ def compiled_runs(
     ports: Mapping[str, str],
     seeds: tuple[int, ...],
     span: int,
+    kept: KeptRuns,
 ) -> list[dict[str, Decisions]] | None:
     """Return the decisions of each block from a tick on, (value, level) a row, with each seed.
 
-    The runs last for a `span` of base ticks, if that is not too few decisions, or too many. None for a graph that
-    machine code cannot run.
+    The runs last for a `span` of base ticks, if that is not too few decisions, or too many. Those that are `kept` of
+    an earlier tick will do if they go on for long enough. None for a graph that machine code cannot run.
     """
-    watching, ticks = _watching(plan, upstream, ports, span)
-    if choose(watching, tick + ticks, "auto") != "compiled":
-        return None
-    runs = []
-    for seed in seeds:
-        options = RunOptions(samples=tick + ticks, seed=seed)
-        result = simulate_plan(watching, watching.graph.root, options)
-        runs.append({name: _decisions(watching, result, name, ports[name], tick) for name in ports})
-    return runs
+    key = frozenset(upstream), span
+    known = kept.get(key)
+    if known is None or known.ticks - tick < _LEFT * (known.ticks - known.first):
+        watching, ticks = _watching(plan, upstream, ports, span)
+        if choose(watching, tick + ticks, "auto") != "compiled":
+            return None
+        options = (RunOptions(samples=tick + ticks, seed=seed) for seed in seeds)
+        results = [simulate_plan(watching, watching.graph.root, each) for each in options]
+        known = kept[key] = CompiledRuns(watching, results, tick, tick + ticks)
+    return [
+        {name: _decisions(known.plan, result, name, ports[name], tick) for name in ports} for result in known.results
+    ]
 
 
 def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], span: int) -> tuple[Plan, int]:

@@ -84,8 +84,11 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
     deciding = _deciding(plan, upstream, outputs)
     if not deciding:
         return noise
+    decided = [(name, port) for name in sorted(deciding) for port in type(plan.blocks[name]).output_functions]
+    upstream = blocks_of_map(plan, (), decided, False)[0]
+    span = _VALUES * max(map(plan.stride, outputs))
     try:
-        records = recorded(plan, about.memory(), upstream, deciding, _VALUES * max(map(plan.stride, outputs)))
+        records = recorded(plan, about.memory(), upstream, deciding, span, about.course.kept)
     except TickError as error:
         raise ModelError([failed(plan, error)]) from error
     found = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}

@@ -12,7 +12,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, compiled_runs, level_port
+from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, KeptRuns, compiled_runs, level_port
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, with_functions
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -25,17 +25,20 @@ _FEW = 32  # decisions that show how many quantisers a block has
 Records = Mapping[str, list[tuple[Decisions, Decisions]]]  # of each block those of its quantisers in both runs
 
 
-def recorded(plan: Plan, begin: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str], span: int) -> Records:
+def recorded(
+    plan: Plan, begin: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str], span: int, kept: KeptRuns
+) -> Records:
     """Return the decisions of quantisers of one bit among some blocks; raises `TickError` if a run fails.
 
-    In machine code the runs last for a `span` of base ticks, if that is not too few decisions, or too many.
+    In machine code the runs last for a `span` of base ticks, if that is not too few decisions, or too many; other
+    ticks find them `kept`.
     """
     seeds = plan.graph.seed, plan.graph.seed ^ 1
     few = Watched(plan, begin.copy(), upstream, deciding, seeds[0]).taken(_FEW, 0)
     if not few:
         return {}
     ports = {name: port for name in few if (port := level_port(type(plan.blocks[name]))) and len(few[name]) == 1}
-    runs = compiled_runs(plan, begin.tick, upstream, ports, seeds, span) if len(ports) == len(few) else None
+    runs = compiled_runs(plan, begin.tick, upstream, ports, seeds, span, kept) if len(ports) == len(few) else None
     if runs is not None:
         return {name: [(runs[0][name], runs[1][name])] for name in ports}
     pair = [Watched(plan, begin.copy(), upstream, few.keys(), s).taken(DECISIONS, SETTLING) for s in seeds]

@@ -1,10 +1,10 @@
 """Runs to an operating point: in plain Python at first, in machine code once that takes long."""
 
 import time
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import replace
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.schedule import ConstantsOf
@@ -110,6 +110,7 @@ class Course:
 
     def __init__(self, plan: Plan, like: "Course | None" = None) -> None:
         self.plan = plan.without_noise
+        self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
         self._run: Forward | None = None
         self._slopes: SlopeCode | None = None
         self._like = like

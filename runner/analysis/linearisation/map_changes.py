@@ -80,18 +80,42 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     changes = [0.0]
-    parts, inverse = first.parts(), _inverse(first.parts()[0], z)
+    parts, inverse, n = first.parts(), _inverse(first.parts()[0], z), first.order
+    by_columns = _Columns(parts, inverse)
     for r in _groups(first.states, first.outputs):
         for c in _groups(first.states, first.inputs):
             pair = np.ix_(r, c)
-            if (first.matrix[pair] != second.matrix[pair]).any():
-                mixed = first.matrix.copy()
-                mixed[pair] = second.matrix[pair]
-                other = first.parts(mixed)
+            if (first.matrix[pair] == second.matrix[pair]).all():
+                continue
+            mixed = first.matrix.copy()
+            mixed[pair] = second.matrix[pair]
+            other = first.parts(mixed)
+            if c[0] >= n:
+                size, moved = by_columns.norms(other, [column - n for column in c])
+            else:
                 alike = np.array_equal(parts[0], other[0])
                 size, moved = _norms(parts, other, inverse, inverse if alike else _inverse(other[0], z))
-                changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
+            changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
+
+
+class _Columns:
+    """The response C (z - A)^-1 B + D by its columns: what one input does changes no other."""
+
+    def __init__(self, parts: Parts, inverse: Complex) -> None:
+        _, b, c, d = parts
+        self._heard = c @ inverse
+        self._parts = parts
+        self._squares = np.array([np.sum(np.abs(heard @ b + d) ** 2, axis=0) for heard in self._heard])
+
+    def norms(self, other: Parts, columns: Sequence[int]) -> tuple[Array, Array]:
+        """Return the larger norm of the response and of one that differs in some columns, and of their difference."""
+        (_, b, _, d), (_, f, _, h) = self._parts, other
+        own = list(columns)
+        before = np.sum(self._squares, axis=1)
+        after = before - np.sum(self._squares[:, own], axis=1) + _square(self._heard @ f[:, own] + h[:, own])
+        change = _square(self._heard @ (f - b)[:, own] + (h - d)[:, own])
+        return np.sqrt(np.maximum(np.maximum(before, after), 0.0)), np.sqrt(change)
 
 
 def _inverse(a: Array, z: Complex) -> Complex:

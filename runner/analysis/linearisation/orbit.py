@@ -151,19 +151,24 @@ class OrbitSearch:
         if not changes and not self._moves():
             return OrbitPoint(first, 1)
         maps = dict[int, PeriodMap]()
-        for look in sorted({*self._looks(), *changes}):
+        for look in _from_the_last({*self._looks(), *changes}):
             maps[look] = self._map(look)
             if look == 1 and not changes and self._same(first, maps[look]):
                 return self._at_rest(first)
-        switched = [look for look in changes if not self._same(first, maps[look])]
+            if len(maps) == 2 and self._is_lost(first, maps):
+                break
+        switched = [look for look in changes if look in maps and not self._same(first, maps[look])]
         if changes and not switched and self._same(first, maps[1]):
             return self._at_rest(first)
-        exactly = (n for n in self._returns() if self._repeats(n, maps))
-        closed = self._closed(first, exactly, exactly=True)
+        closed = self._closed(first, (n for n in self._returns() if self._repeats(n, maps)), exactly=True)
         if closed is not None:
             return closed
         change = self._drift(first, maps, 1, first, maps[max(maps)])
         later = tuple(maps[look] for look in LOOKS if look in maps)
+        if change > NOTED:
+            closed = self._closed(first, self._returns_of_maps(first, maps), exactly=True)
+            if closed is not None:
+                return closed
         if switched and (self._ends.noise or change > FROZEN):
             closed = self._closed(first, self._repetition())
             if closed is not None:
@@ -239,22 +244,36 @@ class OrbitSearch:
     ) -> float:
         """Return the change between the maps `first` and `later` of a period, in the time of the lowest crossover.
 
-        Between wires it is the time of the slowest pole of the map `of_period`, which a `following` one repeats.
+        Between wires it is the time of the slowest pole of the map `of_period`, which a `following` one repeats. The
+        change is what the fastest one adds up to in that time, unless that comes and goes: then it is no more than the
+        largest, or what the one over the longest time adds up to.
         """
         crossovers = self._crossovers(of_period)
         last = 1.0 / (2.0 * self._period * periods)
         f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
         z = np.asarray(np.exp(2j * math.pi * f * self._period))
         shown = self._shown(first)
-        speed = max(effect(shown, self._shown(after), z) / number for number, after in later.items())  # a period
+        effects = {number: effect(shown, self._shown(after), z) for number, after in later.items()}
+        speeds = {number: changed / number for number, changed in effects.items()}  # a period
+
+        def within(time: float) -> float:
+            return min(time * max(speeds.values()), max(*effects.values(), time * speeds[max(speeds)]))
+
         if crossovers:
-            return speed / (2.0 * math.pi * crossovers[0] * self._period)
+            return within(1.0 / (2.0 * math.pi * crossovers[0] * self._period))
         rates, rates_later = pole_rates(of_period), pole_rates(following)
         if len(rates) != len(rates_later):  # some state begins to move or comes to rest
             rates_later = rates
         # A pole that comes much nearer to neutral later, as the phase of an oscillation that settles, is neutral.
         slow = (rates > SAME) & ((rates >= NEAR) | (rates_later > 0.5 * rates))
-        return speed * periods / _slowest(rates[slow])
+        return within(periods / _slowest(rates[slow]))
+
+    def _is_lost(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> bool:
+        """Return whether a period is refused, whatever other maps say: it has changed, and nothing comes back."""
+        if self._first == 0 or self._ends.cut or self._drift(first, maps, 1, first, maps[max(maps)]) <= FROZEN:
+            return False
+        back = (*self._returns(), *self._repetition(), *self._orbit().returns())
+        return not back and not any(True for _ in self._returns_of_maps(first, maps))
 
     def _after(self, periods: int) -> Memory:
         """Return the memory some periods after the operating point."""
@@ -341,7 +360,7 @@ class OrbitSearch:
         return None
 
     def _returns(self) -> Iterator[int]:
-        """Yield the numbers of periods after which rings, sources, numbers or the map may be back."""
+        """Yield the numbers of periods after which rings, sources or numbers may be back."""
         turns = (1, *sorted({ring.turn for ring in self._rings.of.values()}), self._rings.turns())
         known = {1}
         for periods in (1, *self._repetition(), *self._orbit(paired=True).returns(_EXACTLY)):
@@ -349,9 +368,15 @@ class OrbitSearch:
                 if turned not in known and turned <= self._longest:
                     known.add(turned)
                     yield turned
-        first = self._map(0)
+
+    def _returns_of_maps(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> Iterator[int]:
+        """Yield the numbers of periods after which the map is back."""
         most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
-        yield from (n for n in range(2, most + 1) if self._same(first, self._map(n)))
+        for n in range(2, most + 1):
+            others = (look for look in maps if look % n == 0)
+            alike = all(self._same(first, maps[look]) for look in others)
+            if alike and self._same(first, self._map(n)) and self._repeats(n, maps):
+                yield n
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
         """Return whether one period again and again does the same between the wires as all periods in turn.
@@ -411,6 +436,11 @@ class OrbitSearch:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
+
+
+def _from_the_last(looks: Iterable[int]) -> list[int]:
+    """Return the next period, and then the others from the last on, in which most has changed."""
+    return sorted(looks, key=lambda look: (look != 1, -look))
 
 
 def _passes(of_period: PeriodMap) -> bool:

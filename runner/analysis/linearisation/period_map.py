@@ -29,7 +29,7 @@ from proofmass.runner.analysis.linearisation.seeds import (
     without_slopes,
 )
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
-from proofmass.runner.derivatives.compact_ticks import CompactTicks
+from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
 from proofmass.runner.derivatives.dual import NO_SLOPE, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
@@ -297,9 +297,15 @@ def _read(
         for name, slope in slopes_of(number - less).items():
             slopes.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
 
+    places = list[int]()  # of first directions
     for row, value in enumerate(rows):
         before = values[row] if row < len(seeded) else 0.0
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
+        if isinstance(value, InFirst):
+            if len(places) < len(value.row):
+                places = [columns[key] for key in value.columns]
+            matrix[row, places[: len(value.row)]] = value.row
+            continue
         for key, slope in () if ticks else slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
     if ticks:

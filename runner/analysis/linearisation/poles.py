@@ -17,6 +17,7 @@ import flint
 import numpy as np
 import scipy.linalg
 
+from proofmass.graphs.model.digraph import parts_in_order
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
 from proofmass.runner.host.arrays import Array, Complex
@@ -78,10 +79,15 @@ def together(poles: Iterable[Pole]) -> tuple[Verdict, tuple[Pole, ...]]:
 def judged(
     closed: Array, sampled: bool, variation: Variation | None = None, ticks: int = 1
 ) -> tuple[Verdict, tuple[Pole, ...]]:
-    """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included."""
-    if len(closed) > LARGEST_ORDER:
+    """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included.
+
+    They are those of its parts: of states that all act on each other.
+    """
+    parts = _parts(closed)
+    if max(map(len, parts), default=0) > LARGEST_ORDER:
         return together(_computed(closed, sampled))
-    return together(judge(roots(characteristic(closed)), closed, sampled, variation, ticks))
+    balls = [root for part in parts for root in roots(characteristic(closed[np.ix_(part, part)]))]
+    return together(judge(balls, closed, sampled, variation, ticks))
 
 
 def judge(
@@ -125,21 +131,37 @@ def _distance(root: Any, sampled: bool) -> float:
     return 0.0 if size.contains(1) else float(1 - size)
 
 
+def _parts(a: Array) -> list[list[int]]:
+    """Return sets of states that all act on each other, each after those that act on it."""
+    return parts_in_order({row: np.flatnonzero(entries).tolist() for row, entries in enumerate(a)})
+
+
 def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
-    """Return right and left eigenvectors with largest entry 1, by inverse iteration in balls."""
+    """Return right and left eigenvectors with largest entry 1, by inverse iteration in balls, part by part."""
     precise()
     shift = root.mid() + flint.acb(_APART, _APART)
-    matrix = flint.acb_mat([[flint.acb(value) for value in row] for row in a.tolist()])
-    matrix -= flint.acb_mat(len(a), len(a), [shift if i % (len(a) + 1) == 0 else 0 for i in range(len(a) ** 2)])
-    vectors = []
-    for turned in (matrix, matrix.transpose()):
-        vector = [1.0 + i / (i + 7.0) + 0j for i in range(len(a))]
+    vectors, parts = [], _parts(a)
+    for turned, order in ((a, parts), (a.T, parts[::-1])):
+        vector = [flint.acb(1.0 + i / (i + 7.0)) for i in range(len(a))]
         for _ in range(2):
-            solved = [value.mid() for value in turned.solve(flint.acb_mat(len(a), 1, vector)).entries()]
+            solved = _solved(turned, shift, order, vector)
             largest = max(solved, key=lambda value: float(abs(value).log()) if value != 0 else -math.inf)
-            vector = [complex(value / largest) for value in solved]
-        vectors.append(np.array(vector))
+            vector = [value / largest for value in solved]
+        vectors.append(np.array([complex(value) for value in vector]))
     return vectors[0], vectors[1]
+
+
+def _solved(a: Array, shift: Any, parts: Sequence[Sequence[int]], vector: Sequence[Any]) -> list[Any]:
+    """Return the middles of (A - shift)^-1 times a vector, each part by what acts on it."""
+    solved = [flint.acb(0)] * len(a)
+    for part in parts:
+        others = [[j for j in np.flatnonzero(a[i]).tolist() if j not in part] for i in part]
+        known = [vector[i] - sum(a[i, j] * solved[j] for j in own) for i, own in zip(part, others, strict=True)]
+        matrix = [[flint.acb(a[i, j]) - (shift if i == j else 0) for j in part] for i in part]
+        made = flint.acb_mat(matrix).solve(flint.acb_mat(len(part), 1, known))
+        for i, value in zip(part, made.entries(), strict=True):
+            solved[i] = value.mid()
+    return solved
 
 
 def _inexact(matrix: Array) -> Array:

@@ -173,7 +173,7 @@ def test_machine_code_sees_what_plain_python_sees() -> None:
     planned = plan(graph)
     names, seed, count = set(planned.blocks), graph.seed, 200
     watched = Watched(planned, start(planned), names, {"modulator"}, seed).taken(count, SETTLING)
-    runs = compiled_runs(planned, 0, names, {"modulator": "output"}, (seed,), 0)
+    runs = compiled_runs(planned, 0, names, {"modulator": "output"}, (seed,), 0, {})
     assert runs is not None
     # In plain Python one tick more is run at first. Levels are 0 and 1, and a value of 0 is halfway.
     seen = runs[0]["modulator"].rows[1 : count + 1]
