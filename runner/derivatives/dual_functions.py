@@ -25,14 +25,14 @@ def for_duals(function: Callable[..., Any]) -> Callable[..., Any]:
     return with_functions(function, _REPLACED)
 
 
-_RULES = (rounding.round_half_even, rounding.round_down)
+RULES = (rounding.round_half_even, rounding.round_down)
 # Rules by which quantisers choose a level; some quantisers have two levels.
 LEVELS = (rounding.nearest_level, rounding.nearest_even_level, rounding.two_level)
 
 
 def quantises(function: Callable[..., Any]) -> bool:
     """Return whether a function, or one that it calls, rounds by a rule of `blocks.arithmetic.rounding`."""
-    return reaches(function, _RULES)
+    return reaches(function, RULES)
 
 
 def reaches(function: Any, wanted: Collection[Any]) -> bool:
@@ -59,7 +59,7 @@ def with_quantisers(
 
     `level(rule, *arguments)` is the same of a rule that chooses one of some levels.
     """
-    own: dict[Any, Any] = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in _RULES}
+    own: dict[Any, Any] = {rule: functools.partial(quantise, _REPLACED[rule]) for rule in RULES}
     own |= {rule: functools.partial(level, rule) for rule in LEVELS}
     return with_functions(function, _REPLACED | own)
 

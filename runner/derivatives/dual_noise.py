@@ -124,8 +124,11 @@ class NoisyTicks(DualTicks):
         )
 
     def _drop(self, owner: str, value: Any, variance: float) -> Any:
-        """The value with the error of the bits that it loses, uniform over them; the same where it is made twice."""
-        if owner not in self._noise:
+        """The value with the error of the bits that it loses, uniform over them; the same where it is made twice.
+
+        What nothing moves is rounded alike in every tick.
+        """
+        if owner not in self._noise or not slopes_of(value, SIGNALS):
             return value
         tick, seen = self._dropped.get(owner, (-1, []))
         if tick != self._memory.tick:

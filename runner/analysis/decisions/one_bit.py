@@ -21,13 +21,14 @@ from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
 from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
+from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, plan_graph
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
-from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain
+from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain, noise_blocks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -75,6 +76,12 @@ class OneBit(OneBitGain):
         if self.repeating < _TOLD:
             return told
         return f"{told}, without {100.0 * self.repeating:.0f} % of its mean square that repeat with the signals"
+
+
+def noise_at(about: Linearisation, outputs: list[Endpoint]) -> Noisy:
+    """Return the blocks with noise upstream of some outputs at an operating point, with the gains of one-bit ones."""
+    noise = without_standing(about.plan, about.memory(), noise_blocks(about.plan))
+    return with_gains(about, noise, outputs)
 
 
 def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> Noisy:

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.poles import judged
+from proofmass.runner.analysis.linearisation.poles import judged, parts_of
 from proofmass.runner.host.arrays import Array, Complex
 
 _UNSEEN = 1e-9  # part of the largest possible coupling below which a mode counts as unseen
@@ -80,9 +80,13 @@ def _invariant(a: Array, least: float) -> tuple[Complex, Complex]:
     """Return bases of the right and the left invariant subspace of eigenvalues above a size, with W V = 1.
 
     Both follow from one Schur form, with W = [1 Y] of T11 Y - Y T22 = T12. The subspaces of A and of A', looked for
-    apart, need not have as many dimensions where eigenvalues lie close together.
+    apart, need not have as many dimensions where eigenvalues lie close together. States come in an order in which
+    integrators in a chain, which have no bound, are on the diagonal: otherwise rounding would scatter them.
     """
-    form, turned, count = _schur(a, output="complex", sort=lambda value: abs(value) > least)
+    order = [state for part in parts_of(a)[::-1] for state in part]
+    form, ordered, count = _schur(a[np.ix_(order, order)], output="complex", sort=lambda value: abs(value) > least)
+    turned = np.empty_like(ordered)
+    turned[order] = ordered
     more = scipy.linalg.solve_sylvester(form[:count, :count], -form[count:, count:], form[:count, count:])
     left = np.hstack([np.eye(count), more]) @ turned.conj().T
     return turned[:, :count], left.T

@@ -83,7 +83,7 @@ def judged(
 
     They are those of its parts: of states that all act on each other.
     """
-    parts = _parts(closed)
+    parts = parts_of(closed)
     if max(map(len, parts), default=0) > LARGEST_ORDER:
         return together(_computed(closed, sampled))
     balls = [root for part in parts for root in roots(characteristic(closed[np.ix_(part, part)]))]
@@ -131,7 +131,7 @@ def _distance(root: Any, sampled: bool) -> float:
     return 0.0 if size.contains(1) else float(1 - size)
 
 
-def _parts(a: Array) -> list[list[int]]:
+def parts_of(a: Array) -> list[list[int]]:
     """Return sets of states that all act on each other, each after those that act on it."""
     return parts_in_order({row: np.flatnonzero(entries).tolist() for row, entries in enumerate(a)})
 
@@ -140,7 +140,7 @@ def _vectors(a: Array, root: Any) -> tuple[Array, Array]:
     """Return right and left eigenvectors with largest entry 1, by inverse iteration in balls, part by part."""
     precise()
     shift = root.mid() + flint.acb(_APART, _APART)
-    vectors, parts = [], _parts(a)
+    vectors, parts = [], parts_of(a)
     for turned, order in ((a, parts), (a.T, parts[::-1])):
         vector = [flint.acb(1.0 + i / (i + 7.0)) for i in range(len(a))]
         for _ in range(2):

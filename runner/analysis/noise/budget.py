@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
-from proofmass.runner.analysis.decisions.one_bit import OneBit, with_gains, with_spectra
+from proofmass.runner.analysis.decisions.one_bit import OneBit, noise_at, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
@@ -136,17 +136,16 @@ def _budget_about(
     planned = points.plan
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
-    drawing = noise_blocks(planned)
 
     def ask(about: Linearisation) -> tuple[Linearisation, Noisy, PeriodMap, NoiseMap]:
-        noisy = with_gains(about, drawing, [target])
+        noisy = noise_at(about, [target])
         whole = with_spectra(about.map(sources, [target], noise=noisy, by_parameters=derivatives), noisy)
         to_output = noise_map(whole, target)
         _refuse_growth(planned, output, to_output)
         _refuse_silence(planned, output, to_output, noisy)
         return about, noisy, whole, to_output
 
-    first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
+    first = common_period(planned, sources, [target], noise=noise_blocks(planned))  # in tick 0 processes start
     about, noisy, whole, to_output = points.answered(ask, first)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()

@@ -24,14 +24,14 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.decisions.one_bit import with_gains
+from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
 from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks, noise_blocks
+from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Told
@@ -149,7 +149,7 @@ def followed(
     begin: Memory | None = None,
 ) -> "CovarianceTicks":
     """Return what a run up to a tick ends in, from a memory without noise or from tick 0; raises `ModelError`."""
-    noisy = with_gains(linearised(planned), noise_blocks(planned), list(nodes))
+    noisy = noise_at(linearised(planned), list(nodes))
     upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], begin or start(planned.without_noise)
     engine = CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
     first = begin.tick

@@ -58,4 +58,5 @@ def _dither(block: str, part: str, whole: PeriodMap) -> Dither:
 
 
 def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
-    return np.maximum(np.einsum("ij,jk,ik->i", c, p, c) + d**2 @ variances, 0.0)  # rounding of large p may be below
+    squares = np.einsum("ij,jk,ik->i", c, p, c) + d**2 @ variances
+    return np.asarray(np.maximum(squares, 0.0))  # large p may round below

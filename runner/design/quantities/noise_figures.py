@@ -16,7 +16,7 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import Noise
-from proofmass.runner.analysis.decisions.one_bit import with_gains
+from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
@@ -36,11 +36,11 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     """Return the rms noise; None if the output grows without end."""
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
-    inputs, noisy = [source] if source else [], noise_blocks(planned)
-    first = common_period(planned, inputs, [target], noise=noisy)
+    inputs = [source] if source else []
+    first = common_period(planned, inputs, [target], noise=noise_blocks(planned))
 
     def ask(about: Linearisation) -> PeriodMap:
-        return about.map(inputs, [target], noise=with_gains(about, noisy, [target]), by_parameters=slopes)
+        return about.map(inputs, [target], noise=noise_at(about, [target]), by_parameters=slopes)
 
     whole = OperatingPoints(planned, at or AUTO).answered(ask, first)
     to_output = noise_map(whole, target)

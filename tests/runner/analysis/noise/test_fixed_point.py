@@ -13,16 +13,19 @@ from scipy.stats import chi2
 
 from proofmass import Graph, noise, simulate, spectrum
 from proofmass.blocks import (
+    Constant,
     FixedCast,
     FixedGain,
     FixedProduct,
     FixedQuantiser,
     FixedSecondOrderSection,
+    FixedSum,
     FixedToNumber,
     WhiteNoise,
 )
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, Rounding
 from proofmass.blocks.declaration.declare import Block
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 
 RATE = 1000.0
 NARROW, FINE = Fixed(14, 10), Fixed(40, 32)
@@ -131,26 +134,66 @@ def cast_of(value: FixedValue, format: Fixed, rounding: Rounding) -> float:
     return float(value.to(format, rounding))
 
 
+def budget(*wires: str, **blocks: Block) -> NoiseBudget:
+    whole = {"white": WhiteNoise(density=0.01 * math.sqrt(2.0 / RATE)), **blocks}
+    return noise(Graph(name="words", rate=RATE, blocks=whole, wires=wires), "number.output")
+
+
+def rms_of_rounding(fraction: int, dropped: int) -> float:
+    """Of the nearest step, ties to even."""
+    return 2.0**-fraction * math.sqrt((1.0 + 2.0 * 4.0**-dropped) / 12.0)
+
+
 @pytest.mark.defect(
     "S693",
     before="noise through a fixed-point word that is squared at 0 ends with an AttributeError",
-    after="the closed form of one rounding",
+    after="the closed forms of the roundings",
 )
 def test_a_word_that_no_longer_depends_on_noise() -> None:
-    """The square of noise has no slope at 0, where it is: the rounding of the product is left."""
-    source, cut = Fixed(20, 12), Fixed(20, 12)
-    blocks: dict[str, Block] = {
-        "white": WhiteNoise(density=0.01 * math.sqrt(2.0 / RATE)),
-        "quantiser": FixedQuantiser(output_format=source),
-        "square": FixedProduct(first_format=source, second_format=source, output_format=cut),
-        "half": FixedGain(gain=0.5, input_format=cut, gain_format=Fixed(8, 6), output_format=Fixed(24, 19)),
-        "number": FixedToNumber(input_format=Fixed(24, 19)),
-    }
-    wires = [
-        "white.output -> quantiser.input", "quantiser.output -> square.first", "quantiser.output -> square.second",
-        "square.output -> half.input", "half.output -> number.input",
-    ]  # fmt: skip
-    budget = noise(Graph(name="square", rate=RATE, blocks=blocks, wires=wires), "number.output")
-    step = 2.0**-12
-    assert budget.rms == pytest.approx(0.5 * step * math.sqrt((1.0 + 2.0 * 4.0**-12) / 12.0), rel=1e-12)
-    assert {source.block for source in budget.sources if source.rms} == {"square"}
+    """The square of a word has no slope at 0, where it is: its own rounding does not move, and the word goes on."""
+    word, sum_format = Fixed(20, 12), Fixed(20, 10)
+    found = budget(
+        "white.output -> quantiser.input",
+        "quantiser.output -> square.first",
+        "quantiser.output -> square.second",
+        "square.output -> sum.first",
+        "quantiser.output -> sum.second",
+        "sum.output -> number.input",
+        quantiser=FixedQuantiser(output_format=word),
+        square=FixedProduct(first_format=word, second_format=word, output_format=word),
+        sum=FixedSum(input_format=word, output_format=sum_format),
+        number=FixedToNumber(input_format=sum_format),
+    )
+    parts = {source.block: source.rms for source in found.sources if source.rms}
+    assert parts == pytest.approx(
+        {"white": 0.01, "quantiser": 2.0**-12 / math.sqrt(12.0), "sum": rms_of_rounding(10, 2)}, rel=1e-12
+    )
+
+
+@pytest.mark.defect(
+    "S694",
+    before="a converter that is given its own words adds the noise of a rounding, and a stored coefficient too",
+    after="neither has any: their errors stand still",
+)
+def test_errors_that_stand_still() -> None:
+    word, coefficient = Fixed(12, 11), Fixed(8, 6)
+    found = budget(
+        "white.output -> adc.input",
+        "adc.output -> between.input",
+        "between.output -> again.input",
+        "stored.output -> coefficient.input",
+        "again.output -> product.first",
+        "coefficient.output -> product.second",
+        "product.output -> number.input",
+        adc=FixedQuantiser(output_format=word),
+        between=FixedToNumber(input_format=word),
+        again=FixedQuantiser(output_format=word),
+        stored=Constant(value=0.7),
+        coefficient=FixedQuantiser(output_format=coefficient),
+        product=FixedProduct(first_format=word, second_format=coefficient, output_format=Fixed(20, 17)),
+        number=FixedToNumber(input_format=Fixed(20, 17)),
+    )
+    parts = {source.block: source.rms for source in found.sources if source.rms}
+    factor = round(0.7 * 2**6) / 2**6
+    step = 2.0**-11
+    assert parts == pytest.approx({"white": 0.01 * factor, "adc": factor * step / math.sqrt(12.0)}, rel=1e-9)
