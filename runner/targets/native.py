@@ -1,7 +1,8 @@
 """The compiled engine: the generated loop, called chunk by chunk on arrays that hold everything that moves."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from functools import cached_property
+from typing import Any, NamedTuple, TypeAlias
 
 import numpy as np
 
@@ -25,6 +26,17 @@ from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.llvm_text import llvm_text
 from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
+
+
+_Place: TypeAlias = tuple[type, int]
+
+
+class _Layout(NamedTuple):
+    """Places of the states of blocks, of wires, and of counters of overflows."""
+
+    states: list[tuple[str, Any, list[_Place]]]
+    wires: list[tuple[Endpoint, _Place]]
+    overflows: list[tuple[str, _Place | None]]
 
 
 class CompiledPlan:
@@ -134,22 +146,32 @@ class CompiledLoop:
         vectors = {node: array.copy() for node, array in self._vectors.items() if node not in recorded}
         return lambda: self._memory(tick, state, vectors)
 
-    def _memory(self, tick: int, state: dict[str, AnyArray], vectors: dict[VectorOf, AnyArray]) -> Memory:
-        kinds, plan = self._written.memory.kinds, self.plan
-        values = {key: kind(state[FLOATS if kind is float else INTEGERS][i]) for key, (kind, i) in kinds.items()}
-        states: dict[str, Any] = {}
-        for name, block in plan.blocks.items():
+    @cached_property
+    def _layout(self) -> "_Layout":
+        kinds, states = self._written.memory.kinds, list[tuple[str, Any, list[_Place]]]()
+        for name, block in self.plan.blocks.items():
             made: Any = type(block).state_class()
-            states[name] = None if made is None else made(*(values[StateField(name, f)] for f in made._fields))
-        wires: dict[Endpoint, Any] = {
-            (key.block, key.port): value for key, value in values.items() if isinstance(key, WireOf)
-        }
+            if made is not None:
+                states.append((name, made, [kinds[StateField(name, field)] for field in made._fields]))
+        wires = [((key.block, key.port), place) for key, place in kinds.items() if isinstance(key, WireOf)]
+        return _Layout(states, wires, [(name, kinds.get(OverflowsOf(name))) for name in self._counted])
+
+    def _memory(self, tick: int, state: dict[str, AnyArray], vectors: dict[VectorOf, AnyArray]) -> Memory:
+        plan, layout, floats, integers = self.plan, self._layout, state[FLOATS].tolist(), state[INTEGERS].tolist()
+
+        def number(place: _Place) -> Any:
+            kind, index = place
+            return floats[index] if kind is float else kind(integers[index])
+
+        states: dict[str, Any] = dict.fromkeys(plan.blocks)
+        states |= {name: made(*map(number, places)) for name, made, places in layout.states}
+        wires: dict[Endpoint, Any] = {node: number(place) for node, place in layout.wires}
         shaped = ((node, array) for node, array in vectors.items() if not isinstance(node, LargestOf))
         wires |= {node: array.tolist() for node, array in shaped if node not in plan.buffers}
         buffers: dict[VectorOf, Sequence[float]] = {
             n: held if n in plan.recorded else vectors[n].tolist() for n, held in plan.buffers.items()
         }
-        overflows = {name: values.get(OverflowsOf(name), 0) for name in self._counted}
+        overflows = {name: number(place) if place else 0 for name, place in layout.overflows}
         return Memory(tick, states, buffers, wires, overflows)
 
 

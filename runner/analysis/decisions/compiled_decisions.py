@@ -51,7 +51,7 @@ class CompiledRuns:
     ticks: int
 
 
-KeptRuns: TypeAlias = MutableMapping[Hashable, CompiledRuns]
+KeptRuns: TypeAlias = MutableMapping[Hashable, Any]  # `CompiledRuns` by blocks and span
 
 
 def level_port(kind: BlockType) -> str | None:
@@ -76,7 +76,7 @@ def compiled_runs(
     an earlier tick will do if they go on for long enough. None for a graph that machine code cannot run.
     """
     key = frozenset(upstream), span
-    known = kept.get(key)
+    known: CompiledRuns | None = kept.get(key)
     if known is None or known.ticks - tick < _LEFT * (known.ticks - known.first):
         watching, ticks = _watching(plan, upstream, ports, span)
         if choose(watching, tick + ticks, "auto") != "compiled":

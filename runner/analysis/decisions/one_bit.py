@@ -80,8 +80,10 @@ class OneBit(OneBitGain):
 
 def noise_at(about: Linearisation, outputs: list[Endpoint]) -> Noisy:
     """Return the blocks with noise upstream of some outputs at an operating point, with the gains of one-bit ones."""
-    noise = without_standing(about.plan, about.memory(), noise_blocks(about.plan))
-    return with_gains(about, noise, outputs)
+    kept, key = about.course.kept, ("noise", about.tick)
+    if key not in kept:
+        kept[key] = without_standing(about.plan, about.memory(), noise_blocks(about.plan))
+    return with_gains(about, kept[key], outputs)
 
 
 def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> Noisy:
@@ -94,12 +96,14 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
     decided = [(name, port) for name in sorted(deciding) for port in type(plan.blocks[name]).output_functions]
     upstream = blocks_of_map(plan, (), decided, False)[0]
     span = _VALUES * max(map(plan.stride, outputs))
-    try:
-        records = recorded(plan, about.memory(), upstream, deciding, span, about.course.kept)
-    except TickError as error:
-        raise ModelError([failed(plan, error)]) from error
-    found = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}
-    return dict(sorted({**noise, **found}.items()))
+    kept, key = about.course.kept, (about.tick, frozenset(deciding), span)
+    if key not in kept:
+        try:
+            records = recorded(plan, about.memory(), upstream, deciding, span, kept)
+        except TickError as error:
+            raise ModelError([failed(plan, error)]) from error
+        kept[key] = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}
+    return dict(sorted({**noise, **kept[key]}.items()))
 
 
 def with_spectra(whole: PeriodMap, noise: Noisy) -> PeriodMap:

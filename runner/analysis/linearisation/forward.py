@@ -18,6 +18,7 @@ from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import failed, name_fault
 
 if TYPE_CHECKING:
+    from proofmass.runner.analysis.linearisation.period_map import PeriodMap
     from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
     from proofmass.runner.targets.native_slopes import SlopeCode
 
@@ -152,6 +153,7 @@ class Onward:
 
     def __init__(self, course: Course, begin: Memory) -> None:
         self.course, self.begin = course, begin
+        self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, of which each is a part
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
         self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, list[list[float]]]] = {}

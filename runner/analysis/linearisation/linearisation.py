@@ -80,12 +80,13 @@ class Linearisation:
         everything: bool = False,
         by_parameters: bool = False,
         noise: Noisy = NOTHING,
+        beside: Sequence[Endpoint] = (),
     ) -> PeriodMap:
         """Return the map between wires over as many periods as the orbit takes; raises `ModelError` if there is none.
 
-        See `period_map`.
+        See `period_map`. Of the outputs `beside`, whose maps are asked for too, it is computed together.
         """
-        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise)
+        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside))
         point = self.point_of(ends)
         notes, exact = point.notes, point.map
         if by_parameters:

@@ -38,14 +38,10 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     rows, columns = _scales(size, n)
     size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
     whole = float(np.linalg.norm(size))
-    down, across = _groups(first.states, first.outputs), _groups(first.states, first.inputs)
-    changes = [
-        float(np.linalg.norm(difference[np.ix_(r, c)])) / part
-        for r in down
-        for c in across
-        if (part := float(np.linalg.norm(size[np.ix_(r, c)]))) > _NEGLIGIBLE * whole
-    ]
-    return max(changes, default=0.0)
+    down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
+    parts, changes = (np.sqrt(down @ entries**2 @ across.T) for entries in (size, difference))
+    counted = parts > _NEGLIGIBLE * whole
+    return float(np.max(changes[counted] / parts[counted], initial=0.0))
 
 
 def same_between(first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
@@ -196,6 +192,15 @@ def _scales(size: Array, n: int) -> tuple[Array, Array]:
     _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
     scale = np.asarray(scale, dtype=float)
     return 1.0 / scale[: len(size)], scale[: size.shape[1]]
+
+
+def _members(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> Array:
+    """Return a row for each group of places, with one where a place is in it."""
+    groups = _groups(states, ends)
+    members = np.zeros((len(groups), len(states) + len(ends)))
+    for row, places in enumerate(groups):
+        members[row, places] = 1.0
+    return members
 
 
 def _groups(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> list[list[int]]:

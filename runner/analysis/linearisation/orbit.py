@@ -21,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
 from proofmass.runner.analysis.linearisation.forward import Onward
@@ -40,7 +40,7 @@ from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, Peri
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
-from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -60,18 +60,36 @@ _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value wh
 
 @dataclass(frozen=True)
 class Ends:
-    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters."""
+    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters.
+
+    Maps from the same inputs to the outputs `beside` are asked for too, and repeat in the same period.
+    """
 
     inputs: tuple[Endpoint, ...]
     outputs: tuple[Endpoint, ...]
     cut: bool = False
     everything: bool = False
     noise: Noisy = field(default_factory=lambda: NOTHING)
+    beside: tuple[Endpoint, ...] = ()
 
     @property
     def key(self) -> Hashable:
         """A value that equal ends share."""
         return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items())
+
+    @property
+    def together(self) -> "Ends":
+        """The same inputs with all outputs that are asked for."""
+        return replace(self, outputs=tuple(sorted({*self.outputs, *self.beside})), beside=())
+
+    def part_of(self, whole: PeriodMap, plan: Plan) -> PeriodMap:
+        """Return the map between these ends, which is a part of that to all outputs together."""
+        upstream, moving = self.blocks(plan)
+        own = whole.kept([i for i, entry in enumerate(whole.states) if entry[0] in moving])
+        entering = [i for i, entry in enumerate(own.inputs) if entry[:2] in self.inputs or entry[0] in upstream]
+        wanted = [i for i, entry in enumerate(own.outputs) if entry[:2] in self.outputs]
+        quantised = [i for i, entry in enumerate(own.outputs) if rounds(entry[1]) and entry[0] in upstream]
+        return own.with_ends([*wanted, *quantised], entering)
 
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
         """Blocks that the outputs depend on, and those of them that the map has the states of."""
@@ -303,10 +321,26 @@ class OrbitSearch:
     def _map(self, after: int, periods: int = 1) -> PeriodMap:
         """Return the map of some periods that follow some others."""
         if (after, periods) not in self._maps:
-            memory = self._after(after).copy()
-            options = {"memory": memory, "periods": periods, "rings": self._rings, "slopes": self._course.slopes}
-            self._maps[after, periods] = self._ends.map(self._plan, **options, later=self._later)
+            own = self._part_of_all(after, periods) if self._ends.beside else None
+            self._maps[after, periods] = own or self._map_of(self._ends, self._rings, after, periods)
         return self._maps[after, periods]
+
+    def _map_of(self, ends: Ends, rings: Rings, after: int, periods: int) -> PeriodMap:
+        memory, slopes = self._after(after).copy(), self._course.slopes
+        return ends.map(self._plan, memory=memory, periods=periods, rings=rings, slopes=slopes, later=self._later)
+
+    def _part_of_all(self, after: int, periods: int) -> PeriodMap | None:
+        """Return the part of the map to all outputs that are asked for, which is taken once; None if there is none."""
+        together, kept = self._ends.together, self._onward.maps
+        key = together.key, after, periods
+        if key not in kept:
+            rings = find_rings(self._course.plan, together.blocks(self._plan)[1], self._after)
+            try:
+                kept[key] = self._map_of(together, rings, after, periods)
+            except ModelError:  # what another output has no map for may not matter to this one
+                kept[key] = None
+        whole = kept[key]
+        return whole and self._ends.part_of(whole, self._plan)
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return change_between(self._shown(first), self._shown(after)) <= SAME

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 
 import numpy as np
@@ -111,9 +112,12 @@ def budgets_at(
     Where there is none since the orbit does not come back, the budgets are those along the run.
     """
     answers = list[NoiseBudget | ModelError]()
+    beside = _beside(points.plan, outputs, input) if len(outputs) > 1 else {}
     for output in outputs:
         try:
-            answers.append(_budget_about(points, output, input, band, frequencies, derivatives))
+            answers.append(
+                _budget_about(points, output, input, band, frequencies, derivatives, beside.get(output, ()))
+            )
         except ModelError as error:
             answers.append(error)
     left = [i for i, answer in enumerate(answers) if isinstance(answer, UnrepeatedError)]
@@ -124,6 +128,17 @@ def budgets_at(
     return answers
 
 
+def _beside(planned: Plan, outputs: Sequence[str], input: str) -> dict[str, list[Endpoint]]:
+    """Return the outputs whose maps have the period of that of each output, where they are several."""
+    periods: dict[str, int] = {}
+    for output in outputs:
+        with suppress(ModelError):  # its own budget says so
+            sources = [node_of(planned, input)] if input else []
+            periods[output] = common_period(planned, sources, [node_of(planned, output)], noise=noise_blocks(planned))
+    alike = {output: [other for other in periods if periods[other] == periods[output]] for output in periods}
+    return {output: [node_of(planned, each) for each in own] for output, own in alike.items() if len(own) > 1}
+
+
 def _budget_about(
     points: OperatingPoints,
     output: str,
@@ -131,6 +146,7 @@ def _budget_about(
     band: tuple[float, float] | None,
     frequencies: Sequence[float],
     derivatives: bool,
+    beside: Sequence[Endpoint],
 ) -> NoiseBudget:
     """Return the budget at the first operating point that has one."""
     planned = points.plan
@@ -139,7 +155,8 @@ def _budget_about(
 
     def ask(about: Linearisation) -> tuple[Linearisation, Noisy, PeriodMap, NoiseMap]:
         noisy = noise_at(about, [target])
-        whole = with_spectra(about.map(sources, [target], noise=noisy, by_parameters=derivatives), noisy)
+        exact = about.map(sources, [target], noise=noisy, by_parameters=derivatives, beside=beside)
+        whole = with_spectra(exact, noisy)
         to_output = noise_map(whole, target)
         _refuse_growth(planned, output, to_output)
         _refuse_silence(planned, output, to_output, noisy)
