@@ -27,7 +27,6 @@ from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.llvm_text import llvm_text
 from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
 
-
 _Place: TypeAlias = tuple[type, int]
 
 

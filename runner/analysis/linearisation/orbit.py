@@ -406,11 +406,7 @@ class OrbitSearch:
     def _returns_of_maps(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> Iterator[int]:
         """Yield the numbers of periods after which the map is back."""
         most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
-        for n in range(2, most + 1):
-            others = (look for look in maps if look % n == 0)
-            alike = all(self._same(first, maps[look]) for look in others)
-            if alike and self._same(first, self._map(n)) and self._repeats(n, maps):
-                yield n
+        yield from (n for n in range(2, most + 1) if self._repeats(n, maps) and self._same(first, self._map(n)))
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
         """Return whether one period again and again does the same between the wires as all periods in turn.
@@ -422,8 +418,9 @@ class OrbitSearch:
         return same_between(first, closed, periods)
 
     def _repeats(self, periods: int, maps: Mapping[int, PeriodMap]) -> bool:
-        """Return whether the maps of later periods are those of the first so many."""
-        return all(self._same(self._map(look % periods), later) for look, later in maps.items())
+        """Return whether the maps of later periods are those of the first so many; what is known is asked first."""
+        looks = sorted(maps, key=lambda look: ((look % periods, 1) not in self._maps, look))
+        return all(self._same(self._map(look % periods), maps[look]) for look in looks)
 
     def _orbit(self, paired: bool = False) -> "Orbit":
         later = map(self._after, range(1, 2 + self._most))

@@ -15,7 +15,7 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.decisions.one_bit import OneBit, noise_at, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.analysis.linearisation.map_blocks import common_period
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
@@ -115,9 +115,7 @@ def budgets_at(
     beside = _beside(points.plan, outputs, input) if len(outputs) > 1 else {}
     for output in outputs:
         try:
-            answers.append(
-                _budget_about(points, output, input, band, frequencies, derivatives, beside.get(output, ()))
-            )
+            answers.append(_budget_about(points, output, input, band, frequencies, derivatives, beside.get(output, ())))
         except ModelError as error:
             answers.append(error)
     left = [i for i, answer in enumerate(answers) if isinstance(answer, UnrepeatedError)]
@@ -162,7 +160,10 @@ def _budget_about(
         _refuse_silence(planned, output, to_output, noisy)
         return about, noisy, whole, to_output
 
-    first = common_period(planned, sources, [target], noise=noise_blocks(planned))  # in tick 0 processes start
+    drawing = noise_blocks(planned)
+    if drawing.keys().isdisjoint(blocks_of_map(planned, (), [target], False)[0]):
+        raise _no_noise(planned, output, 0)
+    first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
     about, noisy, whole, to_output = points.answered(ask, first)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()
@@ -288,10 +289,12 @@ def _refuse_silence(planned: Plan, output: str, to_output: NoiseMap, noisy: Nois
     drawn = [column for column, variance in enumerate(to_output.variances) if variance]
     _, b, _, d = to_output.matrices
     if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
-        got = f"{len(to_output.sources)} sources upstream of it"
-        path = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
-        hint = "; ".join(_locked(noisy)) or path
-        raise _refusal(planned, output, f"no noise reaches {output}", got, hint)
+        raise _no_noise(planned, output, len(to_output.sources), "; ".join(_locked(noisy)))
+
+
+def _no_noise(planned: Plan, output: str, sources: int, hint: str = "") -> ModelError:
+    path = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
+    return _refusal(planned, output, f"no noise reaches {output}", f"{sources} sources upstream of it", hint or path)
 
 
 def _refusal(planned: Plan, output: str, message: str, got: str, hint: str) -> ModelError:
