@@ -6,7 +6,7 @@ import math
 import numpy as np
 import pytest
 
-from proofmass import margins
+from proofmass import margins, noise
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.studies.study_reader import read_study
@@ -162,3 +162,18 @@ def test_errors_of_a_lot_are_its_drift_since_the_calibration(place: int, calibra
         found = result["error_when_cool"][part, epoch]
         assert np.max(np.abs(found - moved)) < 6e-5, epoch
     assert np.max(np.abs(result["raw_error_when_cool"][part, 5])) > 2e-3
+
+
+@pytest.mark.exhaustive
+@pytest.mark.defect(
+    "S698",
+    before="`noise` of the strain bridge has no answer in minutes, and nearly all of it would be from exact words",
+    after="the budget of the load without an option, as a run has it",
+)
+def test_the_budget_of_the_load_is_that_of_a_run() -> None:
+    budget, seconds = noise(GRAPH, "load.output"), 20.0
+    load = simulate(GRAPH, duration=f"{seconds:g} s")["load.output"].values[int(0.6 * 300) :]
+    assert np.std(load) == pytest.approx(budget.rms, rel=4.0 / math.sqrt(2.0 * 37.0 * seconds))
+    largest = [source.block for source in budget.sources[:4]]
+    assert largest == ["amplifier.white", "bridge_noise", "modulator", "amplifier.flicker"]
+    assert "bit" not in {source.block for source in budget.sources}  # the levels of the modulator are its words
