@@ -12,7 +12,7 @@ import pytest
 import scipy.linalg
 from scipy import signal
 
-from proofmass import design_modulator, read_graph, simulate
+from proofmass import design_modulator, noise, read_graph, simulate
 from proofmass.graphs.model.graph import Probe
 
 GRAPH = read_graph("library:mems_microphone")
@@ -120,3 +120,37 @@ def test_signal_to_noise_and_overload() -> None:
     assert ratio[121] > 85.0
     assert swing[121] < 6.0
     assert swing[123] > 20.0
+
+
+def spectrum_of_silence(changes: dict[str, float]) -> tuple[np.ndarray, np.ndarray]:
+    """Return frequencies, and the mean square of a tone in each line, of a second of silence."""
+    values = np.asarray(simulate(SILENT.with_parameters(changes), duration="1.1 s")["output.output"].values)[4800:]
+    window = signal.windows.blackmanharris(len(values), sym=False)
+    lines = np.abs(np.fft.rfft((values - values.mean()) * window)) ** 2 * 2.0 / np.sum(window) ** 2
+    return np.fft.rfftfreq(len(values), 1.0 / 48e3), lines
+
+
+@pytest.mark.exhaustive
+def test_idle_tones() -> None:
+    """A mean level of u comes as a pattern that repeats u times the clock a second; noise of the diaphragm breaks it."""
+    apart = 1e-3 / 1.1 * CLOCK
+    tones = apart * np.arange(1, 5)
+    f, quiet = spectrum_of_silence({**QUIET, "offset.value": 1e-3})
+    strongest = f[np.argsort(quiet * (f > 20.0) * (f < 20e3))[-4:]]
+    assert {int(np.argmin(np.abs(tones - found))) for found in strongest} <= {1, 2, 3}
+    assert np.min(np.abs(strongest[:, None] - tones), axis=1).max() < 2.0
+    assert math.sqrt(np.max(quiet[f > 20.0])) == pytest.approx(0.17e-3, rel=0.05)
+    f, noisy = spectrum_of_silence({"offset.value": 1e-3})
+    near = np.abs(f - strongest[-1]) < 150.0
+    assert math.sqrt(np.max(noisy[near])) < 0.3 * math.sqrt(np.max(quiet[near]))
+    assert np.max(spectrum_of_silence(QUIET)[1]) == 0.0
+
+
+@pytest.mark.exhaustive
+def test_budget_of_silence() -> None:
+    """From 20 Hz to 20 kHz, as a run of silence has it; a tone of 94 dB SPL makes the bit's part a little larger."""
+    f, lines = spectrum_of_silence({})
+    window = signal.windows.blackmanharris(2 * (len(f) - 1), sym=False)
+    inside = (f >= 20.0) & (f <= 20e3)
+    power = np.sum(lines[inside]) * np.sum(window) ** 2 / np.sum(window**2) / len(window)
+    assert noise(GRAPH, "output.output", band=(20.0, 20e3)).rms == pytest.approx(math.sqrt(power), rel=0.06)
