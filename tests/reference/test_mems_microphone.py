@@ -132,7 +132,7 @@ def spectrum_of_silence(changes: dict[str, float]) -> tuple[np.ndarray, np.ndarr
 
 @pytest.mark.exhaustive
 def test_idle_tones() -> None:
-    """A mean level of u comes as a pattern that repeats u times the clock a second; noise of the diaphragm breaks it."""
+    """A mean level of u comes as a pattern that repeats u times the clock a second; noise of the mass breaks it."""
     apart = 1e-3 / 1.1 * CLOCK
     tones = apart * np.arange(1, 5)
     f, quiet = spectrum_of_silence({**QUIET, "offset.value": 1e-3})
