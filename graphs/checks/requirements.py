@@ -11,11 +11,13 @@ from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
+from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any, is_value
 from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf, checked_quantity
+from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
 
+PROVABLE = {"gain_margin": "gain margin", "phase_margin": "phase margin"}  # what may be proved of a loop
 _VERDICT = "stable"
 
 
@@ -41,9 +43,9 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
         raise Refusal("nothing can meet it", key="at_least", got=shown(requirement.at_least), expected="below at_most")
     if requirement.at and isinstance(quantity, MeasureOf | YieldOf):
         raise Refusal("is for quantities of the linearised graph", key="at", got=shown(requirement.at))
-    if requirement.tolerances and isinstance(quantity, StabilityVerdict):
-        got = shown(requirement.tolerances)
-        raise Refusal("a verdict has no worst value", "require a margin", key="tolerances", got=got)
+    if requirement.tolerances and not requirement.proved and isinstance(quantity, StabilityVerdict):
+        got, hint = shown(requirement.tolerances), "require a margin, or that it is proved = true"
+        raise Refusal("a verdict has no worst value", hint, key="tolerances", got=got)
     if requirement.tolerances == SPREAD and isinstance(quantity, YieldOf):
         got, hint = shown(SPREAD), 'write tolerances of other parameters, { "torquer.gain" = "5 %" }'
         raise Refusal("the spread is in the yield already", hint, key="tolerances", got=got)
@@ -51,7 +53,24 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
         read_moment(requirement.at)
     except Refusal as error:
         raise error.under("at", requirement.at) from None
+    if requirement.proved:
+        _provable(requirement, quantity)
     return Asked(quantity.unit, *limits)
+
+
+def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict") -> None:
+    """Raise `Refusal` for what `proofmass prove` does not claim."""
+    figure = quantity.figure if isinstance(quantity, LoopFigure) else ""
+    if not isinstance(quantity, StabilityVerdict) and figure not in PROVABLE:
+        expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop"
+        raise Refusal("has no proof", "leave proved out: then the worst case is searched", expected=expected)
+    if not requirement.tolerances:
+        hint = 'name what varies: tolerances = { "torquer.gain" = "5 %" }'
+        raise Refusal("there is nothing to be proved over", hint, key="proved", got="true")
+    if requirement.at_least is None or requirement.at_most is not None:
+        raise Refusal("a proof has a least margin", key="proved", got="at_most", expected="at_least alone")
+    if requirement.at and (requirement.at == SETTLED or read_duration(requirement.at) > 0):
+        raise Refusal("a proof is about the start of the run", "leave it out", key="at", got=shown(requirement.at))
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:

@@ -27,10 +27,11 @@ class Requirement:
     at_most: float | str | None = None
     at: str = ""  # operating point of a linearised quantity
     tolerances: str | Mapping[str, Any] = ""  # the limits hold for the worst case within these
+    proved: bool = False  # they are proved to hold for all sensors within them
 
     def as_written(self) -> dict[str, Any]:
         """Return the entries that are not empty, as in a graph file."""
-        return {key: value for key, value in vars(self).items() if value not in (None, "")}
+        return {key: value for key, value in vars(self).items() if value not in (None, "") and value is not False}
 
 
 def read_requirements(entries: object) -> tuple[dict[str, Requirement], list[Problem]]:
@@ -69,6 +70,9 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
             if not (isinstance(value, Mapping) and value) and value != SPREAD:
                 hint = f'write {{ "torquer.gain" = "5 %" }}, or "{SPREAD}" for that of [study]'
                 yield _problem("must be a table of tolerances", name, key, got=shown(value), hint=hint)
+        elif key == "proved":
+            if not isinstance(value, bool):
+                yield _problem("must be true or false", name, key, got=shown(value))
         elif not isinstance(value, str) or len(value) > 10 * TEXT_LENGTH:
             yield _problem("must be a text", name, key, got=shown(value))
     if "quantity" not in table:

@@ -336,6 +336,7 @@ def _requirement() -> Schema:
     values["quantity"] = by_type({"type": "string"}, quantity_schema({}, {}))
     tolerances = by_name({"type": ["number", "string", "array"]}, minProperties=1)
     values["tolerances"] = by_type({"const": SPREAD}, tolerances)
+    values["proved"] = {"type": "boolean"}
     return table(values, REQUIREMENT_KEYS, "quantity", anyOf=needs_one("at_least", "at_most"))
 
 

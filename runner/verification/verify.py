@@ -7,12 +7,14 @@ from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.checks.requirements import StabilityVerdict, asked, quantity_of
+from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.quantities import MeasureOf, Quantity, YieldOf
+from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.design.proof.least_found import margin_of, margins_there
+from proofmass.runner.design.proof.prove import prove_margin
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
@@ -41,7 +43,7 @@ class Finding:
     value: float
     at_least: float
     at_most: float
-    reason: str = ""  # why there is no value
+    reason: str = ""  # why there is no value, or which sensor has it
 
     @property
     def met(self) -> bool:
@@ -111,7 +113,7 @@ class Measurements:
 
     def _worst(self, requirement: Requirement, quantity: Quantity) -> list[float]:
         """Return the worst values within tolerances; NaN where a loop is unstable or a run fails."""
-        tolerances: Mapping[str, Any] = {} if isinstance(requirement.tolerances, str) else requirement.tolerances
+        tolerances = _tolerances(requirement)
         source: Graph | Study = self.graph
         if not tolerances or isinstance(quantity, YieldOf):
             source = self._needed_study("a yield" if tolerances else "a worst case within the spread")
@@ -119,6 +121,25 @@ class Measurements:
         signs = tuple(sign for sign, limit in limits if limit is not None)
         cases = worst_of(source, {_IT: quantity}, tolerances, requirement.at, samples=_SAMPLES, signs=signs).cases
         return [math.nan if case.worst is None else case.worst for case in cases]
+
+    def proved(self, requirement: Requirement, limit: float) -> tuple[float, str]:
+        """Return the limit if all sensors within the tolerances are proved to keep it.
+
+        Else return the margin of one that does not, or NaN if none is known, and what is to be said of it.
+        """
+        quantity = quantity_of(self.flat, requirement)
+        assert isinstance(quantity, LoopFigure | StabilityVerdict)
+        kind = PROVABLE[quantity.figure] if isinstance(quantity, LoopFigure) else "stable"
+        tolerances = _tolerances(requirement)
+        source = self.graph if tolerances else self._needed_study("a proof over the spread")
+        proof = prove_margin(source, quantity.loop, kind, limit, tolerances)
+        if proof.status == "proved":
+            return limit, ""
+        if proof.counterexample is None:
+            return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
+        sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
+        margin = margin_of(margins_there(self.graph, proof.claim, proof.counterexample), kind)
+        return max(margin, 0.0), f"a sensor within the tolerances has {proof.shown}: {sensor}"
 
     @cached_property
     def flat(self) -> FlatGraph:
@@ -166,7 +187,11 @@ def finding_of(measurements: Measurements, name: str, requirement: Requirement) 
     low, high = limits.at_least, limits.at_most
     reason = ""
     try:
-        values = measurements.values(requirement)
+        if requirement.proved:
+            value, reason = measurements.proved(requirement, low)
+            values = [value]
+        else:
+            values = measurements.values(requirement)
     except ModelError as error:
         values, reason = [math.nan], "; ".join(f"{p.message}: {p.got}" if p.got else p.message for p in error.problems)
     except RunError as error:
@@ -174,8 +199,13 @@ def finding_of(measurements: Measurements, name: str, requirement: Requirement) 
     value = next((value for value in values if not low <= value <= high), values[-1])
     wanted = requirement.quantity
     quantity = wanted if isinstance(wanted, str) else str(quantity_of(measurements.flat, requirement))
-    quantity += ", worst case" if requirement.tolerances else ""
+    quantity += ", proved" if requirement.proved else ", worst case" if requirement.tolerances else ""
     return Finding(name, requirement.text, quantity, limits.unit, value, low, high, reason)
+
+
+def _tolerances(requirement: Requirement) -> Mapping[str, Any]:
+    """Return the tolerances of a requirement; none for those that are the spread of the study."""
+    return {} if isinstance(requirement.tolerances, str) else requirement.tolerances
 
 
 def _finite(value: Any) -> Any:

@@ -56,7 +56,8 @@ def save_findings_page(path: Path, name: str, findings: Sequence[Finding]) -> Pa
 
 
 def _reasons(findings: Sequence[Finding]) -> list[str]:
-    return [f"{finding.id} has no value: {finding.reason}" for finding in findings if finding.reason]
+    told = [(f"{f.id} has no value" if math.isnan(f.value) else f.id, f.reason) for f in findings if f.reason]
+    return [f"{subject}: {reason}" for subject, reason in told]
 
 
 def _row(finding: Finding) -> tuple[str, ...]:

@@ -79,7 +79,7 @@ class Ends:
 
     @property
     def together(self) -> "Ends":
-        """The same inputs with all outputs that are asked for."""
+        """Ends from the same inputs to all outputs that are asked for."""
         return replace(self, outputs=tuple(sorted({*self.outputs, *self.beside})), beside=())
 
     def part_of(self, whole: PeriodMap, plan: Plan) -> PeriodMap:

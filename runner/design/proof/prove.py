@@ -8,7 +8,7 @@ the blocks in real numbers; rounding in a run is not a part of it, and the loop 
 import math
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -27,7 +27,7 @@ from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.least_found import LeastFound, least_found, margin_of, margins_there
 from proofmass.runner.design.proof.search import BoxMaps, Searched, search
-from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
@@ -138,12 +138,8 @@ def prove(
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
     True
     """
-    graph = source.graph if isinstance(source, Study) else graph_from(source)
+    graph, box, coordinates = _varied(source, tolerances)
     planned = plan(graph)
-    varied = isinstance(source, Study) or bool(tolerances)
-    box = box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
-    ranges = tuple(box.ranges) if box else ()
-    coordinates = coordinates_of(planned, ranges)
     if loop:
         loops = dict([one_loop(planned, loop)])
     else:
@@ -152,28 +148,75 @@ def prove(
         (node, list(_claims(planned.graph.loops.get(name), name, node, gain_margin, phase_margin)))
         for name, node in loops.items()
     ]
-    end, proofs = time.monotonic() + seconds, list[MarginProof]()
+    proofs = list[MarginProof]()
     every = sum(len(wanted) for _, wanted in claims)
     with interrupts() as stop:
-        for node, wanted in claims:
-            try:
-                starting = _starting(planned, node)
-            except ModelError as error:
-                why = "; ".join(problem.message for problem in error.problems)
-                proofs += [MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0) for claim in wanted]
-                continue
-            straight = _straight(starting, coordinates)
-            maps = BoxMaps(starting, straight.parameters)
-            for claim in wanted:
-                share = (end - time.monotonic()) / (every - len(proofs))
-                search_ends = time.monotonic() + share
-                proof = _proof(graph, maps, straight, claim, search_ends, stop)
-                if bounds and proof.status == "proved" and claim.unit:
-                    proof = _tightened(graph, maps, straight, proof, search_ends, stop)
-                proofs.append(proof)
-                if progress is not None:
-                    progress(len(proofs), every)
-        return Proofs(graph, ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
+        for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop):
+            proofs.append(proof)
+            if progress is not None:
+                progress(len(proofs), every)
+        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
+
+
+def prove_margin(
+    source: GraphSource | Study,
+    loop: str,
+    kind: str,
+    limit: float,
+    tolerances: Mapping[str, Any],
+    seconds: float = SECONDS,
+) -> MarginProof:
+    """Prove one margin of a loop, "gain margin" in dB, "phase margin" in deg or "stable", as `prove` does all of them.
+
+    Raises `ModelError`.
+    """
+    graph, _, coordinates = _varied(source, tolerances)
+    planned = plan(graph)
+    name, node = one_loop(planned, loop)
+    claim = Claim(name, ".".join(node), kind, limit)
+    with interrupts() as stop:
+        return next(_proofs(graph, planned, [(node, [claim])], coordinates, False, seconds, stop))
+
+
+def _varied(
+    source: GraphSource | Study, tolerances: Mapping[str, Any] | None
+) -> tuple[Graph, ToleranceBox | None, Coordinates]:
+    """Return the graph, the box of what varies, if anything does, and its coordinates."""
+    graph = source.graph if isinstance(source, Study) else graph_from(source)
+    varied = isinstance(source, Study) or bool(tolerances)
+    box = box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
+    return graph, box, coordinates_of(plan(graph), tuple(box.ranges) if box else ())
+
+
+def _proofs(
+    graph: Graph,
+    planned: Plan,
+    claims: Sequence[tuple[Endpoint, Sequence[Claim]]],
+    coordinates: Coordinates,
+    bounds: bool,
+    seconds: float,
+    stop: threading.Event,
+) -> Iterator[MarginProof]:
+    """Yield what comes of each claim about the loops through some outputs; all share the time that is left."""
+    end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
+    for node, wanted in claims:
+        try:
+            starting = _starting(planned, node)
+        except ModelError as error:
+            why = "; ".join(problem.message for problem in error.problems)
+            yield from (MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0) for claim in wanted)
+            left -= len(wanted)
+            continue
+        straight = _straight(starting, coordinates)
+        maps = BoxMaps(starting, straight.parameters)
+        for claim in wanted:
+            now = time.monotonic()
+            search_ends = now + (end - now) / left
+            proof = _proof(graph, maps, straight, claim, search_ends, stop)
+            if bounds and proof.status == "proved" and claim.unit:
+                proof = _tightened(graph, maps, straight, proof, search_ends, stop)
+            left -= 1
+            yield proof
 
 
 def _starting(planned: Plan, node: Endpoint) -> StartingLoop:

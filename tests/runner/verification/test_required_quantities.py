@@ -104,6 +104,35 @@ def test_a_yield_is_a_goal_and_has_a_worst_case() -> None:
         worst(study, {"y": {"yield": "top"}}, tolerances={"wanted.amplitude": 0.2})
 
 
+VARIED = 'tolerances = { "plant.gain" = "10 %" }, proved = true }'
+PROVED = f"""
+[requirements]
+always = {{ quantity = "main.stable", at_least = "stable", {VARIED}
+gain = {{ quantity = "main.gain_margin", at_least = "19.1 dB", {VARIED}
+more = {{ quantity = {{ loop = "main", figure = "gain_margin" }}, at_least = "19.5 dB", {VARIED}
+phase = {{ quantity = "main.phase_margin", at_least = "80 deg", {VARIED}
+spread = {{ quantity = "main.phase_margin", at_least = "80 deg", tolerances = "spread", proved = true }}
+
+[study]
+spread = {{ "plant.gain" = {{ uniform = "10 %", relative = true }} }}
+"""
+
+
+def test_margins_that_are_proved() -> None:
+    """z^2 - z + K T is stable up to K T = 1: 10 % more gain leave a factor of 1 / 0.11, 19.17 dB."""
+    study = read_study_text(INTEGRATING + PROVED)
+    found = {f.id: f for f in verify(Measurements(study.graph, study, "python"))}
+    assert [name for name, finding in found.items() if not finding.met] == ["more"]
+    assert found["always"].quantity == "main.stable, proved"
+    assert found["gain"].value == 19.1
+    more, least = found["more"], 20.0 * math.log10(1.0 / (1.1 * K * T))
+    assert least <= more.value < 19.5
+    assert more.reason.startswith("a sensor within the tolerances has 19.")
+    assert "plant.gain = " in more.reason
+    assert read_graph_text(write_graph(study.graph)).requirements == study.graph.requirements
+    assert VALIDATOR.is_valid(tomllib.loads(INTEGRATING + PROVED))
+
+
 def test_they_read_back_and_the_schema_knows_them() -> None:
     graph = read_graph_text(TEXT)
     assert not check(graph)
@@ -122,6 +151,11 @@ def test_they_read_back_and_the_schema_knows_them() -> None:
         ('{ quantity = "end", at_most = 1, tolerances = "wide" }', "must be a table of tolerances", "tolerances"),
         ('{ quantity = "main.stable", at_least = 1, tolerances = "spread" }', "a verdict has no worst", "tolerances"),
         ('{ quantity = "yield", at_least = 1, tolerances = "spread" }', "the spread is in the yield", "tolerances"),
+        ('{ quantity = "main.phase_margin", at_least = 1, proved = true }', "nothing to be proved over", "proved"),
+        ('{ quantity = "main.phase_margin", at_least = 1, proved = "yes" }', "must be true or false", "proved"),
+        (f'{{ quantity = "main.phase_margin", at_most = 1, {VARIED}', "a proof has a least margin", "proved"),
+        (f'{{ quantity = "main.delay_margin", at_least = 1, {VARIED}', "has no proof", "quantity"),
+        (f'{{ quantity = "main.stable", at_least = 1, at = "0.1 s", {VARIED}', "about the start of the run", "at"),
     ],
 )
 def test_mistakes_have_their_line(line: str, message: str, key: str) -> None:
