@@ -278,7 +278,7 @@ def test_the_shell_is_that_of_rayleigh() -> None:
     bend = n * (n * n - 1.0) / radius**2  # over sin^2 t, times tan^n(t / 2)
     bent = over(lambda t: 2.0 * (bend * math.tan(t / 2.0) ** n / math.sin(t) ** 2) ** 2)
     plate = young * thickness**3 / (12.0 * (1.0 - poisson**2))
-    energy = 2.0 * plate * (1.0 - poisson) * radius**2 * math.pi * bent / rim**2
+    stiffness = 2.0 * plate * (1.0 - poisson) * radius**2 * math.pi * bent / rim**2
     assert mass == pytest.approx(M, rel=1e-3)
-    assert math.sqrt(energy / mass) == pytest.approx(W, rel=5e-3)
+    assert math.sqrt(stiffness / mass) == pytest.approx(W, rel=5e-3)
     assert -2.0 * over(lambda t: off_the_axis(t) * shape(t)[0]) / moving / n == pytest.approx(K, rel=1e-3)
