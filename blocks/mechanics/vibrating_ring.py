@@ -38,8 +38,8 @@ class VibratingRing(Block):
     damping_split: float = param("1/s", "Difference of the inverse time constants, D.", default=0.0)
     damping_angle: float = param("rad", "Modal angle s of the axis of more damping.", default=0.0)
     rotation: float = param("rad/s", "Rate of rotation, W.", default=0.0)
-    initial_x_displacement: float = param("m", "Displacement of the first mode at the start, at rest.", default=0.0)
-    initial_y_displacement: float = param("m", "That of the second mode.", default=0.0)
+    initial_x_displacement: float = param("m", "Displacement at the start.", default=0.0)
+    initial_y_displacement: float = param("m", "Displacement at the start.", default=0.0)
 
     x_force = Input("N", "Force on the first mode, Fx.")
     y_force = Input("N", "Force on the second mode, Fy.", default=0.0)

@@ -14,8 +14,7 @@ class SynchronousDemodulator(Block):
     """Both components of a carrier, averaged over whole periods and given once in `ratio` ticks."""
 
     ratio: int = param("1", "Ticks of an average, N: whole periods.", default=25, at_least=1, at_most=1_000_000_000)
-    initial_in_phase: float = param("{unit}", "Component along the sine in the first average.", default=0.0)
-    initial_quadrature: float = param("{unit}", "Component along the cosine in the first average.", default=0.0)
+    initial_in_phase: float = param("{unit}", "Component along the sine until then.", default=0.0)
     unit: str = param("", "Unit of signal and components.", default="V")
 
     signal = Input("{unit}", "The carrier.")
@@ -33,7 +32,7 @@ class State(NamedTuple):
 
 @SynchronousDemodulator.start
 def start(p: SynchronousDemodulator) -> State:
-    return State(0, 0.0, 0.0, p.initial_in_phase, p.initial_quadrature)
+    return State(0, 0.0, 0.0, p.initial_in_phase, 0.0)
 
 
 @SynchronousDemodulator.output("{unit}", every="ratio")

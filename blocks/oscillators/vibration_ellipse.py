@@ -18,10 +18,10 @@ from proofmass.blocks.declaration.declare import Block, Input, param
 
 
 class VibrationEllipse(Block):
-    """Amplitude, quadrature, angle and phase of the pattern of a ring, shell or pendulum: any orbit but a circle."""
+    """Amplitude, quadrature, angle and phase of the wave of a ring or a shell: of any orbit but a circle."""
 
-    unit: str = param("", "Unit of the components.", default="V")
-    mode_number: int = param("1", "Waves around the shell, n; 1 of a pendulum.", default=2, at_least=1, at_most=100)
+    unit: str = param("", "Unit of signal and components.", default="V")
+    mode_number: int = param("1", "Waves around the shell, n.", default=2, at_least=2, at_most=100)
 
     x_in_phase = Input("{unit}", "Component of the first mode along the sine, cx.")
     x_quadrature = Input("{unit}", "Component of the first mode along the cosine, sx.")
