@@ -128,7 +128,7 @@ def test_force_to_rebalance_against_the_program() -> None:
 
 def test_whole_angle_against_the_program() -> None:
     """40 ms at 1000 deg/s from 10 ms on, past the angles where the modal angle jumps by a turn."""
-    changes = QUIET | {"pattern_angle": math.radians(-88.0), "turn": math.radians(1000.0), "begin.start_time": 0.01}
+    changes = QUIET | {"start_angle": math.radians(-88.0), "turn": math.radians(1000.0), "begin.start_time": 0.01}
     result = simulate(FREE.with_parameters(changes), samples=1601, engine="compiled")
     rate = math.radians(1000.0)
     expected = by_hand(1601, lambda t: rate if t > 0.01 - 1e-9 else 0.0, math.radians(-88.0), holds=False)
@@ -159,7 +159,7 @@ def turned_in_a_second(angle: float) -> float:
 def test_drift_over_the_pattern_angle(degrees: float) -> None:
     """D / (2 n) sin 2n(h - s / n) on the shell, of averaging, of both equations without control, and of the graph."""
     angle = math.radians(degrees)
-    graph = FREE.with_parameters(QUIET | {"pattern_angle": angle, "turn": 0.0})
+    graph = FREE.with_parameters(QUIET | {"start_angle": angle, "turn": 0.0})
     measured = simulate(graph, duration=0.5, engine="compiled").measures["drift"].value
     assert drifting(angle) == pytest.approx(turned_in_a_second(angle), rel=2e-4)
     assert measured == pytest.approx(drifting(angle), abs=1.5e-3 * D / 4.0)
