@@ -347,7 +347,8 @@ def _formulated(number: Schema) -> Schema:
     usual = next((name for name, form in _USUAL.items() if form == number), "")
     if usual:
         return _defined(usual)
-    return {word: bound for word, bound in number.items() if word != "type"} | _defined("int" if number["type"] == "integer" else "num")
+    of_type = _defined("int" if number["type"] == "integer" else "num")
+    return {word: bound for word, bound in number.items() if word != "type"} | of_type
 
 
 def _probe() -> Schema:
