@@ -244,6 +244,17 @@ def test_angle_random_walk_of_the_budget() -> None:
     assert walk == pytest.approx(0.00025, rel=0.1)
 
 
+@pytest.mark.exhaustive
+def test_budget_of_the_heading() -> None:
+    """It walks by what turns the pattern, and amplifiers of 5 nV/sqrt(Hz) add white noise, at 5 V of amplitude."""
+    budget = noise(FREE, "heading.output", at="0 s", band=(0.5, 2500.0))
+    walk, white = math.hypot(*random_walks()), math.sqrt(2.0) * 5e-9 / 5.0 / (2.0 * K)
+    expected = np.hypot(walk / (2.0 * math.pi * budget.frequencies), white)
+    low = budget.frequencies < 10.0
+    assert np.sqrt(budget.density)[low] == pytest.approx(expected[low], rel=5e-3)
+    assert math.sqrt(budget.density[-1]) == pytest.approx(white, rel=1e-3)
+
+
 def test_angle_random_walk_of_a_run() -> None:
     """800 steps of the heading in 2.5 ms, which scatter by 5 % of their size."""
     still = {f"{axis}.amplifier_noise": 0.0 for axis in AXES} | {"turn": 0.0}
