@@ -97,7 +97,7 @@ def by_hand(ticks: int, rotation: Any, pattern: float, holds: bool) -> dict[str,
     state = np.concatenate([AMPLITUDE * u, np.zeros(2)])
     along, across = 5.0 * u, np.zeros(2)
     control, turns = Control(pattern, holds), 0.25
-    sums = np.zeros((2, 2))
+    velocity, displacement, moved, sums = np.zeros(2), np.zeros(2), 0.0, np.zeros((2, 2))
     rows: dict[str, list[float]] = {"angle": [], "rate": [], "quadrature": []}
     for n in range(ticks):
         if n % 8 == 0:
