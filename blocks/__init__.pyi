@@ -137,6 +137,7 @@ from proofmass.blocks.oscillators.numerically_controlled_oscillator import Numer
 from proofmass.blocks.oscillators.phase_frequency_detector import PhaseFrequencyDetector as PhaseFrequencyDetector
 from proofmass.blocks.oscillators.phase_mixer import PhaseMixer as PhaseMixer
 from proofmass.blocks.oscillators.synchronous_demodulator import SynchronousDemodulator as SynchronousDemodulator
+from proofmass.blocks.oscillators.vibration_ellipse import VibrationEllipse as VibrationEllipse
 from proofmass.blocks.oscillators.voltage_controlled_oscillator import VoltageControlledOscillator as VoltageControlledOscillator
 from proofmass.blocks.oscillators.xor_phase_detector import XorPhaseDetector as XorPhaseDetector
 from proofmass.blocks.registers.fixed_cascaded_integrator_comb import FixedCascadedIntegratorComb as FixedCascadedIntegratorComb
@@ -202,6 +203,7 @@ from proofmass.blocks.signals.minimum import Minimum as Minimum
 from proofmass.blocks.signals.negation import Negation as Negation
 from proofmass.blocks.signals.not_gate import NotGate as NotGate
 from proofmass.blocks.signals.or_gate import OrGate as OrGate
+from proofmass.blocks.signals.phase_unwrapper import PhaseUnwrapper as PhaseUnwrapper
 from proofmass.blocks.signals.power import Power as Power
 from proofmass.blocks.signals.product import Product as Product
 from proofmass.blocks.signals.quantiser import Quantiser as Quantiser
@@ -222,6 +224,7 @@ from proofmass.blocks.signals.tangent_function import TangentFunction as Tangent
 from proofmass.blocks.signals.unit_delay import UnitDelay as UnitDelay
 from proofmass.blocks.signals.vector_element import VectorElement as VectorElement
 from proofmass.blocks.signals.vector_join import VectorJoin as VectorJoin
+from proofmass.blocks.signals.vector_rotation import VectorRotation as VectorRotation
 from proofmass.blocks.signals.xor_gate import XorGate as XorGate
 from proofmass.blocks.sources.chirp import Chirp as Chirp
 from proofmass.blocks.sources.constant import Constant as Constant

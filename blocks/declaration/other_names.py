@@ -152,6 +152,8 @@ _KINDS = {  # names in other tools -> kinds here
     ("negative spring",): "ElectrostaticSoftening",
     ("misalignment matrix",): "MisalignedTriad",
     ("ring gyroscope", "hemispherical resonator"): "VibratingRing",
+    ("park transform", "inverse park transform", "coordinate rotation"): "VectorRotation",
+    ("unwrap", "phase unwrap"): "PhaseUnwrapper",
     ("vibrating beam", "double-ended tuning fork"): "ResonantBeam",
     ("hall sensor",): "HallElement",
     ("amr", "gmr", "tmr", "magnetoresistor"): "MagnetoresistiveBridge",

@@ -38,6 +38,8 @@ class VibratingRing(Block):
     damping_split: float = param("1/s", "Difference of the inverse time constants, D.", default=0.0)
     damping_angle: float = param("rad", "Modal angle s of the axis of more damping.", default=0.0)
     rotation: float = param("rad/s", "Rate of rotation, W.", default=0.0)
+    initial_x_displacement: float = param("m", "Displacement at the start.", default=0.0)
+    initial_y_displacement: float = param("m", "Displacement at the start.", default=0.0)
 
     x_force = Input("N", "Force on the first mode, Fx.")
     y_force = Input("N", "Force on the second mode, Fy.", default=0.0)
@@ -53,6 +55,11 @@ def constants(p: VibratingRing, period: float) -> Coupling:
     coriolis = 2.0 * p.mode_number * p.angular_gain * p.rotation
     kx, ky = w * w - d * along, w * w + d * along
     return Coupling(p.mass, kx, decay + more, ky, decay - more, -d * across, between, coriolis)
+
+
+@VibratingRing.start
+def start(p: VibratingRing) -> Motion:
+    return Motion(p.initial_x_displacement, 0.0, p.initial_y_displacement, 0.0)
 
 
 @VibratingRing.output("m")

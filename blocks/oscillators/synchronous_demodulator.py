@@ -14,6 +14,7 @@ class SynchronousDemodulator(Block):
     """Both components of a carrier, averaged over whole periods and given once in `ratio` ticks."""
 
     ratio: int = param("1", "Ticks of an average, N: whole periods.", default=25, at_least=1, at_most=1_000_000_000)
+    initial_in_phase: float = param("{unit}", "Component along the sine until then.", default=0.0)
     unit: str = param("", "Unit of signal and components.", default="V")
 
     signal = Input("{unit}", "The carrier.")
@@ -29,15 +30,20 @@ class State(NamedTuple):
     quadrature: float
 
 
+@SynchronousDemodulator.start
+def start(p: SynchronousDemodulator) -> State:
+    return State(0, 0.0, 0.0, p.initial_in_phase, 0.0)
+
+
 @SynchronousDemodulator.output("{unit}", every="ratio")
 def in_phase(p: SynchronousDemodulator, x: State) -> float:
-    """Component along the sine, of the last whole average; zero in the first."""
+    """Component along the sine, of the last whole average."""
     return x.in_phase
 
 
 @SynchronousDemodulator.output("{unit}", every="ratio")
 def quadrature(p: SynchronousDemodulator, x: State) -> float:
-    """Component along the cosine, of the last whole average; zero in the first."""
+    """Component along the cosine, of the last whole average."""
     return x.quadrature
 
 

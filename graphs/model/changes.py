@@ -60,7 +60,7 @@ def with_parameters(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
                 if split(target)[1] == CLOCK_OFFSET:
                     offsets[split(target)[0]] = read_duration(entries)
                 else:
-                    rates[split(target)[0] or target] = (read_duration if target == DURATION else read_rate)(entries)
+                    rates[target] = (read_duration if target == DURATION else read_rate)(entries)
             except Refusal as error:
                 problems.append(error.problem(key, change))
         elif entries is not None:
@@ -97,7 +97,7 @@ def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
                 path = (*name.split("."), entry)
                 entries.setdefault(path[1], {})[entry] = entry_of(formula, graph.values, entry)
             elif entry == RATE and (not name or name in graph.blocks or name in graph.subgraphs):
-                rates[name] = read_rate(rate_of(formula, graph.values))
+                rates[target] = read_rate(rate_of(formula, graph.values))
             elif entry == CLOCK_OFFSET and (name in graph.blocks or name in graph.subgraphs):
                 offsets[name] = read_duration(offset_of(formula, graph.values))
             elif target == DURATION:
@@ -116,11 +116,13 @@ def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
 
 
 def _with_rates(graph: AnyGraph, rates: Mapping[str, Any]) -> AnyGraph:
+    """Return the graph with rates and duration by their targets: "rate", "duration", "adc.rate"."""
     if not rates:
         return graph
-    own = {name: rate for name, rate in rates.items() if name in graph.blocks}
-    parts = {name: part.changed(rate=rates[name]) for name, part in graph.subgraphs.items() if name in rates}
-    alone = {key: rates[name] for key, name in ((RATE, ""), (RATE, RATE), (DURATION, DURATION)) if name in rates}
+    alone = {target: rate for target, rate in rates.items() if target in (RATE, DURATION)}
+    named = {split(target)[0]: rate for target, rate in rates.items() if target not in alone}
+    own = {name: rate for name, rate in named.items() if name in graph.blocks}
+    parts = {name: part.changed(rate=named[name]) for name, part in graph.subgraphs.items() if name in named}
     return graph.changed(rates={**graph.rates, **own}, subgraphs={**graph.subgraphs, **parts}, **alone)
 
 

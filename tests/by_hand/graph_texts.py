@@ -26,6 +26,8 @@ OF_SAME_PARTS = {
     "gyroscope_noise",
     "gyroscope_rate_response",
     "half_power_sweep",
+    "hemispherical_rebalance",
+    "hemispherical_whole_angle",
     "imu_3dof",
     "magnetic_encoder",
     "mems_microphone",

@@ -89,7 +89,7 @@ class Waiting:
         """
         told = self.sources(2 * periods)
         for longest in dict.fromkeys((min(_SHORT_TURN, periods), periods)):
-            if not _returns(np.array(self._counted(run, 1 + longest), dtype=float)):
+            if not _may_return(np.array(self._counted(run, 1 + longest), dtype=float), told):
                 continue  # half of the run is enough to see that nothing comes again
             rows = self._counted(run, 2 * longest)
             counts = np.array(rows, dtype=float).reshape(len(rows), -1)
@@ -130,10 +130,15 @@ def _turns(column: tuple[int, ...]) -> bool:
     return bool(_turning(np.array(column, dtype=float)[:, None])[0])
 
 
-def _returns(values: Array) -> bool:
-    """Return whether what turns has its first values again in a later row."""
-    values = values[:, _turning(values)]
-    return bool((values[1:] == values[0]).all(axis=1).any())
+def _may_return(counts: Array, told: Array) -> bool:
+    """Return whether what turns has its first values again in a later row; of what only counts nothing does.
+
+    What does not turn in the longest repetition turns in no later one. Sources are told for twice as long.
+    """
+    counts = counts[:, _turning(counts)]
+    if not counts.shape[1]:
+        return bool(_turning(told).any())
+    return bool((counts[1:] == counts[0]).all(axis=1).any())
 
 
 def _repetition(values: Array, longest: int) -> int:

@@ -112,3 +112,20 @@ def test_the_wave_of_a_thin_ring(mode_number: int) -> None:
     thin = {"angular_gain": 2.0 / (mode_number**2 + 1), "mode_number": mode_number}
     values = run(8.0, driven=False, samples=10_001, frequency=1000.0, time_constant=1e9, **thin)[-100:]
     assert wave(values[:, 0], values[:, 2], mode_number) == pytest.approx(expected, abs=1e-4)
+
+
+def test_a_ring_that_begins_in_vibration() -> None:
+    """Displaced and let go, each mode is a cosine of its own amplitude; a pattern on the shell is at half the angle."""
+    start = {"initial_x_displacement": 3e-7, "initial_y_displacement": 4e-7}
+    blocks: dict[str, Block] = {
+        "none": Constant(unit="N", value=0.0),
+        "ring": VibratingRing(time_constant=1e9, **start),
+    }
+    probes = ["ring.x_displacement", "ring.y_displacement", "ring.x_velocity"]
+    graph = Graph(name="ring", rate=RATE, blocks=blocks, wires=["none.output -> ring.x_force"], probes=probes)
+    result = simulate(graph, samples=SAMPLES, engine="python")
+    w = 2.0 * math.pi * 14_000.0
+    t = np.arange(SAMPLES) / RATE
+    assert result[probes[0]].values == pytest.approx(3e-7 * np.cos(w * t), abs=1e-15)
+    assert result[probes[1]].values == pytest.approx(4e-7 * np.cos(w * t), abs=1e-15)
+    assert result[probes[2]].values == pytest.approx(-3e-7 * w * np.sin(w * t), abs=1e-10)

@@ -54,3 +54,9 @@ def test_least_squares_of_a_carrier_in_noise() -> None:
     assert both(SynchronousDemodulator(ratio=ratio), signal.tolist(), per_period)[ratio] == pytest.approx(tuple(fitted))
     deviations = np.sqrt(np.diag(np.linalg.inv(columns.T @ columns)))
     assert deviations == pytest.approx(np.full(2, math.sqrt(2.0 / ratio)))
+
+
+def test_what_it_says_in_the_first_average() -> None:
+    values = both(SynchronousDemodulator(ratio=5, initial_in_phase=0.3), [0.0] * 6, 5)
+    assert values[:5] == [(0.3, 0.0)] * 5
+    assert values[5] == (0.0, 0.0)

@@ -102,3 +102,20 @@ def test_a_formula_gives_the_rate_without_its_rounding() -> None:
     assert simplest(48_000.000_000_1) == Fraction("48000.0000001")
     for numerator, denominator in ((9600, 1023), (1, 7), (123_456_789, 1000), (1, 10**9)):
         assert simplest(numerator / denominator) == Fraction(numerator, denominator)
+
+
+@pytest.mark.defect("S710", before="a block called rate or duration gave its rate to the graph", after="to itself")
+@pytest.mark.parametrize("name", ["rate", "duration"])
+def test_blocks_that_are_called_as_keys_of_the_graph(tmp_path: Path, name: str) -> None:
+    text = TOP.replace("samples = 30", 'duration = "= 32 * transit"').replace("[blocks.part]", f"[blocks.{name}]")
+    text = text.replace("part.mean", f"{name}.output").replace("part.input", f"{name}.input")
+    text = text.replace('graph = "part.toml"\nhold_rate', 'kind = "Gain"\nrate').replace(
+        'output_rate = "100 kHz"\n', ""
+    )
+    (tmp_path / "top.toml").write_text(text, encoding="utf-8")
+    graph = read_graph(tmp_path / "top.toml")
+    assert (graph.rate, dict(graph.rates), graph.duration) == (200_000, {name: 100_000}, pytest.approx(160e-6))
+    slower = graph.with_parameters({"transit": "10 us"})
+    assert (slower.rate, dict(slower.rates), slower.duration) == (100_000, {name: 50_000}, pytest.approx(320e-6))
+    alone = graph.with_parameters({f"{name}.rate": "25 kHz"})
+    assert (alone.rate, dict(alone.rates), alone.duration) == (200_000, {name: 25_000}, pytest.approx(160e-6))
