@@ -131,14 +131,14 @@ def by_hand(ticks: int, settling: int, averaging: int, turned: int) -> Iterator[
             control = kp * mean[1] + integral + ki * mean[1]
             integral += ki * mean[1]
             error = 0.5 - mean[0]
-            more = agc + 500.0 * SLOW * error
-            wanted = 8.0 * error + more
+            more = agc + 800.0 * SLOW * error
+            wanted = 10.0 * error + more
             drive = min(max(wanted, -1.0), 1.0)
             if not ((wanted > 1.0 and more > agc) or (wanted < -1.0 and more < agc)):
                 agc = more
-            in_rate -= 500.0 * SLOW * mean[2]
-            in_quadrature += 500.0 * SLOW * mean[3]
-            r, q = in_rate - 8.0 * mean[2], in_quadrature + 8.0 * mean[3]
+            in_rate -= 800.0 * SLOW * mean[2]
+            in_quadrature += 800.0 * SLOW * mean[3]
+            r, q = in_rate - 10.0 * mean[2], in_quadrature + 10.0 * mean[3]
             raw = SCALE * r
             if place == settling + averaging and slot == 1:
                 means = [sums[0] / counts[0], sums[1] / counts[1]]
@@ -250,12 +250,12 @@ def test_every_disk_of_a_lot_in_closed_form() -> None:
 @pytest.mark.exhaustive
 def test_the_loop_that_rebalances() -> None:
     """An envelope behind what is held over 200 us, its mean over these, and a tick; a proportional and an integral part."""
-    gain = 8.0 * PUSH * np.sinc(1.0 / 8.0) * GAIN / (2.0 * MASS * W)
+    gain = 10.0 * PUSH * np.sinc(1.0 / 8.0) * GAIN / (2.0 * MASS * W)
     kept = math.exp(-math.pi * F / 1e5 * SLOW)
 
     def loop(frequency: float) -> complex:
         z = np.exp(2j * np.pi * frequency * SLOW)
-        return complex((1.0 + 62.5 * SLOW * z / (z - 1.0)) * gain * SLOW * (1.0 / (z - kept) + 0.5) / z)
+        return complex((1.0 + 80.0 * SLOW * z / (z - 1.0)) * gain * SLOW * (1.0 / (z - kept) + 0.5) / z)
 
     crossover = optimize.brentq(lambda f: abs(loop(f)) - 1.0, 20.0, 200.0)
     wide = optimize.brentq(lambda f: abs(loop(f) / (1.0 + loop(f))) - math.sqrt(0.5), crossover, 500.0)

@@ -89,8 +89,11 @@ class Waiting:
         """
         told = self.sources(2 * periods)
         for longest in dict.fromkeys((min(_SHORT_TURN, periods), periods)):
-            if not _returns(np.array(self._counted(run, 1 + longest), dtype=float)):
+            half = np.array(self._counted(run, 1 + longest), dtype=float)
+            if not _returns(half):
                 continue  # half of the run is enough to see that nothing comes again
+            if not _turning(half).any() and not _turning(told).any():
+                continue  # what turns in the other half alone does not repeat within the first
             rows = self._counted(run, 2 * longest)
             counts = np.array(rows, dtype=float).reshape(len(rows), -1)
             number = _repetition(np.hstack([told[: 2 * longest] if longest < periods else told, counts]), longest)
