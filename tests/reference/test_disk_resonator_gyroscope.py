@@ -1,10 +1,10 @@
-"""The disk resonator gyroscope of the gallery: a program of its own, its two states in closed form, what reversal takes.
+"""The disk resonator gyroscope of the gallery: a program of its own, both states in closed form, what reversal takes.
 
 The program steps the disk and its pickoffs by SciPy's matrix exponential, and has detectors, controllers, reversal and
 means in plain Python. Where both modes stand still in their envelopes (Lynch, Vibratory gyro analysis by the method of
 averaging, 1995), with the driven mode X and the other one nulled, the force on the other is that of
 
-    m (kxy + j w (cxy + 2 n k W)) X   on y while x is driven,   m (kxy + j w (cxy - 2 n k W)) Y   on x while y is driven.
+    m (kxy + j w (cxy + 2 n k W)) X on y while x is driven, m (kxy + j w (cxy - 2 n k W)) Y on x while y is driven.
 
 The paper is of the honeycomb disk of the National University of Defense Technology (Microsystems & Nanoengineering
 2025, s41378-025-01011-4): from -40 to 60 degrees Celsius reversal with a deflected mode took 595 parts of 596 away.
@@ -12,6 +12,7 @@ The paper is of the honeycomb disk of the National University of Defense Technol
 
 import math
 from collections.abc import Iterator
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -21,11 +22,13 @@ from scipy import optimize
 from proofmass import margins, noise
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.graph import Probe
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.studies.whole.study import run_study
 
 GRAPH = read_graph(library_file("disk_resonator_gyroscope.toml"))
+PROBED = replace(GRAPH, probes=(Probe("raw.output"), Probe("reversal.corrected")))
 QUIET = {f"disk.{axis}_{what}": 0.0 for axis in "xy" for what in ("gas.temperature", "amplifier.density")}
 TICK, SLOW = 1.0 / 40_000.0, 1.0 / 5000.0
 F, W = 5000.0, 2.0 * math.pi * 5000.0
@@ -167,7 +170,7 @@ def test_against_a_program_of_its_own() -> None:
     """Two pairs of slots of 20 and 20 ms; from 60 ms on it turns."""
     ticks = 6500
     changed = short(0.02, 0.02) | {"rotation.start_time": 0.06}
-    result = simulate(GRAPH.with_parameters(changed), samples=ticks, engine="compiled")
+    result = simulate(PROBED.with_parameters(changed), samples=ticks, engine="compiled")
     raw, corrected = zip(*by_hand(ticks, 100, 100, 2400), strict=True)
     assert result["raw.output"].values == pytest.approx(raw, abs=1e-7 * max(map(abs, raw)))
     assert result["reversal.corrected"].values == pytest.approx(corrected, abs=1e-7 * max(map(abs, corrected)))
@@ -185,7 +188,7 @@ RATE = math.radians(1.0)
 def found(**changed: float) -> list[float]:
     """Raw rates of both states at rest, then of both at a degree a second."""
     names = {name if name == "temperature" else f"disk.{name}": value for name, value in changed.items()}
-    turning = GRAPH.with_parameters(short(0.25, 0.2) | names | {"rotation.start_time": 0.9005})
+    turning = PROBED.with_parameters(short(0.25, 0.2) | names | {"rotation.start_time": 0.9005})
     rows = np.asarray(simulate(turning, samples=72_201, engine="compiled")["raw.output"].values)
     return [float(rows[2251 * k + 1250 : 2251 * k + 2250].mean()) for k in range(4)]
 
@@ -249,7 +252,7 @@ def test_every_disk_of_a_lot_in_closed_form() -> None:
 
 @pytest.mark.exhaustive
 def test_the_loop_that_rebalances() -> None:
-    """An envelope behind what is held over 200 us, its mean over these, and a tick; a proportional and an integral part."""
+    """An envelope behind what is held over 200 us, its mean over these, and a tick; a controller of two parts."""
     gain = 10.0 * PUSH * np.sinc(1.0 / 8.0) * GAIN / (2.0 * MASS * W)
     kept = math.exp(-math.pi * F / 1e5 * SLOW)
 
@@ -269,7 +272,7 @@ def test_the_loop_that_rebalances() -> None:
 
 @pytest.mark.exhaustive
 def test_noise_of_the_rate() -> None:
-    """Gas and amplifier, doubled by the demodulation, which the loop divides by the envelope; sinc(1/8) of a held sine."""
+    """Gas and amplifier, doubled by the demodulation, over the envelope of the mode; sinc(1/8) of a held sine."""
     budget = noise(GRAPH, "raw.output", frequencies=[0.01])
     density = {source.block: math.sqrt(source.density[0]) for source in budget.sources}
     damping, force = 2.0 * MASS * Disk().cy / 2.0, MASS * TURNING * W * MOTION
