@@ -53,14 +53,15 @@ _GRAPH: Schema = {  # what a graph must have, as a file and as a table
 }
 _PART, _INSIDE = "graph from a file", "graph"  # definitions of blocks that are graphs
 _A_TEXT: Schema = {"$ref": "#/$defs/text"}
-_USUAL: dict[str, Schema] = {
-    "number": {"type": "number"},
-    "positive": {"type": "number", "exclusiveMinimum": 0.0},
-    "not_negative": {"type": "number", "minimum": 0.0},
+_USUAL: dict[str, Schema] = {  # by short names, which stand hundreds of times
+    "real": {"type": "number"},
+    "above0": {"type": "number", "exclusiveMinimum": 0.0},
+    "from0": {"type": "number", "minimum": 0.0},
     "part": {"type": "number", "minimum": 0.0, "maximum": 1.0},
     "count": {"type": "integer", "minimum": 1},
-    "integer": {"type": "integer"},
+    "whole": {"type": "integer"},
 }
+_PLAIN = {str(form["type"]): name for name, form in _USUAL.items() if len(form) == 1}
 _FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
     "above": "exclusiveMinimum",
@@ -347,7 +348,7 @@ def _formulated(number: Schema) -> Schema:
     usual = next((name for name, form in _USUAL.items() if form == number), "")
     if usual:
         return _defined(usual)
-    return {word: bound for word, bound in number.items() if word != "type"} | _defined(number["type"])
+    return {word: bound for word, bound in number.items() if word != "type"} | _defined(_PLAIN[number["type"]])
 
 
 def _probe() -> Schema:
