@@ -14,6 +14,7 @@ import pytest
 
 from proofmass import margins
 from proofmass.blocks import PID, Constant, Delay, Difference, Gain, LowPass
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
@@ -24,7 +25,7 @@ KP, KI = 2.0, 20.0
 LEFT = math.exp(-PERIOD / TIME_CONSTANT)
 
 
-def plant() -> dict[str, object]:
+def plant() -> dict[str, Block]:
     return {
         "wanted": Constant(value=1.0),
         "actuator": Gain(),

@@ -28,8 +28,8 @@ def reference(temperature: Constant | PiecewiseConstant, period: float, **change
 
 def test_coefficients_and_hysteresis() -> None:
     """At 25 degrees Celsius after 100, then after -40, and between: half of the hysteresis to either side."""
-    steps = [298.15, 373.15, 298.15, 233.15, 298.15]
-    chamber = PiecewiseConstant(times=[0.0, 1.0, 2.0, 3.0, 4.0], values=steps, unit="K")
+    steps = (298.15, 373.15, 298.15, 233.15, 298.15)
+    chamber = PiecewiseConstant(times=(0.0, 1.0, 2.0, 3.0, 4.0), values=steps, unit="K")
     graph = reference(chamber, 1.0, drift=0.0, hysteresis=40e-6, tc1=5e-6, tc2=-2e-8)
     voltage = simulate(graph, samples=5)["reference.voltage"].values
     lag = [0.0, 1.0, -1.0, -1.0, 1.0]  # of the package, over half of its play
@@ -42,8 +42,8 @@ def test_coefficients_and_hysteresis() -> None:
 
 
 def test_within_its_play_the_package_stands_still() -> None:
-    steps = [298.15, 305.15, 291.15, 298.15]
-    graph = reference(PiecewiseConstant(times=[0, 1, 2, 3], values=steps, unit="K"), 1.0, drift=0.0, tc1=0.0)
+    steps = (298.15, 305.15, 291.15, 298.15)
+    graph = reference(PiecewiseConstant(times=(0.0, 1.0, 2.0, 3.0), values=steps, unit="K"), 1.0, drift=0.0, tc1=0.0)
     voltage = simulate(graph, samples=4)["reference.voltage"].values
     assert voltage / 2.5 - 1.0 == pytest.approx([0.0, 7 * 1.25e-6, -7 * 1.25e-6, 0.0], abs=1e-15)
 

@@ -53,9 +53,7 @@ def coil(duty: float, dead: float) -> float:
             "duty": Constant(value=2.0 * duty - 1.0),
             "pulses": PulseWidthModulator(frequency=20e3),
             "bridge": HBridge(supply=12.0, on_resistance=0.2, dead_time=dead, forward_voltage=0.8),
-            "coil": LowPass(
-                gain="0.25 1/ohm", corner_frequency=4.0 / (2.0 * np.pi * 2e-3), input_unit="V", output_unit="A"
-            ),
+            "coil": LowPass(gain=0.25, corner_frequency=4.0 / (2.0 * np.pi * 2e-3), input_unit="V", output_unit="A"),
         },
         wires=[
             "duty.output -> pulses.input",
