@@ -44,6 +44,7 @@ from proofmass.blocks.electronics.charge_amplifier import ChargeAmplifier as Cha
 from proofmass.blocks.electronics.comparator import Comparator as Comparator
 from proofmass.blocks.electronics.delayed_comparator import DelayedComparator as DelayedComparator
 from proofmass.blocks.electronics.displacement_readout import DisplacementReadout as DisplacementReadout
+from proofmass.blocks.electronics.h_bridge import HBridge as HBridge
 from proofmass.blocks.electronics.instrumentation_amplifier import InstrumentationAmplifier as InstrumentationAmplifier
 from proofmass.blocks.electronics.logic_buffer import LogicBuffer as LogicBuffer
 from proofmass.blocks.electronics.temperature_sensor import TemperatureSensor as TemperatureSensor

@@ -108,10 +108,12 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
         path, rest, graph = f"{path}{head}.", tail, graph.subgraphs[head]
     if path and not tail:
         name = path[:-1]
-        hint = did_you_mean(head, graph.exports, f"what {name} exports")
+        # what is set takes values of the part too
+        names = [*graph.exports, *graph.values] if what == "ports" else list(graph.exports)
+        hint = did_you_mean(head, names, f"what {name} exports" + (", and its values" if what == "ports" else ""))
         if head in graph.blocks or head in graph.subgraphs:
             hint = f"{head} is a block inside: name its port too, {signal}.PORT"
-        near = nearest(head, graph.exports)
+        near = nearest(head, names)
         words = {"inputs": "neither an input nor a parameter", "outputs": "not an output"}.get(what, "not exported")
         return Missing(f"{signal} is {words}", hint, f"{path}{near}" if near else "")
     name = split(rest)[0]

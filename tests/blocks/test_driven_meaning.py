@@ -76,6 +76,7 @@ DRIVEN = {
     "GapClosingActuator": {"bias", "capacitance", "gap"},
     "GaussMarkov": {"standard_deviation", "correlation_time", "nominal"},
     "GaussNewtonController": {"largest_step"},
+    "HBridge": {"supply", "on_resistance", "dead_time", "forward_voltage"},
     "HallElement": {"sensitivity", "offset"},
     "HyperbolicTangent": {"limit"},
     "InPhaseQuadratureDemodulator": {"corner_frequency"},

@@ -20,6 +20,7 @@ ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # t
 OF_SAME_PARTS = {
     "calibration_interval_study",
     "chopped_accelerometer",
+    "disk_resonator_gyroscope",
     "fibre_optic_gyroscope",
     "force_balance_seismometer",
     "gyroscope_capacitances",

@@ -14,6 +14,7 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import flatten
+from tests.by_hand.graph_texts import problems_of
 
 TEXT = """\
 name = "values"
@@ -142,6 +143,14 @@ def test_parts_have_values_of_their_own() -> None:
     one = GRAPH.with_parameters({"pair_1.mass": "3 mg"})
     assert [one.subgraphs[f"pair_{n}"].blocks["sensor"].mass for n in (1, 2)] == [6e-6, 2e-6]  # type: ignore[attr-defined]
     assert one.with_parameters({"axis.scale": 7}).subgraphs["axis"].values["single"].number == 7.0
+
+
+def test_a_misspelt_value_of_a_part_finds_the_right_one() -> None:
+    with pytest.raises(ModelError) as refused:
+        GRAPH.with_parameters({"pair_1.heawy": 2e-6})
+    assert "did you mean heavy?" in refused.value.problems[0].hint
+    text = write_graph(GRAPH) + '\n[study]\nspread = { "pair_1.heawy" = { normal = "1 %", relative = true } }\n'
+    assert any("did you mean heavy?" in problem.hint for problem in problems_of(text))
 
 
 def test_flat_it_is_numbers() -> None:

@@ -12,7 +12,7 @@ import xarray
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.flatten import flatten
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.studies.draws.drawn_table import DrawnTable
@@ -77,6 +77,17 @@ def test_every_format_holds_what_the_run_measured(seed: int, tmp_path: Path, mon
     check(kept_result(tmp_path), shown, tmp_path)
 
 
+def held_by(graph: Graph, path: str) -> float:
+    """The number of a parameter, or of a value of the graph or of a part."""
+    block, name = split(path)
+    blocks = flatten(graph).blocks
+    if block in blocks:
+        return float(getattr(blocks[block], name))
+    for part in filter(None, block.split(".")):
+        graph = graph.subgraphs[part]
+    return graph.values[name].number
+
+
 @pytest.mark.parametrize("name", chosen(SOME, sorted(set(LIBRARY) - set(SOME))))
 def test_every_study_of_the_library(name: str, tmp_path: Path) -> None:
     study = read_study(f"library:{name}")
@@ -88,10 +99,8 @@ def test_every_study_of_the_library(name: str, tmp_path: Path) -> None:
     epoch = len(study.epochs) - 1
     for place, run in enumerate(numbers.tolist()):
         graph = replay(study, run, epoch).graph
-        blocks = flatten(graph).blocks
         for column in DrawnTable(study, numbers).parameters:
-            block, parameter = split(column.parameter)
-            had = graph.values[parameter].number if not block else getattr(blocks[block], parameter)
+            had = held_by(graph, column.parameter)
             for form, columns in tables.items():
                 assert columns[column.name][place][epoch] == had, (form, column.name)
 
