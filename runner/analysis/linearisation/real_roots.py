@@ -106,8 +106,9 @@ def _precise(polynomial: Polynomial, low: Fraction, high: Fraction, bits: int) -
             if enough and polynomial(ball.lower()) * polynomial(ball.upper()) < 0:
                 return ball
             flint.ctx.prec *= 2
-        else:
-            low, high = (low, place) if (value > 0) == rising else (place, high)
+            place, last = step if low < step < high else place, high - low  # with more bits it goes on from there
+            continue
+        low, high = (low, place) if (value > 0) == rising else (place, high)
         by_newton = low < step < high and 2 * abs(step - place) < last
         last = abs(step - place) if by_newton else high - low
         place = step if by_newton else ((low + high) / 2).mid()
