@@ -29,8 +29,8 @@ def bounces(front: float, back: float, length: float, frequency: float) -> compl
 @pytest.mark.derivation(
     FabryPerotCavity,
     equation="amplitudes at W of |F E|^2, E = sqrt(P) e^(j depth sin(W t))",
-    source="4,000 bounces summed; sidebands of all orders by an FFT of the field in time, harmonics of the power by another",
-    convention="detuning in Hz, not in widths; depth is a peak; sine and cosine are peaks of power, reflected is its mean",
+    source="4,000 bounces summed; sidebands of all orders and harmonics of the power by FFTs of the light in time",
+    convention="detuning in Hz, not in widths; depth is a peak; sine and cosine are peaks, reflected is a mean",
 )
 @pytest.mark.parametrize(("front", "back", "depth"), [(0.99, 0.99, 0.05), (0.98, 0.995, 0.05)])
 def test_harmonics_of_light_in_time(front: float, back: float, depth: float) -> None:
