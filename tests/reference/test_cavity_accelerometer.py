@@ -1,4 +1,4 @@
-"""The cavity accelerometer of the gallery: a program of its own, transfer functions of its loop, its noise in closed form.
+"""The cavity accelerometer of the gallery: a program of its own, transfer functions of its loop, closed forms of noise.
 
 Light that comes back is summed from bounces between the mirrors, and for shot noise from sidebands of all orders.
 Densities are one-sided, amplitudes are peaks. Constants are CODATA's.
