@@ -129,7 +129,6 @@ def test_noise_budget() -> None:
         "laser.flicker FlickerNoise": 300.0 / math.sqrt(50.0) / PULL * spring,
         "receiver.resistor WhiteNoise": math.sqrt(8.0 * si.k * 300.0 / 20e3) / slope * spring,
         "converter quantisation": 2.0**-16 / math.sqrt(12.0 * 5e4) / 20e3 / slope * spring,
-        "actuator_converter quantisation": FULL * 2.0**-19 / math.sqrt(12.0 * 5e4),
     }
     for name, value in expected.items():
         assert found[name] == pytest.approx(value, rel=0.02), name
