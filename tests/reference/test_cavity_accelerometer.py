@@ -136,6 +136,13 @@ def test_noise_budget() -> None:
     assert found["receiver.diode Photodetector"] == pytest.approx(math.sqrt(shot) / slope * spring, rel=0.05)
 
 
+def test_a_laser_that_drifts_is_a_bias() -> None:
+    """The mass follows by drift / (v / L), and its spring by w0^2 a metre: 230 um/s^2 for 50 MHz."""
+    measures = simulate(GRAPH.with_parameters(QUIET | {"drift.value": 50e6, "stored_bias.value": 1e-4})).measures
+    assert measures["bias"].value == pytest.approx(W0**2 * 50e6 / PULL, rel=1e-3)
+    assert measures["bias_error"].value == pytest.approx(W0**2 * 50e6 / PULL - 1e-4, rel=2e-3)
+
+
 def test_a_step_too_far() -> None:
     """10 mm/s^2 move the mass over the peak of the error: the lock is lost, found again, and reads the truth."""
     near, far = (simulate(GRAPH.with_parameters({"step.amplitude": tilt})).measures for tilt in (3e-3, 10e-3))
