@@ -53,13 +53,13 @@ _GRAPH: Schema = {  # what a graph must have, as a file and as a table
 }
 _PART, _INSIDE = "graph from a file", "graph"  # definitions of blocks that are graphs
 _A_TEXT: Schema = {"$ref": "#/$defs/text"}
-_USUAL: dict[str, Schema] = {
-    "number": {"type": "number"},
-    "positive": {"type": "number", "exclusiveMinimum": 0.0},
-    "not_negative": {"type": "number", "minimum": 0.0},
+_USUAL: dict[str, Schema] = {  # short names: they stand in the file 500 times
+    "num": {"type": "number"},
+    "pos": {"type": "number", "exclusiveMinimum": 0.0},
+    "min0": {"type": "number", "minimum": 0.0},
     "part": {"type": "number", "minimum": 0.0, "maximum": 1.0},
     "count": {"type": "integer", "minimum": 1},
-    "integer": {"type": "integer"},
+    "int": {"type": "integer"},
 }
 _FORMAT = r"^\s*\(\s*\d{1,4}\s*,\s*[+-]?\d{1,4}\s*\)(\s+unsigned)?\s*$"
 _BOUNDS = {
@@ -347,7 +347,8 @@ def _formulated(number: Schema) -> Schema:
     usual = next((name for name, form in _USUAL.items() if form == number), "")
     if usual:
         return _defined(usual)
-    return {word: bound for word, bound in number.items() if word != "type"} | _defined(number["type"])
+    of_type = _defined("int" if number["type"] == "integer" else "num")
+    return {word: bound for word, bound in number.items() if word != "type"} | of_type
 
 
 def _probe() -> Schema:
