@@ -39,11 +39,6 @@ class Constants(NamedTuple):
     sine: float
 
 
-class Field(NamedTuple):
-    real: float
-    imaginary: float
-
-
 def bessel(order: int, depth: float) -> float:
     """J0 or J1 by its series; 20 terms are exact to rounding up to 3."""
     total = term = 0.5 * depth if order == 1 else 1.0
@@ -62,34 +57,34 @@ def constants(p: FabryPerotCavity, period: float) -> Constants:
     return Constants(front, back, turn, carrier, sideband, cosine(angle), sine(angle))
 
 
-def field(c: Constants, co: float, si: float) -> Field:
-    """F by cosine and sine of the phase of a round trip."""
-    top, up = c.back * co - c.front, c.back * si
-    down, low = 1.0 - c.front * c.back * co, c.front * c.back * si
-    size = down * down + low * low
-    return Field((top * down - up * low) / size, (top * low + up * down) / size)
+def size(c: Constants, co: float) -> float:
+    """|1 - r1 r2 e^(j p)|^2 by the cosine of p, without the loss of digits near resonance."""
+    product = c.front * c.back
+    return (1.0 - product) * (1.0 - product) + 2.0 * product * (1.0 - co)
 
 
-def sideband(c: Constants, co: float, si: float, side: float) -> Field:
-    """F at the frequency of the upper (1) or lower (-1) sideband."""
-    return field(c, co * c.cosine - side * si * c.sine, si * c.cosine + side * co * c.sine)
+def part(c: Constants, co: float) -> float:
+    """|F|^2 by the cosine of p."""
+    return ((c.back - c.front) * (c.back - c.front) + 2.0 * c.front * c.back * (1.0 - co)) / size(c, co)
 
 
 @FabryPerotCavity.output("W")
 def reflected(c: Constants, detuning: float, power: float) -> float:
     """Mean power that comes back."""
     co, si = cosine(c.turn * detuning), sine(c.turn * detuning)
-    a, b, d = field(c, co, si), sideband(c, co, si, 1.0), sideband(c, co, si, -1.0)
-    sides = b.real * b.real + b.imaginary * b.imaginary + d.real * d.real + d.imaginary * d.imaginary
-    carrier = a.real * a.real + a.imaginary * a.imaginary
-    return power * (c.carrier * c.carrier * carrier + c.sideband * c.sideband * sides)
+    sides = part(c, co * c.cosine - si * c.sine) + part(c, co * c.cosine + si * c.sine)
+    return power * (c.carrier * c.carrier * part(c, co) + c.sideband * c.sideband * sides)
 
 
 @FabryPerotCavity.output("W")
 def error(c: Constants, detuning: float, power: float) -> float:
     """Peak of the power at the modulation's frequency, in phase with its sine."""
     co, si = cosine(c.turn * detuning), sine(c.turn * detuning)
-    a, b, d = field(c, co, si), sideband(c, co, si, 1.0), sideband(c, co, si, -1.0)
-    return (
-        2.0 * power * c.carrier * c.sideband * (a.imaginary * (b.real + d.real) - a.real * (b.imaginary + d.imaginary))
-    )
+    upper, lower = co * c.cosine - si * c.sine, co * c.cosine + si * c.sine
+    product, turned = c.front * c.back, c.back * (1.0 - c.front * c.front)  # Im F = turned sin(p) / size
+    along, against = c.back * (1.0 + c.front * c.front), c.front * (1.0 + c.back * c.back)
+    here, above, below = size(c, co), size(c, upper), size(c, lower)
+    real = (along * upper - against) / above + (along * lower - against) / below  # of both sidebands
+    imaginary = 2.0 * turned * si * ((1.0 + product * product) * c.cosine - 2.0 * product * co) / (above * below)
+    beat = turned * si * real - (along * co - against) * imaginary
+    return 2.0 * power * c.carrier * c.sideband * beat / here
