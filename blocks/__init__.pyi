@@ -124,6 +124,7 @@ from proofmass.blocks.noise_and_drift.logarithmic_ageing import LogarithmicAgein
 from proofmass.blocks.noise_and_drift.periodic_drift import PeriodicDrift as PeriodicDrift
 from proofmass.blocks.noise_and_drift.random_walk import RandomWalk as RandomWalk
 from proofmass.blocks.noise_and_drift.white_noise import WhiteNoise as WhiteNoise
+from proofmass.blocks.optics.fabry_perot_cavity import FabryPerotCavity as FabryPerotCavity
 from proofmass.blocks.optics.fibre_coupler import FibreCoupler as FibreCoupler
 from proofmass.blocks.optics.interferometer import Interferometer as Interferometer
 from proofmass.blocks.optics.phase_modulator import PhaseModulator as PhaseModulator

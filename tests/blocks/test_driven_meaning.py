@@ -65,6 +65,13 @@ DRIVEN = {
     "ElectrostaticSoftening": {"capacitance", "gap"},
     "Elliptic": {"corner_frequency"},
     "Exponential": {"scale", "reference"},
+    "FabryPerotCavity": {
+        "length",
+        "front_reflectivity",
+        "back_reflectivity",
+        "modulation_frequency",
+        "modulation_depth",
+    },
     "FibreCoupler": {"coupling", "transmission", "coherence"},
     "FitSelector": {"residual_limit"},
     "FlexurePendulum": {"inertia", "damping", "stiffness"},

@@ -19,6 +19,7 @@ ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # t
 # Made of parts that others have too: walks that run or compile every graph take them with all that is exhaustive.
 OF_SAME_PARTS = {
     "calibration_interval_study",
+    "cavity_accelerometer",
     "chopped_accelerometer",
     "disk_resonator_gyroscope",
     "fibre_optic_gyroscope",
@@ -32,6 +33,7 @@ OF_SAME_PARTS = {
     "imu_3dof",
     "magnetic_encoder",
     "mems_microphone",
+    "michelson_accelerometer",
     "open_loop_gyroscope",
     "pn_self_test_accelerometer",
     "quartz_error_terms",

@@ -14,7 +14,7 @@ from proofmass.graphs.model.flatten import flatten
 
 
 def test_there_are_pictures() -> None:
-    assert len(GALLERY) == 16
+    assert len(GALLERY) == 18
 
 
 @pytest.mark.parametrize("picture", OF_THE_LIBRARY)
@@ -70,6 +70,6 @@ def test_every_graph_that_runs_alone_has_its_time() -> None:
     assert sorted(costs()) == sorted(alone)
     assert [name for name, cost in costs().items() if cost >= 1.0] == ["capacitive_readout"]
     rows = re.findall(r"^\| \[.*\]\(#.*\) \|.* ([\d.]+) ms \|$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
-    assert len(rows) == 15
+    assert len(rows) == 17
     assert {float(row) for row in rows} <= {float(f"{1e3 * cost:.2g}") for cost in costs().values()}
     assert f"{len(alone) - 1} of {len(alone)} run faster than real time" in (DOCS / "gallery.md").read_text("utf-8")
