@@ -10,7 +10,7 @@ it, that is far too much; so they count up to 1e-12 only.
 
 import math
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 import flint
@@ -121,7 +121,16 @@ def judge(
             )
             uncertainty += min(variation.turn(complex(root)), _MOVING) if variation is not None else 0.0
         poles.append(Pole(complex(root), distance, uncertainty))
-    return poles
+    return [
+        _with_those_beside(pole, poles) if pole.uncertainty > _EPSILON * abs(pole.value) else pole for pole in poles
+    ]
+
+
+def _with_those_beside(pole: Pole, poles: Sequence[Pole]) -> Pole:
+    """Return a pole that may be where another is, from which roundings can hardly tell it: their shifts add up then."""
+    apart = ((abs(pole.value - other.value), other.uncertainty) for other in poles if other is not pole)
+    near = [far for far, moved in apart if far <= 2.0 * (pole.uncertainty + moved)]
+    return replace(pole, uncertainty=pole.uncertainty + max(near)) if near else pole
 
 
 def _distance(root: Any, sampled: bool) -> float:

@@ -74,10 +74,9 @@ def seen(
     many ticks a period has.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
-    hidden = judge(
-        [root for root in roots(common) if not (sampled and root.is_zero())], closed, sampled, variation, ticks
-    )
-    visible = judge(roots(numerator + denominator), closed, sampled, variation, ticks)
+    unseen = [root for root in roots(common) if not (sampled and root.is_zero())]
+    every = judge([*unseen, *roots(numerator + denominator)], closed, sampled, variation, ticks)
+    hidden, visible = every[: len(unseen)], every[len(unseen) :]
     numerator, denominator, neutral = _without_shared(numerator, denominator, visible)
     verdict, poles = together(pole for pole in visible if not any(pole is other for other in neutral))
     modes = tuple(_modes([*hidden, *neutral], opened, states, sampled))
