@@ -87,7 +87,7 @@ class NoiseMap(SampledStateSpace):
         _, b, _, d = self.matrices
         q = self.observed
         weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
-        return np.asarray(self._by_source(weight[None])[0])
+        return np.asarray(self._by_source(np.maximum(weight, 0.0)[None])[0])  # a large Q may round below
 
     @cached_property
     def observed(self) -> Array:
