@@ -11,8 +11,8 @@ _TYPES = {
     "array": "list", "object": "table",
 }  # fmt: skip
 
-_DEFINED = dict.fromkeys(("num", "pos", "min0", "part", "value", "width", "quantity"), "quantity")
-_DEFINED |= {"int": "whole number", "count": "whole number", "formula": "text", "list": "list", "format": "text"}
+_DEFINED = dict.fromkeys(("num", "pos", "min0", "part", "val", "wid", "quantity"), "quantity")
+_DEFINED |= {"int": "whole number", "count": "whole number", "formula": "text", "list": "list", "fix": "text"}
 
 
 def keys_page() -> str:

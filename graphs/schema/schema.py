@@ -112,7 +112,7 @@ def graph_schema(own: Own | None = None) -> Schema:
             **{name: {**form, "type": [form["type"], "string"], "allOf": [_A_TEXT]} for name, form in _USUAL.items()},
             "numbers": _numbers(),
             "list": _list({}),
-            "format": {"type": "string", "pattern": _FORMAT},
+            "fix": {"type": "string", "pattern": _FORMAT},
             "block": _any_block(blocks, rate),
             **repeated,
             **_parts(rate),
@@ -136,8 +136,8 @@ def _shared() -> Schema:
     longest = max(TEXT_LENGTH, LENGTH + 2)
     return {
         "quantity": {"type": "string", "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
-        "value": {"type": ["number", "string"], "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
-        "width": {"type": ["number", "string"], "minimum": 0, "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
+        "val": {"type": ["number", "string"], "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
+        "wid": {"type": ["number", "string"], "minimum": 0, "pattern": _QUANTITY, "maxLength": TEXT_LENGTH},
         "formula": {"type": "string", "pattern": formula, "maxLength": LENGTH + 2},
         "text": {"pattern": f"{_QUANTITY}|{formula}", "maxLength": longest},  # of a number with a unit, or a formula
     }
@@ -281,7 +281,7 @@ def _parameter(parameter: Mapping[str, Any]) -> Schema:
     if parameter["type"] == "list":
         return about | (_defined("list") if not bounds else _list(bounds))
     if parameter["type"] == "format":
-        return about | _defined("format")
+        return about | _defined("fix")
     value = {"type": _JSON_TYPES[parameter["type"]]} | bounds
     return about | (value if parameter["type"] in ("bool", "str") else _formulated(value))
 
@@ -325,7 +325,7 @@ def _description(parameter: Mapping[str, Any]) -> str:
 
 def _quantity(number: Schema) -> Schema:
     """Return the schema of a number in the declared unit, or a string of a number and a unit."""
-    return {**number, "type": [number["type"], "string"], "allOf": [{"$ref": "#/$defs/value"}]}
+    return {**number, "type": [number["type"], "string"], "allOf": [{"$ref": "#/$defs/val"}]}
 
 
 def _requirement() -> Schema:

@@ -34,7 +34,7 @@ from proofmass.graphs.studies.epochs import NEVER
 from proofmass.graphs.studies.variants import KEYS as VARIANT_KEYS
 
 _LIMIT: Schema = either(NUMBER, {"enum": list(VERDICTS)})
-_WIDTH: Schema = {"allOf": [{"$ref": "#/$defs/width"}]}
+_WIDTH: Schema = {"allOf": [{"$ref": "#/$defs/wid"}]}
 _FILE: Schema = {"type": "string", "minLength": 1, "maxLength": TEXT_LENGTH}
 _TEXT: Schema = {"type": "string"}
 

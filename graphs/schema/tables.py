@@ -9,7 +9,7 @@ Schema = dict[str, Any]
 
 PARAMETERS = r"^[a-z][a-z0-9_.]*$"  # names of parameters and measures, paths among them: single keys in quotes
 QUANTITY: Schema = {"$ref": "#/$defs/quantity"}
-NUMBER: Schema = {"allOf": [{"$ref": "#/$defs/value"}]}
+NUMBER: Schema = {"allOf": [{"$ref": "#/$defs/val"}]}
 NO_KEY: Schema = {"not": {}}  # not false: of that, Taplo marks every key of the table instead of the wrong one
 FLAG: Schema = {"type": "boolean"}
 
