@@ -24,12 +24,13 @@ from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint, OrbitSearch
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch
 from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, too_many
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start

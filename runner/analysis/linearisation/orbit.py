@@ -15,17 +15,16 @@ from its initial values; a note says if it is not at rest.
 """
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD, blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
@@ -36,11 +35,10 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 )
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError, period_map
+from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
-from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -56,53 +54,6 @@ MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose m
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
-
-
-@dataclass(frozen=True)
-class Ends:
-    """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters.
-
-    Maps from the same inputs to the outputs `beside` are asked for too, and repeat in the same period.
-    """
-
-    inputs: tuple[Endpoint, ...]
-    outputs: tuple[Endpoint, ...]
-    cut: bool = False
-    everything: bool = False
-    noise: Noisy = field(default_factory=lambda: NOTHING)
-    beside: tuple[Endpoint, ...] = ()
-
-    @property
-    def key(self) -> Hashable:
-        """A value that equal ends share."""
-        return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items())
-
-    @property
-    def together(self) -> "Ends":
-        """Ends from the same inputs to all outputs that are asked for."""
-        return replace(self, outputs=tuple(sorted({*self.outputs, *self.beside})), beside=())
-
-    def part_of(self, whole: PeriodMap, plan: Plan) -> PeriodMap:
-        """Return the map between these ends, which is a part of that to all outputs together."""
-        upstream, moving = self.blocks(plan)
-        own = whole.kept([i for i, entry in enumerate(whole.states) if entry[0] in moving])
-        entering = [i for i, entry in enumerate(own.inputs) if entry[:2] in self.inputs or entry[0] in upstream]
-        wanted = [i for i, entry in enumerate(own.outputs) if entry[:2] in self.outputs]
-        quantised = [i for i, entry in enumerate(own.outputs) if rounds(entry[1]) and entry[0] in upstream]
-        return own.with_ends([*wanted, *quantised], entering)
-
-    def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
-        """Blocks that the outputs depend on, and those of them that the map has the states of."""
-        return blocks_of_map(plan, self.inputs, self.outputs, self.everything, self.noise)
-
-    def common_period(self, plan: Plan) -> int:
-        """Base ticks of the period of the map."""
-        return common_period(plan, self.inputs, self.outputs, self.everything, self.noise)
-
-    def map(self, plan: Plan, **options: Any) -> PeriodMap:
-        """Return the map between them, with these options of `period_map`."""
-        options |= {"cut": self.cut, "everything": self.everything, "noise": self.noise}
-        return period_map(plan, self.inputs, self.outputs, **options)
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,11 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import REQUIREMENTS, SETTLED, VERDICTS
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of
-from proofmass.runner.analysis.linearisation.orbit import SAME, Ends
+from proofmass.runner.analysis.linearisation.orbit import SAME
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick

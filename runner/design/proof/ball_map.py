@@ -13,8 +13,9 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
-from proofmass.runner.analysis.linearisation.orbit import Ends, OrbitPoint
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.seeds import place_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
 from proofmass.runner.derivatives.dual import Dual, dual, slopes_of
