@@ -68,9 +68,9 @@ def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict")
         hint = 'name what varies: tolerances = { "torquer.gain" = "5 %" }'
         raise Refusal("there is nothing to be proved over", hint, key="proved", got="true")
     if requirement.at_least is None or requirement.at_most is not None:
-        raise Refusal("a proof has a least margin", key="proved", got="at_most", expected="at_least alone")
+        raise Refusal("must be at_least alone", key="proved", got="at_most")
     if requirement.at and (requirement.at == SETTLED or read_duration(requirement.at) > 0):
-        raise Refusal("a proof is about the start of the run", "leave it out", key="at", got=shown(requirement.at))
+        raise Refusal("must be the start of the run", "leave it out", key="at", got=shown(requirement.at))
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:

@@ -130,8 +130,10 @@ class Graph(Value):
         of_rates = {f"{name}.{RATE}": rate for name, rate in rates.items() if is_formula(rate)}
         of_rates |= {f"{name}.{CLOCK_OFFSET}": offset for name, offset in offsets.items() if is_formula(offset)}
         of_rates |= {key: of for key, of in ((RATE, rate), (DURATION, duration)) if is_formula(of)}
-        own_formulas, wrong = read_formulas({**formulas, **of_rates})
-        reader.problems += wrong
+        own_formulas, wrong = read_formulas(formulas)
+        rate_formulas, more = read_formulas(of_rates, at_blocks=True)
+        own_formulas |= rate_formulas
+        reader.problems += wrong + more
         rate, duration = (None if is_formula(of) else of for of in (rate, duration))
         rates = {name: of for name, of in rates.items() if not is_formula(of)}
         offsets = {name: of for name, of in offsets.items() if not is_formula(of)}

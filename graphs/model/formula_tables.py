@@ -6,6 +6,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
+from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.keys import FORMULA, MEASURE_FORMULA_KEYS
 from proofmass.graphs.model.limits import NAME
 from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit, read_measures
@@ -16,8 +17,11 @@ from proofmass.graphs.model.values import NamedValue
 BY_FORMULAS = OPTIONS.keys() | {"from", "until"}  # keys of measures that named values give
 
 
-def read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
-    """Return the formulas of a table by what they set, and the problems of the others."""
+def read_formulas(table: object, at_blocks: bool = False) -> tuple[dict[str, Formula], list[Problem]]:
+    """Return the formulas of a table by what they set, and the problems of the others.
+
+    They stand in the table `formulas`, or as rates and offsets at the blocks and at the top of the graph.
+    """
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
     if not isinstance(table, Mapping):
         return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
@@ -29,7 +33,10 @@ def read_formulas(table: object) -> tuple[dict[str, Formula], list[Problem]]:
                 raise Refusal("must be a text that begins with =", hint)
             formulas[str(target)] = text if isinstance(text, Formula) else Formula(text)
         except Refusal as error:
-            problems.append(error.problem(f"formulas.{target}", text, path=("formulas", str(target))))
+            name, key = split(str(target))
+            above = ("blocks", name) if name else ()
+            path = (*above, key) if at_blocks else ("formulas", str(target))
+            problems.append(error.problem(".".join(path), text, path=path))
     return formulas, problems
 
 

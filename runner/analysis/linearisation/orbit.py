@@ -39,7 +39,7 @@ from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, Peri
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
@@ -132,8 +132,8 @@ class OrbitSearch:
         closed = self._closed(first, (n for n in self._returns() if self._repeats(n, maps)), exactly=True)
         if closed is not None:
             return closed
-        change = self._drift(first, maps, 1, first, maps[max(maps)])
         later = tuple(maps[look] for look in LOOKS if look in maps)
+        change = self._change(first, maps, switched)
         if change > NOTED:
             closed = self._closed(first, self._returns_of_maps(first, maps), exactly=True)
             if closed is not None:
@@ -218,9 +218,8 @@ class OrbitSearch:
         largest, or what the one over the longest time adds up to.
         """
         crossovers = self._crossovers(of_period)
-        last = 1.0 / (2.0 * self._period * periods)
-        f = np.array(crossovers) if crossovers else np.geomspace(1e-4, 0.9, 24) * last
-        z = np.asarray(np.exp(2j * math.pi * f * self._period))
+        crossed = 2.0 * math.pi * np.array(crossovers) * self._period
+        z = np.asarray(np.exp(1j * crossed)) if crossovers else self._axis(periods)
         shown = self._shown(first)
         effects = {number: effect(shown, self._shown(after), z) for number, after in later.items()}
         speeds = {number: changed / number for number, changed in effects.items()}  # a period
@@ -237,9 +236,20 @@ class OrbitSearch:
         slow = (rates > SAME) & ((rates >= NEAR) | (rates_later > 0.5 * rates))
         return within(periods / _slowest(rates[slow]))
 
+    def _change(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> float:
+        """Return the drift of a period, and what a switch changes at once, if nothing has moved before it."""
+        before = {look: of for look, of in maps.items() if look not in switched}
+        if self._ends.cut or not switched or not all(self._same(first, of) for of in before.values()):
+            return self._drift(first, maps, 1, first, maps[max(maps)])
+        return max(effect(self._shown(first), self._shown(maps[look]), self._axis()) for look in switched)
+
+    def _axis(self, periods: int = 1) -> Complex:
+        """Return points of the unit circle up to half the rate of some periods, close together at low frequencies."""
+        return np.asarray(np.exp(1j * np.geomspace(1e-4, 0.9, 24) * math.pi / periods))
+
     def _is_lost(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether a period is refused, whatever other maps say: it has changed, and nothing comes back."""
-        if self._first == 0 or self._ends.cut or self._drift(first, maps, 1, first, maps[max(maps)]) <= FROZEN:
+        if self._first == 0 or self._ends.cut or self._change(first, maps, [max(maps)]) <= FROZEN:
             return False
         back = (*self._returns(), *self._repetition(), *self._orbit().returns())
         return not back and not any(True for _ in self._returns_of_maps(first, maps))

@@ -119,3 +119,15 @@ def test_blocks_that_are_called_as_keys_of_the_graph(tmp_path: Path, name: str) 
     assert (slower.rate, dict(slower.rates), slower.duration) == (100_000, {name: 50_000}, pytest.approx(320e-6))
     alone = graph.with_parameters({f"{name}.rate": "25 kHz"})
     assert (alone.rate, dict(alone.rates), alone.duration) == (200_000, {name: 25_000}, pytest.approx(160e-6))
+
+
+@pytest.mark.defect("S700", before="a rate whose formula cannot be read had no line", after="its own line")
+def test_a_formula_of_a_rate_that_cannot_be_read(tmp_path: Path) -> None:
+    text = TOP.replace('kind = "Ramp"', 'kind = "Ramp"\nrate = "= #1"')
+    (tmp_path / "part.toml").write_text(PART, encoding="utf-8")
+    (tmp_path / "top.toml").write_text(text, encoding="utf-8")
+    with pytest.raises(ModelError) as caught:
+        read_graph(tmp_path / "top.toml")
+    (problem,) = (each for each in caught.value.problems if "cannot be read at" in each.message)
+    assert problem.line
+    assert text.splitlines()[problem.line - 1] == 'rate = "= #1"'

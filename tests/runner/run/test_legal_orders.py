@@ -66,12 +66,15 @@ def test_random_graphs_in_other_orders(count: int, tmp_path: Path) -> None:
 
 
 def test_ten_random_graphs_compiled_in_other_orders(tmp_path: Path) -> None:
-    """The reference engine runs them in the order of the schedule."""
+    """The reference engine runs them in the order of the schedule; machine code says that one fails, not where."""
     for graph in random_graphs(range(1000, 1010), tmp_path, largest=3):
         planned = plan(graph)
-        expected = outcome(Interpreter, planned)
-        found = outcome(CompiledLoop, in_another_order(planned, random.Random(graph.name)))
-        assert found == expected, graph
+        expected, other = outcome(Interpreter, planned), in_another_order(planned, random.Random(graph.name))
+        if expected[1] < TICKS:
+            rows: list[Any] = [np.zeros((p.rows(0, TICKS), *p.shape), dtype=p.dtype) for p in planned.probes]
+            assert not CompiledLoop(other, graph.seed).advance(TICKS, rows), graph
+            continue
+        assert outcome(CompiledLoop, other) == expected, graph
 
 
 def test_the_schedule_of_a_random_graph_keeps_what_is_needed_before(tmp_path: Path) -> None:

@@ -153,9 +153,9 @@ def test_they_read_back_and_the_schema_knows_them() -> None:
         ('{ quantity = "yield", at_least = 1, tolerances = "spread" }', "the spread is in the yield", "tolerances"),
         ('{ quantity = "main.phase_margin", at_least = 1, proved = true }', "nothing to be proved over", "proved"),
         ('{ quantity = "main.phase_margin", at_least = 1, proved = "yes" }', "must be true or false", "proved"),
-        (f'{{ quantity = "main.phase_margin", at_most = 1, {VARIED}', "a proof has a least margin", "proved"),
+        (f'{{ quantity = "main.phase_margin", at_most = 1, {VARIED}', "must be at_least alone", "proved"),
         (f'{{ quantity = "main.delay_margin", at_least = 1, {VARIED}', "has no proof", "quantity"),
-        (f'{{ quantity = "main.stable", at_least = 1, at = "0.1 s", {VARIED}', "about the start of the run", "at"),
+        (f'{{ quantity = "main.stable", at_least = 1, at = "0.1 s", {VARIED}', "must be the start of the run", "at"),
     ],
 )
 def test_mistakes_have_their_line(line: str, message: str, key: str) -> None:

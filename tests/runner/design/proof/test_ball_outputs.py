@@ -23,7 +23,7 @@ KINDS = [
     for name, kind in all_blocks().items()
     if kind.outputs and not kind.has_formats() and name != "RecordedSignal"  # it needs a file
 ]
-SAMPLE = KINDS[::5]
+SAMPLE = [kind for kind in KINDS if zlib.crc32(kind.__name__.encode()) % 5 == 0]  # the same when others come
 
 
 def free(block: Block) -> dict[str, float]:
