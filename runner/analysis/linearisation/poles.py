@@ -121,9 +121,10 @@ def judge(
             )
             uncertainty += min(variation.turn(complex(root)), _MOVING) if variation is not None else 0.0
         poles.append(Pole(complex(root), distance, uncertainty))
-    return [
-        _with_those_beside(pole, poles) if pole.uncertainty > _EPSILON * abs(pole.value) else pole for pole in poles
-    ]
+    if variation is not None:  # what moves a pole hides what roundings do
+        return poles
+    doubtful = (pole.uncertainty > _EPSILON * abs(pole.value) for pole in poles)
+    return [_with_those_beside(pole, poles) if own else pole for pole, own in zip(poles, doubtful, strict=True)]
 
 
 def _with_those_beside(pole: Pole, poles: Sequence[Pole]) -> Pole:
