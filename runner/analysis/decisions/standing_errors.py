@@ -6,7 +6,6 @@ of its words already, as the level of another converter is.
 
 from collections.abc import Callable
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.arithmetic.rounding import clip, two_level
@@ -18,7 +17,8 @@ from proofmass.runner.derivatives.dual_noise import Noisy, given, reached
 from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter, TickError
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.reference.part import PartInterpreter
 
 _VALUES, _TICKS = 4, 512  # least number of values of a converter, and of base ticks, in a run
 _MOST_CALLS = 200_000  # of functions of blocks
@@ -47,18 +47,14 @@ def without_standing(plan: Plan, begin: Memory, noise: Noisy) -> Noisy:
     return {name: own for name, own in noise.items() if name not in standing}
 
 
-class _Errors(Interpreter):
+class _Errors(PartInterpreter):
     """A run with noise that notes what converters are given, and their errors in steps."""
 
     def __init__(self, plan: Plan, memory: Memory, upstream: AbstractSet[str], seen: AbstractSet[str]) -> None:
         self._seen, self._owner = seen, ""
         self._values: dict[str, set[float]] = {name: set() for name in seen}
         self._errors: dict[str, set[float]] = {name: set() for name in seen}
-        solvers = tuple(solver for solver in plan.solvers if not upstream.isdisjoint(solver.group.blocks))
-        super().__init__(replace(plan, solvers=solvers, probes=()), plan.graph.seed, memory=memory)
-        self._outputs = [each for each in self._outputs if each[0][0] in upstream]
-        self._updates = [update for update in self._updates if update[0] in upstream]
-        self._folds = [fold for fold in self._folds if fold[0] in upstream]
+        super().__init__(plan, plan.graph.seed, memory, upstream)
 
     def stands(self, name: str, by_noise: bool) -> bool:
         """Return whether the error of a converter never changed, for several values where noise reaches it."""

@@ -5,7 +5,6 @@ Where a level is an output of its block the runs are in machine code, and long. 
 
 from collections.abc import Callable, Mapping
 from collections.abc import Set as AbstractSet
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,7 @@ from proofmass.runner.analysis.decisions.compiled_decisions import Decisions, Ke
 from proofmass.runner.derivatives.dual_functions import LEVELS, compared, with_functions
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter
+from proofmass.runner.reference.part import PartInterpreter
 
 DECISIONS, SETTLING = 16_384, 2_048  # of a quantiser that are counted, and before them
 _MOST_CALLS = 4_000_000  # of functions of blocks
@@ -45,7 +44,7 @@ def recorded(
     return {name: list(zip(pair[0][name], pair[1][name], strict=True)) for name in pair[0]}
 
 
-class Watched(Interpreter):
+class Watched(PartInterpreter):
     """A run with noise that notes what quantisers of one bit are given, and the levels that they choose."""
 
     def __init__(
@@ -54,10 +53,7 @@ class Watched(Interpreter):
         self._deciding, self._owner = deciding, ""
         self._several: dict[str, list[list[tuple[float, float]]]] = {}
         self._seen: dict[str, tuple[int, list[float]]] = {}
-        solvers = tuple(solver for solver in plan.solvers if not upstream.isdisjoint(solver.group.blocks))
-        super().__init__(replace(plan, solvers=solvers, probes=()), seed, memory=memory)
-        self._outputs = [each for each in self._outputs if each[0][0] in upstream]
-        self._updates = [update for update in self._updates if update[0] in upstream]
+        super().__init__(plan, seed, memory, upstream)
 
     def taken(self, count: int, settling: int) -> dict[str, list[Decisions]]:
         """Return input and level of each decision, a row each: of each block those of its quantisers of one bit."""

@@ -7,13 +7,13 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.reference.interpret import Interpreter, TickError
+from proofmass.runner.reference.interpret import TickError
+from proofmass.runner.reference.part import PartInterpreter
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import failed, name_fault
 
@@ -177,14 +177,11 @@ class Onward:
         return rows[:ticks]
 
 
-class Alone(Interpreter):
+class Alone(PartInterpreter):
     """Ticks of the blocks that follow the time alone."""
 
     def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
-        solvers = tuple(solver for solver in plan.solvers if blocks >= set(solver.group.blocks))
-        super().__init__(replace(plan, solvers=solvers, probes=()), seed=0, memory=memory)
-        self._outputs = [each for each in self._outputs if _block(each[0]) in blocks]
-        self._updates = [update for update in self._updates if update[0] in blocks]
+        super().__init__(plan, 0, memory, blocks)
 
     def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
         """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
@@ -193,7 +190,3 @@ class Alone(Interpreter):
             self.advance(self._memory.tick + 1, ())
             rows.append([float(self._memory.wires[node]) for node in nodes])
         return rows
-
-
-def _block(step: Endpoint | ConstantsOf) -> str:
-    return step.block if isinstance(step, ConstantsOf) else step[0]
