@@ -1,13 +1,36 @@
 """What `@pytest.mark.exhaustive` marks is left out of a run, unless `--exhaustive` asks for it (`make test-all`).
 
+    @pytest.mark.exhaustive                    the test, with all its cases
+    @pytest.mark.exhaustive("noise", "worst")  its cases that have such a word in their name
+    @pytest.mark.exhaustive(but=3)             its cases but three, evenly spaced
+
 The last line of a run says how many tests were left out, and how to run them.
 """
 
+from collections import defaultdict
+from collections.abc import Iterator, Sequence
 from typing import Any
 
 import pytest
 
 OUTPUT = "exhaustive_left_out"  # under this name a process of xdist reports its count
+
+
+def left_out(items: Sequence[pytest.Item]) -> Iterator[pytest.Item]:
+    """Tests that only an exhaustive run has."""
+    spaced: dict[tuple[str, int], list[pytest.Item]] = defaultdict(list)
+    for item in items:
+        marks = list(item.iter_markers("exhaustive"))
+        name = item.nodeid.partition("[")[2]
+        if any(not mark.kwargs and (not mark.args or any(word in name for word in mark.args)) for mark in marks):
+            yield item
+            continue
+        for mark in marks:
+            if mark.kwargs:
+                spaced[item.nodeid.partition("[")[0], mark.kwargs["but"]].append(item)
+    for (_, stay), cases in spaced.items():
+        kept = {len(cases) * n // stay for n in range(stay)}
+        yield from (case for place, case in enumerate(cases) if place not in kept)
 
 
 class Exhaustive:
@@ -21,8 +44,9 @@ class Exhaustive:
         """Keep what is not marked, and what is if it is wanted."""
         if self.wanted:
             return
-        marked = [item for item in items if item.get_closest_marker("exhaustive") is not None]
-        items[:] = [item for item in items if item.get_closest_marker("exhaustive") is None]
+        marked = list(left_out(items))
+        out = set(marked)
+        items[:] = [item for item in items if item not in out]
         if marked:
             config.hook.pytest_deselected(items=marked)
         self.count = len(marked)

@@ -17,16 +17,25 @@ def test_every_vector(number): ...
 
 @pytest.mark.parametrize("number", [1, pytest.param(2, marks=pytest.mark.exhaustive)])
 def test_a_sample(number): ...
+
+@pytest.mark.exhaustive("noise", "worst")
+@pytest.mark.parametrize("command", ["noise-1", "noise-2", "run"])
+def test_by_their_names(command): ...
+
+@pytest.mark.exhaustive(but=2)
+@pytest.mark.parametrize("letter", ["a", "b", "c", "d"])
+def test_evenly_spaced(letter): ...
 """
 
 
+@pytest.mark.exhaustive("options1-1-left out: 4 exhaustive (make test-all)")
 @pytest.mark.parametrize(
     ("options", "passed", "last"),
     [
-        ([], 1, "left out: 4 exhaustive (make test-all)"),
-        (["-n", "2"], 1, "left out: 4 exhaustive (make test-all)"),
-        (["--exhaustive"], 5, "5 passed"),
-        (["--exhaustive", "-m", "exhaustive"], 4, "4 passed"),
+        ([], 4, "left out: 8 exhaustive (make test-all)"),
+        (["-n", "2"], 4, "left out: 8 exhaustive (make test-all)"),
+        (["--exhaustive"], 12, "12 passed"),
+        (["--exhaustive", "-m", "exhaustive"], 11, "11 passed"),
     ],
 )
 def test_they_run_where_they_are_asked_for(options: list[str], passed: int, last: str, tmp_path: Path) -> None:

@@ -30,6 +30,7 @@ def test_what_is_only_said_stays() -> None:
     assert not any(source[line - 1].strip().startswith(("assert", "raise", '"""')) for line in lines)
 
 
+@pytest.mark.exhaustive
 def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
     nearest = Nearest(measured=False)
     assert nearest.of(FILE)[0] == "tests/blocks/arithmetic/test_rounding.py"

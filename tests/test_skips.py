@@ -24,6 +24,7 @@ def test_of_a_part(): pytest.skip("this processor could not fuse")
 WHOLE = 'import pytest\npytest.importorskip("slycot_that_is_not_there")\ndef test_nothing(): ...\n'
 
 
+@pytest.mark.exhaustive("2")
 @pytest.mark.parametrize("processes", [0, 2])
 def test_the_last_line_says_what_was_skipped_and_how_to_have_it(processes: int, tmp_path: Path) -> None:
     (tmp_path / "test_some.py").write_text(TESTS)

@@ -72,6 +72,7 @@ def test_errors_are_named(name: str) -> None:
     assert re.search("[Rr]aises `", text_of(getattr(proofmass, name)))
 
 
+@pytest.mark.exhaustive(but=20)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_example_runs(name: str) -> None:
     text = text_of(getattr(proofmass, name))

@@ -102,6 +102,7 @@ def block_of(table: int, folder: Path, apart: int = 1) -> Any:
     return load_own_blocks(folder / "examples.py")["Examples"]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("table", [0, 1])
 @pytest.mark.parametrize("apart", [8, pytest.param(1, marks=pytest.mark.exhaustive)])
 def test_expressions_in_every_engine(table: int, apart: int, tmp_path: Path) -> None:
@@ -136,6 +137,7 @@ def bits(value: float) -> bytes:
     return b"nan" if math.isnan(value) else struct.pack("d", value)
 
 
+@pytest.mark.exhaustive
 def test_statements_in_every_engine(tmp_path: Path) -> None:
     fences = re.findall(r"^```python\n(.*?)^```$", PAGE, re.DOTALL | re.MULTILINE)
     assert fences

@@ -50,6 +50,7 @@ def test_every_fence_says_what_it_is() -> None:
     assert fenced("toml")
 
 
+@pytest.mark.exhaustive("noise-1")
 @pytest.mark.parametrize("text", fenced("python"))
 def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder_of_files(tmp_path))
@@ -77,6 +78,7 @@ def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
     assert [text for text in fences if text not in printed] == []
 
 
+@pytest.mark.exhaustive
 def test_tables_of_the_self_calibration_are_those_printed() -> None:
     """Those that take no minutes; tests/reference holds the numbers of the others."""
     page = (DOCS / "papers/pn-self-calibration.md").read_text()
@@ -97,6 +99,19 @@ def test_graph(text: str) -> None:
         assert (values == compiled[name].values[: len(values)]).all()
 
 
+@pytest.mark.exhaustive(
+    "README-0",
+    "design_loop-0",
+    "margins-0",
+    "pn-self-calibration-4",
+    "pn-self-calibration-7",
+    "temperature-compensation-0",
+    "temperature-compensation-1",
+    "temperature-compensation-2",
+    "requirements-0",
+    "rtl-1",
+    "studies-0",
+)
 @pytest.mark.parametrize(("commands", "answer"), COMMANDS)
 def test_commands(
     commands: str, answer: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]

@@ -105,6 +105,7 @@ def test_nothing_runs_what_a_file_names(file: Path) -> None:
     assert faults(file.read_text(encoding="utf-8"), str(file.relative_to(ROOT))) == []
 
 
+@pytest.mark.exhaustive
 def test_the_known_places_are_there() -> None:
     there = set()
     for file in SOURCES:

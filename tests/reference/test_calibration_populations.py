@@ -25,6 +25,7 @@ def test_three_axes_calibrate_at_the_same_time() -> None:
         assert found[f"{axis}_residual"][0, 0] == pytest.approx(5.2e-3, rel=0.1)  # 5 mV, and rounding to codes
 
 
+@pytest.mark.exhaustive
 def test_of_200_devices_none_is_wrong_without_a_word() -> None:
     """Within 10 % of stiffness and 40 % of damping: right to 0.5 %, or not settled, or with a residual above 8 mV."""
     found = run_study(UNIT, engine="compiled")
@@ -43,6 +44,7 @@ def test_of_200_devices_none_is_wrong_without_a_word() -> None:
     assert 70 <= trusted_devices["z"] <= 110  # of the others 77 settle: the residual tells
 
 
+@pytest.mark.exhaustive
 def test_of_200_gyroscopes_at_the_papers_chip_rate_all_converge_by_two_fits() -> None:
     """Resonances from 8030 to 8880 Hz, on both sides of 8.5 kHz."""
     found = pn_runs.population("self_calibration_gauss_newton.toml", lanes=0)

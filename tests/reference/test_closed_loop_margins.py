@@ -89,6 +89,7 @@ def test_response_against_the_formula(samples: int) -> None:
     assert found == pytest.approx(by_formula(w, samples), rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_first_unstable_delay_and_gain() -> None:
     """Stable up to 38 samples more; x 37.0 stable, x 38.5 not: by poles, and as the delay and gain margin say."""
     assert margins(delayed(38)).stable

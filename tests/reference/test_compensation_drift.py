@@ -35,6 +35,7 @@ def test_the_residual_of_an_aged_law_is_that_of_numpy() -> None:
         assert found["in_fixed_point"][0, epoch] == pytest.approx(np.ptp(aged - fitted), abs=3e-6)
 
 
+@pytest.mark.exhaustive
 def test_what_compensation_leaves_grows_with_the_age() -> None:
     found = run_study(STUDY, runs=5, engine="python")
     assert not found.faults

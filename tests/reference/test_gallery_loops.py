@@ -65,6 +65,7 @@ LOOPS = [
 ]
 
 
+@pytest.mark.exhaustive("closed_loop_gyroscope-rate", "closed_loop_gyroscope-quadrature")
 @pytest.mark.parametrize(("name", "loop", "at", "expected"), LOOPS, ids=[f"{row[0]}-{row[1]}" for row in LOOPS])
 def test_loops_of_oscillators(name: str, loop: str, at: str, expected: Loop) -> None:
     crossover, wide, margin = figures(expected, SLOW, 20.0, 1500.0)
@@ -120,6 +121,7 @@ def referred(name: str, output: str, input: str, at: str, frequency: float) -> d
     return found
 
 
+@pytest.mark.exhaustive
 def test_noise_of_the_open_loop_gyroscope() -> None:
     """Gas: Leland's sqrt(8 k T c) / (2 m w A). Amplifier: both sidebands, over the motion that a rate makes."""
     found = referred("open_loop_gyroscope", "output.output", "rotation.output", "0.15 s", 0.1)

@@ -130,6 +130,7 @@ def test_the_phase_of_the_drive_is_neutral_once_the_loops_have_settled() -> None
     assert any(mode.pole.value == pytest.approx(1.0, abs=1e-12) for mode in settled.hidden)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "S656",
     before="the rate loop at 1 s and 2 s is unstable, with a pole 3.7e-14 outside, at 1.5 s and 3 s stable",
@@ -142,6 +143,7 @@ def test_the_phase_of_the_drive_is_neutral_at_any_time(at: str) -> None:
     assert margins(CLOSED, "rate", at=at).verdict == "stable"
 
 
+@pytest.mark.exhaustive
 def test_a_neutral_phase_is_left_out_of_several_loops_at_once_too() -> None:
     together = margins_together(CLOSED, ("rate", "quadrature"), at="0.15 s")
     alone = [margins(CLOSED, loop, at="0.15 s").disk_margin for loop in together.loops]

@@ -30,6 +30,7 @@ def test_the_scale_factor_is_that_of_the_coil() -> None:
     assert result["reading.output"].values[-1] == pytest.approx(50e-6, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_loop_and_noise() -> None:
     turns = abs(slope()) * 5e-3 * 29.0 * 1e-4  # loop gain a period of 100 us
     found = margins(GRAPH, "field", at="9 ms")

@@ -39,6 +39,7 @@ def loop(study: Study, run: int, w: Any) -> Any:
     return open_loop(w, inertia, damping, stiffness, gain)
 
 
+@pytest.mark.exhaustive
 def test_every_sensor_has_the_margins_of_its_own_loop(result: StudyResult) -> None:
     w = 2.0 * math.pi * np.geomspace(20.0, 24_990.0, 200_000)
     for run in range(RUNS):

@@ -140,6 +140,7 @@ def test_margins_of_the_loop() -> None:
     assert found["sensitivity_peak_db"] == pytest.approx(1.45, abs=0.005)
 
 
+@pytest.mark.exhaustive
 def test_first_unstable_delay_is_39_samples() -> None:
     assert margins(with_delays(38), "da2.voltage").stable
     assert not margins(with_delays(39), "da2.voltage").stable

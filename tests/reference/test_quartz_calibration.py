@@ -113,6 +113,7 @@ def test_the_rows_of_the_paper() -> None:
         assert abs(float(np.mean(found)) - moved) / (std / math.sqrt(6)) == pytest.approx(errors, abs=0.5)
 
 
+@pytest.mark.exhaustive
 def test_disturbed_trials_come_out_as_the_paper_s() -> None:
     """A resistor of the amplifier, not its gain: -180 ppm; a source 2 K warmer: +218 ppm; over-compensation [C].
 

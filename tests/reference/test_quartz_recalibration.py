@@ -45,6 +45,7 @@ def drifted(name: str) -> np.ndarray:  # type: ignore[type-arg]
     return 1.0 + 1e-6 * PACES[name] * np.array(AGES) / YEAR
 
 
+@pytest.mark.exhaustive
 def test_what_is_found_has_drifted_since_the_last_calibration(years: StudyResult) -> None:
     """K0 / (kt kVI kDA) goes with R / V_ref; a calibration takes that off, but for the drift of I_ref, which it
     cannot see, and for half a step of DA0 in each of the two roundings, 1.9 ppm."""
@@ -101,6 +102,7 @@ def _margins(graph: Graph) -> dict[str, float]:
     return all_margins(plan(graph))["main"].as_data()
 
 
+@pytest.mark.exhaustive
 def test_the_study_of_ten_years() -> None:
     """Every month of ten years at three intervals; its drift is that of the parts, whose two ends see one spacing."""
     made = study("quartz_recalibration_study")

@@ -229,6 +229,7 @@ class TestMirrorImages:
 
 
 class TestGaussNewton:
+    @pytest.mark.exhaustive
     def test_200_calibrations_of_the_gyroscope_are_close_to_the_cramer_rao_bound(self) -> None:
         """Of one period after 31: the deviation of 200 is known to 5 %."""
         device = pn_runs.GYROSCOPE._replace(rate=8500.0)

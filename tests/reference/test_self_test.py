@@ -37,6 +37,7 @@ def _hold(m: float, c: float, k: float, period: float) -> list[list[float]]:
         return [[float(held[i, j]) for j in range(3)] for i in range(2)]
 
 
+@pytest.mark.exhaustive
 def test_minimal_self_test_equals_the_straight_line_program() -> None:
     result = simulate(read_graph(library_file("pn_self_test_minimal.toml")), engine="compiled")
     sums = result["correlator.impulse_response"].values[1:]

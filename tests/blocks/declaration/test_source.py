@@ -29,6 +29,7 @@ def functions() -> Iterator[types.FunctionType]:
                 yield from (f for f in found if f.__module__ == name and f.__code__.co_filename == module.__file__)
 
 
+@pytest.mark.exhaustive
 def test_own_lines_give_the_tree_that_the_whole_file_gives() -> None:
     short = 0
     for function in set(functions()):

@@ -29,6 +29,7 @@ def test_a_phase_error_takes_its_cosine(error: float) -> None:
     assert amplitudes(DigitalDemodulator(phase=error), carrier)[1] == pytest.approx(4.0, rel=1e-14)
 
 
+@pytest.mark.exhaustive
 def test_white_noise_comes_through_with_the_root_of_two_over_the_samples() -> None:
     numbers = np.random.default_rng(4).normal(size=8 * 20_000)
     found = amplitudes(DigitalDemodulator(), numbers.tolist())[1:]

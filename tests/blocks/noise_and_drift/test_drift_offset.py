@@ -67,6 +67,7 @@ def test_value_drives_a_parameter_and_is_the_nominal_value_changed_by_the_deviat
     assert result["gain.output"].values == pytest.approx(6.0 * (1.0 + deviation), rel=1e-15)
 
 
+@pytest.mark.exhaustive
 def test_parameters_of_drifts_can_be_driven_themselves() -> None:
     graph = Graph(
         name="driven drifts",

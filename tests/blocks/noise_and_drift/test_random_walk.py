@@ -16,6 +16,7 @@ def test_starts_at_the_nominal_value_and_adds_up() -> None:
     assert [row["value"] for row in rows] == [4.0, 6.0, 8.0, 10.0, 12.0]
 
 
+@pytest.mark.exhaustive("0.01")
 @pytest.mark.parametrize("period", [0.01, 0.1])
 def test_variance_grows_with_time_whatever_the_rate(period: float) -> None:
     c = constants(RandomWalk(coefficient="200 ppm/sqrt(s)"), period)

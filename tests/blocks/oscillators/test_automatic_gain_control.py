@@ -15,6 +15,7 @@ def sine(amplitude: float, samples: int) -> list[float]:
     return [amplitude * math.sin(2.0 * math.pi * 5000.37 * PERIOD * n) for n in range(samples)]
 
 
+@pytest.mark.exhaustive("1.0", "40.0")
 @pytest.mark.derivation(
     AutomaticGainControl,
     equation="g[n+1] = g (1 + T / tau (1 - pi |y| / (2 setpoint)))",
@@ -30,6 +31,7 @@ def test_it_settles_on_the_logistic_curve(amplitude: float) -> None:
     assert np.abs(gain / expected - 1.0).max() < 0.02 * max(1.0, amplitude / 20.0)
 
 
+@pytest.mark.exhaustive
 def test_the_settled_output_has_the_set_amplitude() -> None:
     block = AutomaticGainControl(setpoint=2.0, time_constant=0.02)
     output = np.array(response(block, sine(0.3, 40_000), period=PERIOD))

@@ -26,6 +26,7 @@ def test_whole_ticks_are_counted_exactly() -> None:
     assert [value for _, value in rest] == pytest.approx([1000.0] * len(rest), rel=1e-12)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("frequency", [876.5, 3333.3, 12_345.6])
 def test_a_reciprocal_count_is_right_to_a_tick(frequency: float) -> None:
     values = np.array([value for _, value in counted(frequency)[1:]])
@@ -33,12 +34,14 @@ def test_a_reciprocal_count_is_right_to_a_tick(frequency: float) -> None:
     assert values.mean() == pytest.approx(frequency, rel=2e-5)
 
 
+@pytest.mark.exhaustive
 def test_a_gated_count_is_right_to_an_edge() -> None:
     values = np.array([value for _, value in counted(3333.3, reciprocal=False)[1:]])
     assert set(np.round(values, 6)) == {3300.0, 3400.0}
     assert len(values) in (49, 50)
 
 
+@pytest.mark.exhaustive
 def test_a_signal_that_stands_still_is_never_finished() -> None:
     assert counted(0.0) == [(0, 0.0)]
 

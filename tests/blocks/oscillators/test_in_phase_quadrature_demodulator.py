@@ -40,6 +40,7 @@ def test_its_filters_against_scipy() -> None:
     assert distance(q, signal.sosfilt(sections, 2.0 * u * np.cos(phases))) < 1e-11
 
 
+@pytest.mark.exhaustive
 @pytest.mark.derivation(
     InPhaseQuadratureDemodulator,
     equation="i, q = low-pass of 2 u sine, 2 u cosine",

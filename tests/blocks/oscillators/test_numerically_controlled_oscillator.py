@@ -58,6 +58,7 @@ def test_it_breaks_a_loop_and_its_frequency_may_be_driven() -> None:
     assert not NumericallyControlledOscillator.drivable("initial_phase")
 
 
+@pytest.mark.exhaustive("1234.5", "4999.9")
 @pytest.mark.parametrize("frequency", [1234.5, 4999.9, -0.001, 3333.3])
 def test_each_tick_rounds_by_as_much_as_is_said(frequency: float) -> None:
     rows = drive(NumericallyControlledOscillator(frequency=frequency), [{"control": 0.0}] * 30_001, PERIOD)

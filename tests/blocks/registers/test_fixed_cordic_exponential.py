@@ -70,6 +70,7 @@ def test_error_of_24_bits(every: int, percent: float) -> None:
     assert error(24, 24, every=every) == pytest.approx(percent, rel=2e-3)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("bits", "every", "percent"), [(28, 97, 4.93e-6), (32, 1501, 3.17e-7)])
 def test_error_of_longer_words_over_many_angles(bits: int, every: int, percent: float) -> None:
     assert error(bits, bits, every=every) == pytest.approx(percent, rel=0.01)
@@ -88,6 +89,7 @@ def test_error_of_fewer_iterations(iterations: int, percent: float) -> None:
     assert error(16, iterations) == pytest.approx(percent, rel=1e-3)
 
 
+@pytest.mark.exhaustive("20-percents2")
 @pytest.mark.parametrize(
     ("bits", "percents"),
     [

@@ -7,6 +7,7 @@ from proofmass.blocks import FixedCordicExponential, FixedCordicExponentialPipel
 from tests.by_hand.fixed_point import drive_fixed
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize(
     ("bits", "iterations", "guard", "latency"), [(16, 16, 0, 18), (16, 18, 2, 20), (8, 3, 0, 3), (24, 40, 6, 43)]
 )

@@ -52,6 +52,7 @@ def test_at_most_one_step_off(bits: int) -> None:
         assert np.max(np.abs(found - exact(angles / 2**bits) * 2**bits)) < bound(bits, bits + 4, 8)
 
 
+@pytest.mark.exhaustive("16-18-4", "24-26-5")
 @pytest.mark.parametrize(("bits", "iterations", "guard"), [(12, 14, 4), (16, 18, 4), (24, 26, 5), (16, 6, 0)])
 def test_within_what_is_said_for_any_parameters(bits: int, iterations: int, guard: int) -> None:
     said = 0.5 + 2.0 ** (bits - iterations + 1) + 2 * iterations * 2.0**-guard
@@ -62,6 +63,7 @@ def test_within_what_is_said_for_any_parameters(bits: int, iterations: int, guar
         assert np.max(np.abs(swept(block, name, angles) - exact(angles / 2**bits) * 2**bits)) < said
 
 
+@pytest.mark.exhaustive("20-8")
 @pytest.mark.parametrize(("iterations", "guard"), [(20, 8), (18, 4), (10, 0)])
 def test_bits_against_plain_integers(iterations: int, guard: int) -> None:
     block = FixedCordicRotation(iterations=iterations, guard_bits=guard)

@@ -14,6 +14,7 @@ from tests.by_hand.responses import responses
 SIGNAL, REFERENCE, STATE, OUT, PERIOD = Fixed(16, 12), Fixed(16, 14), Fixed(34, 28), Fixed(18, 14), 1e-4
 
 
+@pytest.mark.exhaustive("toward_zero")
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 def test_against_fractions(rounding: str) -> None:
     block = FixedInPhaseQuadratureDemodulator(rounding=rounding)
@@ -44,6 +45,7 @@ def test_against_fractions(rounding: str) -> None:
         assert [row[name] for row in rows] == low_pass(products)
 
 
+@pytest.mark.exhaustive
 def test_a_carrier_as_in_floating_point() -> None:
     angle = 2.0 * np.pi * 0.11 * np.arange(1500)
     floats = {"signal": 0.7 * np.sin(angle + 0.4), "sine": np.sin(angle), "cosine": np.cos(angle)}

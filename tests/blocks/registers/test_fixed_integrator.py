@@ -13,6 +13,7 @@ WORD, SUM, OUT = Fixed(16, 12), Fixed(24, 18), Fixed(14, 10)
 PERIOD = 1.0 / 512
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 def test_against_big_integers(rounding: str, overflow: str) -> None:
@@ -31,6 +32,7 @@ def test_against_big_integers(rounding: str, overflow: str) -> None:
     assert {OUT.lowest, OUT.highest} <= set(expected) or overflow == "wrap"
 
 
+@pytest.mark.exhaustive
 def test_against_the_integrator_in_floating_point() -> None:
     inputs = words(WORD, 2000, seed=3)
     block = FixedIntegrator(gain=5.0, initial=-0.5, output_format=Fixed(32, 26))

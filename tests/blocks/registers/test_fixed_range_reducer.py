@@ -78,6 +78,7 @@ def differences_of(octave: Any, remainder: Any) -> Any:
 WHOLE = pytest.mark.exhaustive
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("bits", "range_bits"), [(20, 6), pytest.param(22, 6, marks=WHOLE), pytest.param(24, 4, marks=WHOLE)]
 )

@@ -14,6 +14,7 @@ from tests.by_hand.responses import response
 WORD = Fixed(12, 11)
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize(("gains", "bits"), [((1.0,), 1), ((0.3, 0.4), 2), ((0.2, 0.3, 0.4, 0.5), 3)])
 def test_against_fractions(gains: tuple[float, ...], bits: int, rounding: str) -> None:
@@ -43,6 +44,7 @@ def test_against_fractions(gains: tuple[float, ...], bits: int, rounding: str) -
     assert drive_fixed(block, [{"input": m} for m in inputs]) == expected
 
 
+@pytest.mark.exhaustive
 def test_bit_by_bit_as_in_floating_point() -> None:
     """Gains of 1/2 and words of 15 bits after the point need 17: nothing is rounded, and both give the same stream."""
     inputs = [m // 2 for m in words(Fixed(16, 15), 3000, seed=5)]

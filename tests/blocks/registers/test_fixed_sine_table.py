@@ -9,6 +9,7 @@ from proofmass.blocks import FixedPhaseAccumulator, FixedSineTable
 from tests.by_hand.fixed_point import drive_fixed
 
 
+@pytest.mark.exhaustive("10-20")
 @pytest.mark.parametrize(("bits", "fraction"), [(3, 8), (6, 14), (10, 20)])
 def test_every_phase(bits: int, fraction: int) -> None:
     block = FixedSineTable(phase_bits=bits, fraction_bits=fraction)
@@ -20,6 +21,7 @@ def test_every_phase(bits: int, fraction: int) -> None:
         assert row["cosine"] == round(math.cos(angle) * 2**fraction)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("bits", "step"), [(6, 37), (6, 40), (8, 100)])
 def test_spurs_of_a_cut_phase(bits: int, step: int) -> None:
     """Six or four bits of twelve are cut off: the worst line is 36 or 48 dB below the carrier."""

@@ -46,6 +46,7 @@ SIGNALS: dict[str, Array] = {
 }
 
 
+@pytest.mark.exhaustive(but=9)
 @pytest.mark.parametrize("percent", [1.0, 50.0, 99.9])
 @pytest.mark.parametrize("signal", SIGNALS)
 def test_the_rank_of_an_estimate_is_off_by_a_thousandth_at_most(signal: str, percent: float) -> None:

@@ -304,6 +304,7 @@ def test_every_output_of_the_library_is_scheduled_after_what_it_needs(path: Any)
     assert all(at[before] < at[after] for before, after in within_a_tick(graph))
 
 
+@pytest.mark.exhaustive
 def test_a_chain_of_ten_thousand_blocks_is_scheduled() -> None:
     gain = Gain()
     blocks = {f"b{n:05}": gain for n in range(10_000)}

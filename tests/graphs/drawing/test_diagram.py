@@ -182,6 +182,7 @@ def test_an_input_driven_twice_is_drawn_as_declared() -> None:
     assert sorted(drawn(graph)[1]) == ["a.output → gain.input", "b.output → gain.input"]
 
 
+@pytest.mark.exhaustive
 def test_a_long_chain_and_a_long_loop_are_drawn() -> None:
     graph = chain(1500)
     loop = Graph(name="loop", rate=1, blocks=graph.blocks, wires=[*graph.wires, "g1499.output -> g0.input"])

@@ -112,6 +112,7 @@ def texts(graph: Graph, group: str) -> Iterable[ElementTree.Element]:
     return (one for one in ElementTree.fromstring(svg(graph)).iter(f"{SVG}g") if one.get("class") == group)
 
 
+@pytest.mark.exhaustive("chain")
 @pytest.mark.parametrize("name", LARGE)
 def test_a_large_diagram_has_less_to_follow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = LARGE[name]()
@@ -123,6 +124,7 @@ def test_a_large_diagram_has_less_to_follow(name: str, monkeypatch: pytest.Monke
     assert crossings(wires) <= 0.4 * crossings(before)
 
 
+@pytest.mark.exhaustive("random", "chain")
 @pytest.mark.parametrize("name", LARGE)
 def test_tabs_stand_free_and_name_both_ends(name: str) -> None:
     graph = LARGE[name]()

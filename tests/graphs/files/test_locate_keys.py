@@ -121,6 +121,7 @@ headers = dotted.flatmap(lambda key: st.sampled_from([f"[{key}]", f"[[{key}]]"])
 documents = st.lists(st.one_of(pairs, pairs, headers, st.just("# [a] = '"), st.just("")), max_size=8).map("\n".join)
 
 
+@pytest.mark.exhaustive
 @given(documents)
 @settings(max_examples=300, deadline=None)
 def test_lines_of_random_documents(text: str) -> None:

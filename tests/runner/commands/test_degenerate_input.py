@@ -96,6 +96,7 @@ def test_a_sentence_or_what_is_true(command: str, signal: str, capsys: pytest.Ca
     assert not shown.out.strip() or json.loads(shown.out)["problems"]
 
 
+@pytest.mark.exhaustive
 def test_goals_worst_cases_and_requirements_without_a_value(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["verify", "graph.toml"]) == 1
     assert "no value" in capsys.readouterr().out

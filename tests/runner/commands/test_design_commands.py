@@ -38,6 +38,7 @@ def resonator(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.exhaustive
 def test_tune_writes_the_graph_with_its_comments(loop: Path, tmp_path: Path, capsys: Captured) -> None:
     picture, target = tmp_path / "tuned.png", tmp_path / "tuned.toml"
     given = ["--samples", "8", "--starts", "1", "--plot", str(picture), "--write", str(target)]
@@ -52,6 +53,7 @@ def test_tune_writes_the_graph_with_its_comments(loop: Path, tmp_path: Path, cap
     assert main(["check", str(target)]) == 0
 
 
+@pytest.mark.exhaustive
 def test_tune_starts_from_what_is_set(loop: Path, capsys: Captured) -> None:
     """Twice the gain of the plant leaves half of the controller's: their product alone is seen."""
     gains = []
@@ -78,6 +80,7 @@ def test_tune_says_before_the_search_what_it_cannot_write(
     assert "controller" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_tune_as_json_and_what_cannot_be_met(loop: Path, capsys: Captured) -> None:
     loop.write_text(
         loop.read_text(encoding="utf-8").replace("maximise = true", 'at_least = "190 Hz"'), encoding="utf-8"
@@ -102,6 +105,7 @@ def test_fit_writes_what_it_finds(resonator: Path, tmp_path: Path, capsys: Captu
     assert "<svg" in picture.read_text(encoding="utf-8")
 
 
+@pytest.mark.exhaustive
 def test_fit_refuses_to_write_what_is_not_determined(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
     given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
     before = resonator.read_text(encoding="utf-8")
@@ -115,6 +119,11 @@ def test_fit_refuses_to_write_what_is_not_determined(resonator: Path, tmp_path: 
     assert resonator.read_text(encoding="utf-8") == before
 
 
+@pytest.mark.exhaustive(
+    "words1-name what was recorded",
+    "words2---order: an option of temperature laws",
+    "words3---tries: an option of recordings",
+)
 @pytest.mark.parametrize(
     ("words", "said"),
     [

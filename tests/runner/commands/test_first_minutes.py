@@ -24,6 +24,7 @@ def processor_seconds(folder: Path, *words: str) -> float:
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(3, "a report within ten seconds of a processor, with an empty cache")
 def test_a_first_report_takes_seconds(tmp_path: Path) -> None:
     assert processor_seconds(tmp_path, "run", "library:closed_loop_accelerometer", "--out", "results") < 10.0

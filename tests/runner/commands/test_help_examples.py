@@ -32,6 +32,9 @@ def _no_browser(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("proofmass.runner.commands.live_command.watch", nothing)
 
 
+@pytest.mark.exhaustive(
+    "allan", "noise", "response", "test-block", "tune", "worst", "fit", "margins", "montecarlo", "report", "rtl", "live"
+)
 @pytest.mark.parametrize("name", cli.commands)
 @pytest.mark.friendly(4, "every example runs from an empty folder")
 def test_the_examples_of_the_help_run(name: str, command: Command) -> None:

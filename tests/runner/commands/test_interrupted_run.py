@@ -42,6 +42,7 @@ class TestTheCommand:
         assert "Traceback" not in messages
         return process.returncode, messages, time.monotonic() - began
 
+    @pytest.mark.exhaustive("15")
     @needs_proc
     @pytest.mark.parametrize("number", [signal.SIGINT, signal.SIGTERM])
     @pytest.mark.friendly(24, "a run ends within a second of the signal")
@@ -53,6 +54,7 @@ class TestTheCommand:
         assert "interrupted after" in messages
         assert "with --out FOLDER a run can be resumed" in messages
 
+    @pytest.mark.exhaustive
     @needs_proc
     @pytest.mark.friendly(25, "the same command ends with the same bits")
     def test_resumes_to_the_same_bits(self, tmp_path: Path) -> None:
@@ -75,6 +77,7 @@ class TestTheCommand:
         assert (tmp_path / "one" / "traces.csv").read_bytes() == (tmp_path / "two" / "traces.csv").read_bytes()
         assert not (tmp_path / "one" / FILE).exists()
 
+    @pytest.mark.exhaustive
     def test_says_when_the_disk_is_full_and_goes_on_when_there_is_room(self, tmp_path: Path) -> None:
         path = tmp_path / "graph.toml"
         path.write_text(
@@ -99,6 +102,7 @@ class TestTheCommand:
         graph = Graph(name="long", rate="1 kHz", blocks={"noise": WhiteNoise(density=1.0)}, probes=["noise.output"])
         assert np.array_equal(trace, simulate(graph, samples=400_000, engine="compiled")["noise.output"].values)
 
+    @pytest.mark.exhaustive("netcdf", "parquet")
     @pytest.mark.parametrize("form", ["netcdf", "csv", "parquet"])
     def test_says_when_the_results_do_not_fit(self, form: str, tmp_path: Path) -> None:
         arguments = command(

@@ -88,6 +88,7 @@ def test_sensitivity_of_a_graph_without_loops(capsys: pytest.CaptureFixture[str]
     assert [entry["quantity"] for entry in listed["sensitivities"]] == ["scale factor", "bias"]
 
 
+@pytest.mark.exhaustive
 def test_pictures(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     picture = tmp_path / "loop.svg"
     assert f"wrote {picture}" in said(capsys, "margins", LOOP, "--plot", str(picture))
@@ -137,6 +138,7 @@ def test_an_unstable_loop_misses_everything_at_once(capsys: pytest.CaptureFixtur
     assert "1 problem in" in told
 
 
+@pytest.mark.exhaustive
 def test_check_imports_no_numbers_without_requirements() -> None:
     code = (
         "import sys; from proofmass.runner.command_line import main; "
@@ -145,6 +147,7 @@ def test_check_imports_no_numbers_without_requirements() -> None:
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+@pytest.mark.exhaustive
 def test_figures_stand_before_python_control_is_imported() -> None:
     code = f"""
 import sys

@@ -20,6 +20,7 @@ def study(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(25, "a study goes on")
 @pytest.mark.friendly(32, "tables and files of a study")
 def test_table_files_and_resuming(study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
@@ -64,6 +65,7 @@ def test_one_epoch_and_no_limits_draw_a_histogram(study: Path, tmp_path: Path) -
     assert "runs" in (tmp_path / "out" / "study.svg").read_text()
 
 
+@pytest.mark.exhaustive
 def test_intervals_between_calibrations_have_tables_of_their_own(
     study: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

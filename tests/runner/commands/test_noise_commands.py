@@ -31,6 +31,7 @@ def recording(tmp_path: Path) -> str:
     return str(path)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(31, "of a recording")
 def test_allan_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str, tmp_path: Path) -> None:
     picture = tmp_path / "allan.svg"
@@ -46,6 +47,7 @@ def test_allan_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str
     assert data["deviations"]["allan"]["deviation"][0] * np.sqrt(0.02) * 60.0 == pytest.approx(0.05, rel=0.02)
 
 
+@pytest.mark.exhaustive
 def test_spectrum_of_a_recording(capsys: pytest.CaptureFixture[str], recording: str, tmp_path: Path) -> None:
     picture = tmp_path / "spectrum.svg"
     words = ("spectrum", recording, "--probe", "turning", "--band", "0.1 Hz", "20 Hz", "--plot", str(picture))
@@ -59,6 +61,7 @@ def test_spectrum_of_a_recording(capsys: pytest.CaptureFixture[str], recording: 
     assert "no tone stands out" in said(capsys, "spectrum", recording, "--probe", "rate")
 
 
+@pytest.mark.exhaustive
 def test_spectrum_and_allan_of_a_graph(capsys: pytest.CaptureFixture[str]) -> None:
     words = (GRAPH, "--probe", "adc.number", "--duration", "1 s", "--skip", "0.5 s", "--seed", "4")
     assert "adc.number: 2,501 values at 5000 Hz" in said(capsys, "spectrum", *words)
@@ -123,6 +126,7 @@ def test_what_is_wrong_is_told(
     assert text in said(capsys, *words, code=code)
 
 
+@pytest.mark.exhaustive
 def test_the_report_of_a_run_has_the_budget(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     """The sources with their shares, the same in `noise.json` as by `proofmass noise --json`."""
     out = tmp_path / "run"

@@ -20,6 +20,7 @@ def test_linear_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> 
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(13, "a stimulus has its peak as it was written")
 def test_simulated_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     picture = tmp_path / "response.png"
@@ -34,6 +35,7 @@ def test_simulated_response(capsys: pytest.CaptureFixture[str], tmp_path: Path) 
     assert picture.stat().st_size > 10_000
 
 
+@pytest.mark.exhaustive("words5-1-does not move")
 @pytest.mark.parametrize(
     ("words", "code", "text"),
     [

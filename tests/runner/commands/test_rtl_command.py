@@ -84,6 +84,7 @@ def test_a_loop_that_a_signal_bounds_is_told_with_its_line(capsys: pytest.Captur
     assert not (tmp_path / "hardware").exists()
 
 
+@pytest.mark.exhaustive
 def test_what_is_wrong_is_told_and_nothing_is_written(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     folder = tmp_path / "hardware"
     text = said(capsys, CALIBRATION, "--block", "stifness", "-o", str(folder), code=1)

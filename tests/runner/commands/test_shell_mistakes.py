@@ -44,6 +44,7 @@ ANSWERS = {  # a command line, and words of its answer
 }
 
 
+@pytest.mark.exhaustive(but=14)
 @pytest.mark.parametrize("line", ANSWERS)
 @pytest.mark.friendly(7, "mistakes at the shell are answered by their cure")
 def test_a_mistake_is_answered_by_its_cure(line: str, command: Command) -> None:

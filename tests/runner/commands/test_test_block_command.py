@@ -47,6 +47,7 @@ def file(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(19, "a sound block passes")
 def test_a_block_that_is_sound(file: Path, capsys: Captured) -> None:
     assert main(["test-block", str(file), "Doubled"]) == 0

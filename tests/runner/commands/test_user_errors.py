@@ -187,6 +187,7 @@ def test_a_file_of_blocks_that_fails(text: str, line: int, message: str, command
     assert message in answer.err
 
 
+@pytest.mark.exhaustive
 def test_the_traceback_is_shown_wherever_it_is_asked_for(tmp_path: Path) -> None:
     (tmp_path / "unstable.toml").write_text(UNSTABLE)
     for arguments in (["--traceback", "run", "unstable.toml"], ["run", "unstable.toml", "--traceback"]):
@@ -207,6 +208,7 @@ def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pyt
     assert "--traceback shows where" in answer.err
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("name", ["Größe 加速度.toml", "-x.toml"])
 @pytest.mark.friendly(41, "files with spaces and any letters")
 def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path: Path) -> None:
@@ -218,6 +220,7 @@ def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path:
     assert (folder / f"out {name}" / "traces.csv").exists()
 
 
+@pytest.mark.exhaustive("source")
 @pytest.mark.parametrize("arguments", [["blocks"], ["run", TEMPLATE, "--show-source"]], ids=["blocks", "source"])
 def test_a_reader_that_goes_away_is_no_error(arguments: list[str]) -> None:
     words = [sys.executable, "-m", "proofmass", *arguments]
@@ -240,6 +243,7 @@ def test_an_example_is_read_as_a_shell_reads_it() -> None:
     assert examples_of(text) == [["a", "--b", "c d"], ["f", "--g"]]
 
 
+@pytest.mark.exhaustive(but=12)
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_the_source_of_every_example_is_one_loop_and_what_it_calls(path: Path, command: Command) -> None:
     lines = [line.partition("  # ")[0].rstrip() for line in command("run", str(path), "--show-source").out.splitlines()]
@@ -254,6 +258,7 @@ def test_the_source_of_every_example_is_one_loop_and_what_it_calls(path: Path, c
     assert max(lengths) < 700  # of a table in a digital block
 
 
+@pytest.mark.exhaustive
 def test_what_is_shown_of_a_block_is_a_piece_of_a_graph_file(command: Command) -> None:
     for kind in all_blocks():
         shown = command("blocks", kind).out
@@ -261,6 +266,7 @@ def test_what_is_shown_of_a_block_is_a_piece_of_a_graph_file(command: Command) -
         assert tomllib.loads(shown.partition("In a graph file:")[2])["blocks"]["name"]["kind"] == kind
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(23, "a bar on a terminal leaves no trace")
 def test_a_terminal_has_a_progress_bar_that_leaves_no_trace(tmp_path: Path) -> None:
     pty = pytest.importorskip("pty")

@@ -40,6 +40,7 @@ def written(folder: Path, text: str) -> Path:
     return folder / "study.toml"
 
 
+@pytest.mark.exhaustive
 def test_named_designs_are_studies_of_the_same_sensors(tmp_path: Path) -> None:
     studies = read_variants(written(tmp_path, NAMED))
     assert list(studies) == ["fine", "coarse", "steady"]
@@ -85,6 +86,7 @@ def test_the_command_runs_and_compares_them(tmp_path: Path, capsys: pytest.Captu
     assert main([*command, "--run", "1"]) == 2
 
 
+@pytest.mark.exhaustive
 def test_set_changes_the_graph_of_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = written(tmp_path, BASE)
     assert main(["montecarlo", str(path), "--engine", "python", "--quiet", "--set", "adc.bits=8", "--json"]) == 0
@@ -112,6 +114,7 @@ def test_a_mistake_is_named(tmp_path: Path, text: str, said: str) -> None:
     assert "study.toml:" in str(caught.value)
 
 
+@pytest.mark.exhaustive
 def test_swept_integers_and_laws_have_curves_together(tmp_path: Path) -> None:
     """The bias of 12 bits is 16 times that of 8: a mean for each value, a curve for each value of the other."""
     studies = read_variants(written(tmp_path, SWEPT))

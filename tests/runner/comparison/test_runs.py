@@ -76,6 +76,7 @@ def test_a_gain_that_differs(before: Path, tmp_path: Path) -> None:
     assert json.dumps(found.as_data())
 
 
+@pytest.mark.exhaustive
 def test_what_cannot_be_compared(before: Path, tmp_path: Path) -> None:
     texts = {
         "rows": TEXT.replace("samples = 200", "samples = 201"),
@@ -106,6 +107,7 @@ def test_folders_that_hold_something_else(before: Path, tmp_path: Path) -> None:
         compare_runs(before, after, Allowance())
 
 
+@pytest.mark.exhaustive
 def test_margins_of_loops_that_differ(tmp_path: Path) -> None:
     """K T = 2 sin(w T / 2) at the crossover w, and a phase margin of 90 deg - 1.5 w T: 100 and 110 1/s."""
     short = INTEGRATING.replace('"0.5 s"', '"20 ms"')

@@ -39,6 +39,7 @@ def test_mass_spring_damper_in_all_damping_regimes(quality: float) -> None:
                 assert row == pytest.approx(right, rel=1e-12, abs=1e-14 * largest)
 
 
+@pytest.mark.exhaustive
 def test_random_systems_up_to_order_twelve() -> None:
     dice = random.Random(1)
     for order in range(1, 13):
@@ -70,6 +71,7 @@ def spread(order: int, dice: random.Random, kind: str) -> tuple[list[list[float]
     return [[a[i][j] * scale[i] / scale[j] for j in range(order)] for i in range(order)], scale
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("kind", ["stiff", "undamped"])
 def test_stiff_and_undamped_systems_up_to_order_twelve(kind: str) -> None:
     dice = random.Random(kind)

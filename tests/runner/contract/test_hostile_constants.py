@@ -49,6 +49,7 @@ def _formula(dice: random.Random, depth: int) -> str:
     return dice.choice(OPERATIONS).format(_formula(dice, depth - 1), _formula(dice, depth - 1))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "S650",
     before="math.copysign of a NaN is -1 in plain Python and +1 in machine code",

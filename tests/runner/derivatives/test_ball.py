@@ -49,6 +49,7 @@ def inside(value: Any, of: Ball) -> bool:
     return low <= value <= high
 
 
+@pytest.mark.exhaustive(but=7)
 @pytest.mark.parametrize(("ours", "exact", "low", "high"), FUNCTIONS, ids=lambda of: getattr(of, "__name__", ""))
 def test_functions_hold_every_value_and_stay_close(ours: Any, exact: Any, low: float, high: float) -> None:
     draw = random.Random(1)
@@ -136,6 +137,7 @@ def test_slopes_of_balls_hold_the_slopes_of_all_numbers() -> None:
         assert inside(math.sin(x * x) / (1.0 + math.exp(-x)), plain(whole))
 
 
+@pytest.mark.exhaustive
 def test_exponentials_of_matrices_hold_those_of_all_matrices() -> None:
     draw = np.random.default_rng(3)
     for _ in range(20):
@@ -154,6 +156,7 @@ def _kinds() -> list[type[Block]]:
     return [kind for kind in kinds if "constants" in kind.functions and not kind.has_formats()]
 
 
+@pytest.mark.exhaustive
 def test_constants_of_every_block_hold_those_of_all_sensors() -> None:
     """Boxes of parameters about the default, wide and narrow; a block that decides differently in one is undecided."""
     draw, seen, silent = random.Random(5), set[str](), set[str]()

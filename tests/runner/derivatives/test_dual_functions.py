@@ -186,6 +186,7 @@ def test_helpers_recursion_defaults_and_inner_functions() -> None:
     assert slopes_of(found)["x"] == pytest.approx(3 * 0.25 * math.exp(0.125))
 
 
+@pytest.mark.exhaustive("RunningPercentile", "SpectrumMeter")
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_every_block_against_differences(kind: type[Block], tmp_path: Path) -> None:
     """Each function by each real state, input, constant and entry of a buffer, at random places."""

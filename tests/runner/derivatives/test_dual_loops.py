@@ -140,6 +140,7 @@ def _same_margins(looped: Graph, plain: Graph) -> None:
         assert getattr(found, name) == pytest.approx(getattr(expected, name), rel=1e-9), name
 
 
+@pytest.mark.exhaustive
 def test_an_output_that_is_solved_with_others_cannot_be_moved() -> None:
     for signal in ("sum.output", "back.output"):
         with pytest.raises(ModelError, match="its value follows from the others"):

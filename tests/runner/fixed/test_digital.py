@@ -231,6 +231,7 @@ def around(block: Block) -> Graph:
     return Graph(name="around", rate=1000, blocks=blocks, wires=wires, probes=probes)
 
 
+@pytest.mark.exhaustive
 def test_a_loop_over_a_table_with_buffers_and_truth_values() -> None:
     python, compiled = (simulate(around(Magnitude()), samples=1000, engine=engine) for engine in BOTH)
     for signal in python:

@@ -103,6 +103,7 @@ def test_random_steps_are_equal_in_every_engine(seed: int) -> None:
         assert first == second == third.tolist()
 
 
+@pytest.mark.exhaustive
 def test_random_steps_without_the_count_are_equal() -> None:
     for seed in range(100, 120):
         function = random_step(seed)

@@ -179,6 +179,7 @@ def test_conditions_of_python_all_work() -> None:
         assert step(a, b) == stored(chain(FixedValue(a, 1), FixedValue(b, 1)), Fixed(8, 2))
 
 
+@pytest.mark.exhaustive
 def test_a_loop_that_the_range_ends_is_unrolled() -> None:
     def bits(a: Any) -> Any:
         count = 0

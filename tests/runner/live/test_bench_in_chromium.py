@@ -102,6 +102,7 @@ def whole(live: tuple[Path, Process]) -> Iterator[None]:
         live[0].write_text(tutorial())
 
 
+@pytest.mark.exhaustive
 def test_the_tutorials_loop_is_tuned_to_45_degrees_by_mouse_alone_and_saved(
     browser: Any, live: tuple[Path, Process]
 ) -> None:
@@ -197,6 +198,7 @@ def test_broken_text_while_dragging_empties_nothing_and_windows_stay_in_step(
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_fields_take_units_as_files_write_them_and_say_their_range(browser: Any, live: tuple[Path, Process]) -> None:
     page, lines = bench(browser, live[1].url)
     digest(page)
@@ -237,6 +239,7 @@ def test_fields_take_units_as_files_write_them_and_say_their_range(browser: Any,
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_the_first_screen_has_diagram_verdicts_and_two_plots_in_the_order_of_the_file(
     browser: Any, live: tuple[Path, Process]
 ) -> None:
@@ -262,6 +265,7 @@ def test_the_first_screen_has_diagram_verdicts_and_two_plots_in_the_order_of_the
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_plots_share_zoom_and_marks_and_show_the_spectrum_of_what_is_seen(
     browser: Any, live: tuple[Path, Process]
 ) -> None:
@@ -299,6 +303,7 @@ def test_plots_share_zoom_and_marks_and_show_the_spectrum_of_what_is_seen(
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_keys_and_fingers_do_what_a_mouse_does(browser: Any, live: tuple[Path, Process]) -> None:
     page, lines = bench(browser, live[1].url, has_touch=True, color_scheme="dark")
     page.set_viewport_size({"width": 400, "height": 800})

@@ -60,6 +60,7 @@ def _factor(slider: dict[str, Any]) -> float:
     return 1.001 if highest is None or slider["value"] * 1.001 < highest else 0.999
 
 
+@pytest.mark.exhaustive
 @needs_node
 @pytest.mark.parametrize("name", MARKED)
 def test_bits_of_the_library(name: str) -> None:
@@ -76,6 +77,7 @@ def test_bits_of_the_library(name: str) -> None:
     assert other["digest"] == simulate(changed, samples=TICKS).digest
 
 
+@pytest.mark.exhaustive
 @needs_node
 @pytest.mark.parametrize(
     "name", [n if n in FEW_WITH_VALUES else pytest.param(n, marks=pytest.mark.exhaustive) for n in WITH_VALUES]
@@ -94,6 +96,7 @@ def test_bits_of_named_values(name: str) -> None:
     assert other["digest"] == simulate(changed, samples=TICKS).digest
 
 
+@pytest.mark.exhaustive
 @needs_node
 def test_measures_given_by_formulas_are_those_of_the_command_line() -> None:
     """Every operation of formulas, of other measures, with units and in order; to the bit, while a parameter moves."""

@@ -132,6 +132,7 @@ def test_a_frozen_run_and_spectra_are_drawn(browser: Any, report: Path) -> None:
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_a_click_on_a_plot_shows_what_the_wires_hold(browser: Any, report: Path) -> None:
     page, lines = opened(browser, (report / "report.html").as_uri())
     digest(page)
@@ -223,6 +224,7 @@ def test_a_file_is_live(browser: Any, live: tuple[Path, Process]) -> None:
     page.context.close()
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S561", before="a page sends its token to whoever listens after the server", after="nothing")
 def test_a_stranger_on_the_port_is_told_nothing(browser: Any, live: tuple[Path, Process]) -> None:
     file, process = live

@@ -107,6 +107,7 @@ def shown(page: Any, selector: str) -> float:
     return float(number) * {"": 1.0, "k": 1e3, "m": 1e-3, "u": 1e-6, "µ": 1e-6, "n": 1e-9}[unit]
 
 
+@pytest.mark.exhaustive
 def test_a_named_value_moves_what_follows_from_it_to_the_bits_of_the_command_line(
     browser: Any, folder: Path, report: str, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -130,6 +131,7 @@ def test_a_named_value_moves_what_follows_from_it_to_the_bits_of_the_command_lin
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_many_seeds_have_the_measures_of_single_runs(browser: Any, folder: Path, report: str) -> None:
     page, lines = opened(browser, report)
     digest(page)
@@ -184,6 +186,7 @@ def test_a_walk_goes_tick_by_tick_and_takes_other_parameters_on_the_way(browser:
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_the_map_unfolds_colours_tells_and_plots(browser: Any, folder: Path, report: str) -> None:
     page, lines = opened(browser, report)
     digest(page)
@@ -228,6 +231,7 @@ def long_way() -> Graph:
     return Graph(name="long way", rate="1 kHz", samples=50, blocks=blocks, wires=wires, probes=["total.output"])
 
 
+@pytest.mark.exhaustive
 def test_a_tab_marks_its_net_and_a_bundle_shows_all_it_carries(browser: Any, tmp_path: Path) -> None:
     write_run(simulate(long_way(), engine="python"), tmp_path, (), live=True)
     page, lines = opened(browser, (tmp_path / "report.html").as_uri())
@@ -303,6 +307,7 @@ def live(folder: Path) -> Iterator[tuple[Path, Process]]:
     process.kill()
 
 
+@pytest.mark.exhaustive
 def test_the_process_takes_integers_draws_and_runs_a_study(browser: Any, live: tuple[Path, Process]) -> None:
     file, process = live
     page, lines = opened(browser, process.url)
@@ -333,6 +338,7 @@ def test_the_process_takes_integers_draws_and_runs_a_study(browser: Any, live: t
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_the_process_does_what_is_too_long_for_a_page(browser: Any, live: tuple[Path, Process]) -> None:
     """21 million ticks of a counter: lowest and highest values of each pixel, the last near the end."""
     file, process = live

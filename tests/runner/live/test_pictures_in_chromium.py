@@ -55,6 +55,7 @@ def page_of_all(folder: Path) -> Path:
     return save_page(folder / "page.html", "pictures", "", sections, "")
 
 
+@pytest.mark.exhaustive
 def test_no_letter_is_smaller_than_ten_pixels(browser: Any, tmp_path: Path) -> None:
     page, lines = opened(browser, page_of_all(tmp_path).as_uri())
     for scheme, width in itertools.product(("light", "dark"), (400, 1400)):

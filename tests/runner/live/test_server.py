@@ -52,6 +52,7 @@ def asked(url: str, method: str, path: str, body: bytes = BODY, **headers: str) 
         return connection.getresponse().status
 
 
+@pytest.mark.exhaustive
 def test_others_are_refused(process: Process) -> None:
     """Foreign hosts, origins and tokens; nothing is told to anyone who has no token."""
     parts = urlsplit(process.url)
@@ -129,6 +130,7 @@ def test_the_server_proves_that_it_has_the_token_and_tells_it_to_nobody(process:
     assert parts.fragment not in proof
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S562", before="the next start has the same port and token", after="a new token at each start")
 def test_each_start_has_a_token_of_its_own(process: Process, tmp_path: Path) -> None:
     file = tmp_path / "graph.toml"

@@ -209,6 +209,7 @@ def test_the_settings_of_the_user_are_left_alone(tmp_path: Path) -> None:
     assert dict(matplotlib.rcParams) == before
 
 
+@pytest.mark.exhaustive
 def test_pyplot_is_never_imported() -> None:
     code = (
         "import io, sys; from tests.by_hand.results import mixed_result;"

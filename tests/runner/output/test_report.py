@@ -205,6 +205,7 @@ def test_an_interrupted_run_says_so_first(tmp_path: Path) -> None:
     assert "--samples 1000 --seed 7" in page
 
 
+@pytest.mark.exhaustive
 def test_the_page_of_many_long_noises_stays_small(tmp_path: Path) -> None:
     noise = np.random.default_rng(1).normal(size=(50_000, 16))
     result = made_result([made_trace(f"noise{i}.output", noise[:, i], "V") for i in range(16)])

@@ -116,6 +116,7 @@ drift = { at_most = "15 deg/h" }
 """
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(13, "so are those of studies")
 def test_a_study_is_shown_in_the_units_of_its_measures_and_kept_in_those_of_the_signals(tmp_path: Path) -> None:
     (tmp_path / "turning.toml").write_text(TEXT)

@@ -80,6 +80,7 @@ def test_a_constant_called_stream(tmp_path: Path) -> None:
     assert values.mean() == pytest.approx(3.0, abs=0.2)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S5", before="a block named group_0 gets a tolerance of 0", after="its own")
 def test_a_block_called_as_a_group_beside_one_that_is_stepped(tmp_path: Path) -> None:
     text = """
@@ -181,6 +182,7 @@ def words(kind: str, ports: tuple[str, ...], *, constants: bool) -> str:
     return f"{text}    return {kind}State({values})\n"
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S5", before="names of a user meet those of the loop", after="the same bits by any name")
 def test_blocks_fields_and_ports_called_as_the_loops_own_words(tmp_path: Path) -> None:
     few = ("next", "c_")

@@ -55,6 +55,7 @@ MEASURED = dataclasses.replace(
 )
 
 
+@pytest.mark.exhaustive("compiled")
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 def test_against_numpy(engine: EngineName) -> None:
     result = simulate(MEASURED, engine=engine)
@@ -123,6 +124,7 @@ def test_measures_with_other_options_are_other_measures() -> None:
     assert found["p10"].value < found["p50"].value - 0.05 < found["p90"].value - 0.1
 
 
+@pytest.mark.exhaustive
 def test_percentiles_of_many_values_have_the_bits_of_plain_python() -> None:
     """Beyond the 1,024 values that are kept; in threads and in lanes too."""
     measures = {
@@ -171,6 +173,7 @@ def test_engines_traces_and_other_measures_change_no_bit() -> None:
         assert (plain[name].values == measured[name].values).all()
 
 
+@pytest.mark.exhaustive
 def test_lanes_and_plain_python_measure_the_same_bits() -> None:
     measures = {name: measure for name, measure in MEASURED.measures.items() if name.startswith("number_")}
     graph = dataclasses.replace(MEASURED, measures=measures)

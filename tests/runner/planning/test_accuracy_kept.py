@@ -43,6 +43,7 @@ def test_a_step_that_begins_between_ticks_is_where_it_begins(method: str, starts
         assert abs(found - 2e-3) < 1e-12
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.parametrize("method", ["auto", *ADAPTIVE])
 def test_pulses_between_ticks_have_their_area(method: str) -> None:
     graph = integrated(Pulse(delay=1.23456e-4, repetition=math.pi / 3000.0, duty=0.3), method=method)
@@ -52,6 +53,7 @@ def test_pulses_between_ticks_have_their_area(method: str) -> None:
     assert np.abs(trace.values - area).max() < 1e-9 * area.max()
 
 
+@pytest.mark.exhaustive("10 kHz-0.01081-radau")
 @pytest.mark.defect("C620", before="no step is short enough", after="within the accuracy of the closed form")
 @pytest.mark.parametrize("method", ["auto", *ADAPTIVE])
 @pytest.mark.parametrize(("rate", "start"), [("10 kHz", 10.81e-3), ("1 kHz", 0.7194), ("1 kHz", 0.1)])
@@ -72,6 +74,7 @@ def test_a_mass_at_rest_is_pushed_later(method: str, rate: str, start: float) ->
     assert np.abs(trace.values - 1e-6 / STIFFNESS * shape.real).max() < 1e-9 * 1e-6 / STIFFNESS
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.defect("C621", before="no step is short enough in tick 0", after="as DOP853 of the published equations")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_a_gyroscope_starts_from_rest(method: str) -> None:
@@ -84,6 +87,7 @@ def test_a_gyroscope_starts_from_rest(method: str) -> None:
         assert abs(result[signal].values[-1] - expected[row, -1]) < 1e-8 * np.abs(expected[row]).max()
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_both_engines_start_alike(method: str) -> None:
     graph = library("vibratory_gyroscope.toml")
@@ -93,6 +97,7 @@ def test_both_engines_start_alike(method: str) -> None:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.defect("C622", before="no step is short enough in tick 0", after="as the formula of its filter")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_a_readout_starts_from_rest(method: str) -> None:
@@ -124,6 +129,7 @@ def sliding(method: str) -> Graph:
     )
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.defect("H620", before="no answer", after="a sentence after half a second")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
@@ -134,6 +140,7 @@ def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
     assert "substeps = 100" in str(told.value)
 
 
+@pytest.mark.exhaustive("MOST_EVENTS-100")
 @pytest.mark.defect("S621", before="200,000 switchings are counted of 10,000,000", after="a sentence in tick 0")
 @pytest.mark.parametrize(("limit", "events"), [("MOST_EVENTS", 100), ("CHATTER", 50)])
 def test_a_relay_that_chatters_ends_with_a_sentence(limit: str, events: int, monkeypatch: pytest.MonkeyPatch) -> None:

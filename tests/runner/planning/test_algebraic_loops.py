@@ -202,6 +202,7 @@ def step_response(numerator: Any, denominator: Any, times: Any) -> Any:
     return np.array([row @ (expm(matrix * t) @ [0.0, 0.0, 1.0]) for t in times])
 
 
+@pytest.mark.exhaustive("runge_kutta_4-1e-08", "dormand_prince-1e-08", "radau-1e-08")
 @pytest.mark.parametrize(
     ("method", "error"),
     [("auto", 1e-12), ("runge_kutta_4", 1e-8), ("dormand_prince", 1e-8), ("radau", 1e-8)],
@@ -242,6 +243,7 @@ def test_a_loop_gain_that_a_signal_moves_is_assembled_anew_in_every_tick() -> No
     np.testing.assert_allclose(trace.values, expected, rtol=1e-12)
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.parametrize("method", ["runge_kutta_4", "dormand_prince", "radau"])
 def test_a_loop_that_saturates_inside_a_group(method: str) -> None:
     """x' = -200 x + 100 u, y = x + u / 2, u = 1 + limited(-3 y) in +-0.5."""
@@ -313,6 +315,7 @@ def test_jumps_and_roots_of_negative_numbers(inner: Block, port: str, engine: En
         simulate(graph, samples=3, engine=engine)
 
 
+@pytest.mark.exhaustive("dormand_prince-python", "radau-python")
 @pytest.mark.parametrize(
     ("method", "engine"),
     [("runge_kutta_4", "python"), ("dormand_prince", "python"), ("radau", "python"), ("runge_kutta_4", "compiled")],

@@ -114,6 +114,7 @@ def test_both_engines_find_the_same_corners(samples: int) -> None:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
 
+@pytest.mark.exhaustive("integration1", "integration2")
 @pytest.mark.parametrize("ticks", amounts(24, 100))  # three periods with two pairs of corners in each
 @pytest.mark.parametrize("integration", [{"substeps": 10}, {"accuracy": 1e-6}, {"method": "radau", "accuracy": 1e-4}])
 def test_lanes_find_them_too(integration: dict[str, Any], ticks: int) -> None:

@@ -78,6 +78,7 @@ def test_the_tolerance_of_events_is_kept() -> None:
     assert max(map(abs, near)) < 1e-6
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("method", ["runge_kutta_4", "dormand_prince", "radau"])
 def test_a_hundred_switchings_of_a_relay_round_a_lag(method: str) -> None:
     tau = 0.01
@@ -155,6 +156,7 @@ def below(p: Any, x: Count, time: float) -> float:
     return 0.0105 - time
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("engine", ENGINES)
 def test_an_event_without_end_stops_the_run(engine: EngineName) -> None:
     graph = Graph(name="stuck", rate="1 kHz", blocks={"stuck": Stuck()}, probes=["stuck.count"])
@@ -170,6 +172,7 @@ def test_blocks_with_events_are_stepped_though_they_are_linear() -> None:
     assert (solver.method, solver.substeps) == ("dormand_prince", 1)
 
 
+@pytest.mark.exhaustive
 def test_a_driven_parameter_of_a_block_with_events_is_the_parameter_set() -> None:
     def graph(damping: float, driven: bool) -> Graph:
         blocks: dict[str, Block] = {

@@ -83,6 +83,7 @@ def test_a_group_with_a_coriolis_force_of_a_held_rotation_is_exact() -> None:
     assert plan(gyroscope(sources="continuous")).solvers[0].method == "dormand_prince"
 
 
+@pytest.mark.exhaustive
 def test_it_is_the_group_of_driven_gains_and_the_limit_of_small_steps() -> None:
     found = simulate(gyroscope(), samples=120, engine="python")
     assert difference(found, simulate(gyroscope(gains=True), samples=120, engine="python")) < 1e-13

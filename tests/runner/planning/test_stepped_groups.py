@@ -129,6 +129,7 @@ def relax(p: Any, x: Angle) -> Angle:
     return Angle(x.velocity, p.stiffness * (1.0 - x.angle * x.angle) * x.velocity - x.angle)
 
 
+@pytest.mark.exhaustive
 def test_what_is_stiff_is_stepped_implicitly() -> None:
     graph = Graph(name="stiff", rate="0.1 Hz", blocks={"it": VanDerPol()}, probes=["it.level"])
     solver = plan(graph).solvers[0]

@@ -61,6 +61,7 @@ def drawn(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     return kind(**values)
 
 
+@pytest.mark.exhaustive(but=42)
 @pytest.mark.parametrize("kind", DRIVABLE, ids=lambda kind: kind.__name__)
 def test_each_alone_in_plain_python(kind: type[Block], tmp_path: Path) -> None:
     block = drawn(kind, random.Random(kind.__name__), tmp_path)
@@ -70,6 +71,7 @@ def test_each_alone_in_plain_python(kind: type[Block], tmp_path: Path) -> None:
         assert bits(driven(graph, {"block": [parameter]}), "python") == expected, parameter
 
 
+@pytest.mark.exhaustive
 def test_nearly_all_of_these_blocks_have_a_parameter_that_counts_in_these_samples(tmp_path: Path) -> None:
     counting = []
     for kind, names in DRIVABLE.items():
@@ -81,6 +83,7 @@ def test_nearly_all_of_these_blocks_have_a_parameter_that_counts_in_these_sample
     assert sum(counting) > 0.9 * len(counting)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("first", [0, 1])
 def test_all_at_once_compiled(first: int, tmp_path: Path) -> None:
     """Of blocks with constants, which are then computed in the loop."""

@@ -71,6 +71,7 @@ OTHERS = [name for name, kind in KINDS.items() if kind not in APART]
 GROUPS = [OTHERS[first : first + TOGETHER] for first in range(0, len(OTHERS), TOGETHER)]
 
 
+@pytest.mark.exhaustive
 def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Path) -> None:
     """At a rate at which it is stable."""
     dice = random.Random(7)
@@ -79,6 +80,7 @@ def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Pa
         assert_same_bits(replace(graph, rate=Fraction(1_000_000)), SAMPLES)
 
 
+@pytest.mark.exhaustive(but=9)
 @pytest.mark.parametrize("samples", amounts(SAMPLES // 25, SAMPLES))
 @pytest.mark.parametrize("group", GROUPS, ids=",".join)
 def test_every_block_with_random_parameter_sets(group: list[str], samples: int, tmp_path: Path) -> None:
@@ -89,6 +91,7 @@ def test_every_block_with_random_parameter_sets(group: list[str], samples: int, 
         assert_same_bits(graph_around(tested, tmp_path), samples)
 
 
+@pytest.mark.exhaustive(but=12)
 @pytest.mark.parametrize("sets", amounts(1, 3))
 @pytest.mark.parametrize("kind", FIXED_POINT, ids=lambda kind: kind.__name__)
 def test_every_block_in_fixed_point_with_random_parameter_sets(kind: type[Block], sets: int, tmp_path: Path) -> None:
@@ -99,6 +102,7 @@ def test_every_block_in_fixed_point_with_random_parameter_sets(kind: type[Block]
         assert_same_bits(graph_around({"block": random_block(kind, dice, tmp_path)}, tmp_path), samples)
 
 
+@pytest.mark.exhaustive("MassBetweenStops")
 @pytest.mark.parametrize("kind", STEPPED, ids=lambda kind: kind.__name__)
 def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], tmp_path: Path) -> None:
     """A tick is many steps, and an event many more: plain Python takes milliseconds for each."""
@@ -109,6 +113,7 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
         assert_same_bits(replace(graph, integration=steps), SAMPLES // 40)
 
 
+@pytest.mark.exhaustive(but=10)
 @pytest.mark.parametrize("samples", amounts(1200, SAMPLES))
 @pytest.mark.parametrize("path", WALKED)
 def test_every_example_graph(path: Path, samples: int) -> None:

@@ -173,6 +173,7 @@ class TestRuns:
         assert found.provenance["handed_over"] == "by plain Python at tick 16"
         assert found.digest == simulate(SEVERAL_RATES, samples=100, engine="compiled").digest
 
+    @pytest.mark.exhaustive("stops2")
     @pytest.mark.parametrize("stops", [[40], [700], [40, 700, 1200]])
     def test_a_run_that_is_interrupted_goes_on(
         self, stops: list[int], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
@@ -215,6 +216,7 @@ class TestCompiling:
         run(engine, planned, (16, 48, 200))
         assert never.asked == 2
 
+    @pytest.mark.exhaustive
     def test_it_is_looked_up_first_and_made_when_it_is_wanted(
         self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
     ) -> None:
@@ -234,6 +236,7 @@ class TestCompiling:
         assert warm.ended.wait(60.0)
         assert warm.looked.is_set()
 
+    @pytest.mark.exhaustive
     def test_cold_and_warm_runs(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path / "cache"))
         monkeypatch.setattr("proofmass.runner.targets.machine_code._loaded", {})
@@ -284,6 +287,7 @@ def ended(script: str, tmp_path: Path) -> tuple[int, str, float]:
 
 
 class TestTheEndOfTheProcess:
+    @pytest.mark.exhaustive
     def test_ctrl_c_while_it_compiles(self, tmp_path: Path) -> None:
         script = """
 first = []
@@ -297,6 +301,7 @@ print(first, result.interrupted, result.provenance["engine"])
         code, text, _ = ended(script, tmp_path)
         assert (code, text) == (0, "[True] True python\n")
 
+    @pytest.mark.exhaustive
     def test_a_fault_while_it_compiles(self, tmp_path: Path) -> None:
         script = """
 def progress(done, total):
@@ -307,6 +312,7 @@ simulate(graph.changed(probes=()), samples=10**9, progress=progress)
         code, text, _ = ended(script, tmp_path)
         assert (code, text) == (3, "")
 
+    @pytest.mark.exhaustive
     def test_writing_the_program_keeps_no_process(self, tmp_path: Path) -> None:
         script = """
 from proofmass.runner.program import tick
@@ -320,6 +326,7 @@ simulate(graph.changed(probes=()), samples=10**9, progress=progress)
         assert (code, text) == (4, "")
         assert seconds < 50.0
 
+    @pytest.mark.exhaustive
     @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs fork")
     def test_a_child_made_while_it_compiles_can_compile(self, tmp_path: Path) -> None:
         script = """

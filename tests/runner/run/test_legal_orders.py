@@ -34,7 +34,7 @@ def outcome(engine: type[Interpreter] | type[CompiledLoop], planned: Plan) -> tu
     return [array.tobytes() for array in rows], ticks, runs.memory()
 
 
-@pytest.mark.parametrize("count", amounts(60, 470))
+@pytest.mark.parametrize("count", amounts(12, 470))
 def test_random_graphs_in_other_orders(count: int, tmp_path: Path) -> None:
     kinds: Counter[type] = Counter()
     orders = ran = parts = several_rates = driven = 0
@@ -55,6 +55,8 @@ def test_random_graphs_in_other_orders(count: int, tmp_path: Path) -> None:
         several_rates += len(set(planned.schedule.divisors.values())) > 1
         driven += any(isinstance(step, ConstantsOf) for step in planned.schedule.order)
         kinds.update(map(type, flatten(graph).blocks.values()))
+    if count * MEAN < len(KINDS):
+        return
     # The graphs are what they are meant to be:
     assert set(kinds) == set(KINDS)
     assert min(kinds.values()) >= MEAN * count // len(KINDS)  # whole decks
@@ -65,6 +67,7 @@ def test_random_graphs_in_other_orders(count: int, tmp_path: Path) -> None:
     assert driven > 50 / 360 * count
 
 
+@pytest.mark.exhaustive
 def test_ten_random_graphs_compiled_in_other_orders(tmp_path: Path) -> None:
     """The reference engine runs them in the order of the schedule; machine code says that one fails, not where."""
     for graph in random_graphs(range(1000, 1010), tmp_path, largest=3):
@@ -77,6 +80,7 @@ def test_ten_random_graphs_compiled_in_other_orders(tmp_path: Path) -> None:
         assert outcome(CompiledLoop, other) == expected, graph
 
 
+@pytest.mark.exhaustive
 def test_the_schedule_of_a_random_graph_keeps_what_is_needed_before(tmp_path: Path) -> None:
     for graph in random_graphs(range(2000, 2050), tmp_path):
         planned = plan(graph)

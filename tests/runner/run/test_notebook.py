@@ -69,6 +69,7 @@ def test_probes_of_two_rates_have_gaps_in_one_frame() -> None:
     assert frame["adc.code [1]"].notna().tolist() == [True, False, False, False, True, False, False, False, True]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(16, "margins, noise and studies show themselves")
 def test_margins_noise_and_a_study_in_a_notebook() -> None:
     margins = proofmass.margins("library:closed_loop_accelerometer")
@@ -94,6 +95,7 @@ def test_a_block_shows_its_parameters_as_its_signature() -> None:
     assert str(inspect.signature(Step)).startswith("(*, amplitude: float = 1.0, start_time: float = 0.0")
 
 
+@pytest.mark.exhaustive
 def test_results_with_a_text_are_a_line_at_a_prompt_and_the_text_of_their_command_in_a_notebook() -> None:
     rng = np.random.default_rng(1)
     values = rng.normal(size=400)
@@ -137,6 +139,7 @@ def test_problems_are_texts_and_an_empty_list_is_one() -> None:
     assert "the input input is not connected" in problems._repr_html_()
 
 
+@pytest.mark.exhaustive("noise-of-a-readout.md", "ten-years-of-drift.md")
 @pytest.mark.parametrize("page", sorted(path.name for path in NOTEBOOKS.glob("*.md")))
 def test_the_notebooks_of_the_documents_run(page: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)

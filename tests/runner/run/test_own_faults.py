@@ -136,6 +136,7 @@ def graph_of(folder: Path, *names: str, limit: float | None = None) -> Any:
     return read_graph(folder / "faults.toml", own(folder))
 
 
+@pytest.mark.exhaustive("endless")
 @pytest.mark.defect(
     "S14", before="n // 0, overflow, an index beyond the end pass compiled code", after="the run ends, in every engine"
 )
@@ -155,6 +156,7 @@ def test_the_tick_and_the_block_are_named(name: str, tmp_path: Path) -> None:
     assert "unstable" not in text
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "C4", before="raise in a block, compiled: an error inside proofmass, status 1", after="block, tick, line and words"
 )
@@ -165,6 +167,7 @@ def test_compiled_code_notes_each_fault_in_its_tick(tmp_path: Path) -> None:
         simulate(graph_of(tmp_path, *FAULTS), samples=61, engine="compiled")
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("compiler", FOREIGN, ids=lambda compiler: compiler.name)
 def test_c_and_webassembly_note_each_fault_in_its_tick(compiler: Foreign, tmp_path: Path) -> None:
     names = ["raised", "whole", "beyond", "entry", "shift", "root"]
@@ -192,6 +195,7 @@ def test_lanes_note_the_faults_of_each_run(tmp_path: Path) -> None:
     assert not lanes.sound().any()
 
 
+@pytest.mark.exhaustive
 def test_a_fault_between_ticks_ends_the_run(tmp_path: Path) -> None:
     path = tmp_path / "faults.py"
     path.write_text(

@@ -34,6 +34,7 @@ def pulled(mass: MassSpringDamper | MassBetweenStops, rate: str = "1 MHz", **int
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S8", before="654 um with a gap of 4 um, exit 0", after="the run ends: block, port, tick, cure")
 @pytest.mark.parametrize("engine", ENGINES)
 def test_a_plate_that_reaches_its_electrode_ends_the_run(engine: EngineName) -> None:
@@ -44,6 +45,7 @@ def test_a_plate_that_reaches_its_electrode_ends_the_run(engine: EngineName) -> 
     assert "give the mass stops within the gap, as MassBetweenStops has" in told.value.problem.hint
 
 
+@pytest.mark.exhaustive("dormand_prince", "radau")
 @pytest.mark.parametrize("method", ["runge_kutta_4", "dormand_prince", "radau"])
 def test_every_method_names_the_plates(method: str) -> None:
     with pytest.raises(RunError) as told:
@@ -65,6 +67,7 @@ def test_a_stop_before_the_electrode_is_found_though_a_step_would_go_beyond_both
     assert np.isfinite(coarse["mass.displacement"].values).all()
 
 
+@pytest.mark.exhaustive
 def test_steps_cut_short_before_an_electrode_have_the_same_bits_in_both_engines() -> None:
     python, compiled = (impact("100 kHz", 20, engine, substeps=20) for engine in ENGINES)
     for signal in python:
@@ -98,6 +101,7 @@ def test_a_driven_parameter_that_leaves_its_bounds_ends_the_run(engine: EngineNa
     assert "limit what drives it, soft.output" in problem.hint
 
 
+@pytest.mark.exhaustive
 def test_in_lanes_only_the_runs_that_leave_the_bounds_are_unsound() -> None:
     planned = plan(replace(softening(), probes=()))
     slopes = [-1000.0, -100.0, -1000.0, -10.0]

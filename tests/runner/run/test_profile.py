@@ -35,6 +35,7 @@ def long(p: Any, value: float) -> float:
     return value
 
 
+@pytest.mark.exhaustive
 def test_ten_times_the_work_takes_ten_times_as_long() -> None:
     blocks = {"sine": Sine(), "short": short(), "long": long()}
     wires = ["sine.output -> short.value", "short.short -> long.value"]
@@ -49,6 +50,7 @@ def test_ten_times_the_work_takes_ten_times_as_long() -> None:
     assert list(profiled.phases) == ["check", "plan", "compile", "run"]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["quartz_calibration", "six_axis_imu", "temperature_compensation_m1"])
 @pytest.mark.friendly(39, "every block has its time")
 def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -71,6 +73,7 @@ def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypat
     assert {name for name in scheduled if not name.startswith("measures.")} <= named
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(39, "as a table by one option")
 def test_the_command_shows_it_as_a_table_and_as_json(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["run", "library:template", "--profile", "--quiet"]) == 0

@@ -54,6 +54,7 @@ def run(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Callable[..., str
     return run
 
 
+@pytest.mark.exhaustive
 def test_method_and_steps_are_on_the_screen_in_json_and_in_the_report(run: Callable[..., str], tmp_path: Path) -> None:
     assert "continuous blocks mass: exact\n" in run(GRAPH)
     stepped = GRAPH.replace("[blocks.push]", '[integration]\nmethod = "runge_kutta_4"\nsubsteps = 3\n[blocks.push]')

@@ -82,6 +82,7 @@ def self_test() -> Graph:
 
 
 class TestNothingElseChangesABit:
+    @pytest.mark.exhaustive
     @pytest.mark.parametrize("engine", ENGINES)
     @settings(max_examples=6)
     @given(first=st.integers(1, 400), largest=st.integers(8, 4000), patience=st.sampled_from([0.0, 1e-4, 1.0]))
@@ -102,6 +103,7 @@ class TestNothingElseChangesABit:
         assert content(turned) == content(graph)
         assert other.provenance["graph_hash"] == result.provenance["graph_hash"]
 
+    @pytest.mark.exhaustive
     def test_not_the_hash_seed_of_python(self) -> None:
         script = (
             "import sys, hashlib; from proofmass import read_graph, simulate;"
@@ -121,6 +123,7 @@ class TestNothingElseChangesABit:
         }
         assert len(answers) == 1
 
+    @pytest.mark.exhaustive("compiled")
     @pytest.mark.parametrize("engine", ENGINES)
     def test_noise_is_a_function_of_seed_block_and_tick(self, engine: EngineName) -> None:
         def noise(seed: int, **more: Any) -> np.ndarray[Any, Any]:
@@ -250,6 +253,7 @@ class TestEngines:
 
 
 class TestTracesTooLargeForMemory:
+    @pytest.mark.exhaustive
     def test_they_are_refused_with_the_cure(self, monkeypatch: pytest.MonkeyPatch) -> None:
         monkeypatch.setattr(simulation, "IN_MEMORY", 1 << 20)
         graph = Graph(name="long", rate="1 kHz", blocks={"ramp": Ramp(slope=1.0)}, probes=["ramp.output"])
@@ -259,6 +263,7 @@ class TestTracesTooLargeForMemory:
         assert "--out FOLDER" in str(caught.value)
         assert simulate(graph, samples=1 << 17, engine="python").ticks == 1 << 17
 
+    @pytest.mark.exhaustive("python")
     @pytest.mark.parametrize("engine", ENGINES)
     def test_they_are_streamed_into_a_folder(
         self, engine: EngineName, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -173,6 +173,7 @@ def graph(tmp_path: Path) -> Graph:
     return read_graph(tmp_path / "graph.toml", load_own_blocks(tmp_path / "own.py"))
 
 
+@pytest.mark.exhaustive("compiled")
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 def test_one_of_each_name(graph: Graph, engine: Any) -> None:
     assert read_graph_text(write_graph(graph), own={type(b).__name__: type(b) for b in graph.blocks.values()}) == graph

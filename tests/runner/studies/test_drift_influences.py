@@ -75,6 +75,7 @@ def rows_of(result: StudyResult, every: float, epoch: int, measure: str = "error
     }
 
 
+@pytest.mark.exhaustive("inf-0")
 @pytest.mark.defect("S13", before="0.1 % explained at 15 years", after="all of it, by what has changed")
 @pytest.mark.parametrize(("every", "since"), [(float("inf"), 0), (2.0 * YEAR, 14)])
 def test_the_change_since_the_last_calibration_explains_a_calibrated_sensor(
@@ -101,6 +102,7 @@ def test_at_a_calibration_changes_are_those_since_the_one_before(result: StudyRe
     assert rows["change of a.value"]["explained"] == pytest.approx(1.0, abs=1e-12)
 
 
+@pytest.mark.exhaustive
 def test_at_the_first_epoch_the_values_explain_it(result: StudyResult) -> None:
     rows = rows_of(result, 2.0 * YEAR, 0)
     assert set(rows) == {"a.value", "b.value"}
@@ -191,6 +193,7 @@ def test_drawing_is_the_same_one_by_one_and_together(result: StudyResult, monkey
     assert values == [together[column].tolist() for column in together.columns]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S13", before="tornado and drawn parameters only inside HTML", after="JSON, CSV, Parquet, netCDF")
 def test_influences_and_parameters_are_data(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     (tmp_path / "study.toml").write_text(CALIBRATED.replace("runs = 400", "runs = 20"))
@@ -222,6 +225,7 @@ def test_influences_and_parameters_are_data(tmp_path: Path, capsys: pytest.Captu
     capsys.readouterr()
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S13", before="inner.level.value in files and tables", after="as it is written")
 def test_names_come_back_as_they_are_written(tmp_path: Path) -> None:
     graph = """\

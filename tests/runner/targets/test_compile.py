@@ -137,6 +137,7 @@ def test_another_graph_or_block_has_another_key() -> None:
     assert len({key(wired), key(amplifier(block=Negation()))}) == 2
 
 
+@pytest.mark.exhaustive
 def test_editing_a_users_block_or_what_it_imports_gives_the_new_answer(tmp_path: Path, cache: Path) -> None:
     write_own(tmp_path, factor=2.0)
     assert run_own(tmp_path, cache) == 6.0

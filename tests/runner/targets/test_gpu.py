@@ -44,6 +44,7 @@ def test_random_programs(seed: int) -> None:
     assert not FUSED.search(text)
 
 
+@pytest.mark.exhaustive("operations_program")
 @needs_ptxas
 @pytest.mark.parametrize("made", [operations_program, *(lambda c=c: c()[0] for c in SMALL.values())])
 def test_nvidia_assembles_it(made: object, tmp_path: Path) -> None:

@@ -70,6 +70,7 @@ def test_operations_on_hostile_values(lanes: int) -> None:
     compare(made, lanes, [run(lane) for lane in range(lanes)])
 
 
+@pytest.mark.exhaustive(but=20)
 @pytest.mark.parametrize("seed", range(60))
 def test_random_programs(seed: int) -> None:
     made = RandomProgram(seed).program

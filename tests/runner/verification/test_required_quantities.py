@@ -61,6 +61,7 @@ def findings() -> dict[str, Finding]:
     return found | {f.id: f for f in verify(Measurements(few, None, "python"))}
 
 
+@pytest.mark.exhaustive
 def test_noise_and_responses(findings: dict[str, Finding]) -> None:
     turns = np.exp(1j * np.linspace(0.0, 2.0 * np.pi, 1 << 16, endpoint=False) + 1e-12j)
     rms = math.sqrt(0.5 * 1e-6 / T * float(np.mean(np.abs(closed(turns)) ** 2)))
@@ -88,6 +89,7 @@ def test_worst_cases_and_yields(findings: dict[str, Finding]) -> None:
     assert findings["double"].value == pytest.approx(2.0, rel=1e-6)
 
 
+@pytest.mark.exhaustive
 def test_a_yield_is_a_goal_and_has_a_worst_case() -> None:
     """Amplitudes are 0.1 around their mean: all sensors end above 1 from 1.1 on."""
     study = read_study_text(QUIET)

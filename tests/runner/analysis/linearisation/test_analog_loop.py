@@ -160,6 +160,7 @@ def test_what_cannot_be_opened_in_continuous_time() -> None:
     assert proofmass.margins(graph, "b.output").sample == 1e-3
 
 
+@pytest.mark.exhaustive
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "servo.toml"
     path.write_text(write_graph(servo()))

@@ -87,6 +87,7 @@ def test_gain_margin_of_a_servo_of_third_order() -> None:
     assert found["more.denominator[1]"] == pytest.approx(db * (1.0 / (a + b) + 1.0 / b), rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_the_operating_point_moves_with_the_parameters() -> None:
     """x' = w (v - x^2 - x) rests at x = (sqrt(1 + 4 v) - 1) / 2; L = 2 x w / (s + w) with w = 2 pi.
 
@@ -148,6 +149,7 @@ def satellite() -> Graph:
     return Graph(name="satellite", rate=1000, blocks=blocks, wires=wires, loops=loops)
 
 
+@pytest.mark.exhaustive
 def test_the_spinning_satellite() -> None:
     """Each loop alone has any gain and 90 deg, both at once next to nothing (Zhou, 1996, section 9.6).
 
@@ -179,6 +181,7 @@ def test_the_critical_factors_make_it_unstable() -> None:
     assert np.max(np.linalg.eigvals(turn - np.diag(inside) @ seen).real) < 0.0
 
 
+@pytest.mark.exhaustive
 def test_a_sampled_and_a_continuous_loop_are_refused_together() -> None:
     graph = satellite()
     blocks = {**graph.blocks, "held": UnitDelay(), "outer": Gain(gain=-0.1), "lag": LowPass(), "plus": Sum()}
@@ -194,6 +197,7 @@ def test_a_sampled_and_a_continuous_loop_are_refused_together() -> None:
     assert problem.hint == "open all of them at sampled or held outputs"
 
 
+@pytest.mark.exhaustive
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, picture = tmp_path / "satellite.toml", tmp_path / "satellite.svg"
     path.write_text(write_graph(satellite()))

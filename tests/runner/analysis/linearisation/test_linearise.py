@@ -50,6 +50,7 @@ def test_the_response_is_that_of_a_run() -> None:
     assert np.max(np.abs(angle - expected)) < 2e-6 * np.max(np.abs(expected))
 
 
+@pytest.mark.exhaustive
 def test_the_open_loop_is_that_of_negative_feedback() -> None:
     system = proofmass.linearise(GRAPH, loop="main")
     closed = control.feedback(system, 1)

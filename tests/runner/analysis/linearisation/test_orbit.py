@@ -173,6 +173,7 @@ def rising(**wiring: Any) -> Graph:
     return replace(graph, blocks=blocks, wires=wires, **wiring)
 
 
+@pytest.mark.exhaustive
 def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
     planned = plan(rising())
     settled = linearised(planned, 500).loop(("back", "output"))

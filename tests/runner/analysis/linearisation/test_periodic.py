@@ -130,6 +130,7 @@ def orbit(request: pytest.FixtureRequest) -> tuple[Graph, str, PeriodicPoint]:
     return graph, wire, point
 
 
+@pytest.mark.exhaustive("van der pol")
 def test_the_orbit_closes_in_a_run(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
     """The reference engine, which knows nothing of the search, comes back to where it was."""
     graph, _, point = orbit
@@ -215,6 +216,7 @@ def growth(
     return math.log(late / early) if late > _GONE * kick else -math.inf
 
 
+@pytest.mark.exhaustive
 def test_gain_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
     graph, wire, point = orbit
     found = margins(graph, wire, at="periodic")
@@ -236,6 +238,7 @@ def margins_with(graph: Graph, wire: str, point: PeriodicPoint, factor: float, t
     return margins_of(linearised(changed, PeriodicPoint(memory, point.ticks, 0.0, 0)).loop(node), "", "factor.output")
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S31", before="a gain margin 2 % too low about a bent orbit", after="within 1 %")
 @pytest.mark.parametrize("ticks", chosen((1,), (9,)))
 def test_gain_and_delay_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint], ticks: int) -> None:
@@ -247,6 +250,7 @@ def test_gain_and_delay_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint], 
     assert growth(graph, wire, point, limit * 1.01, delay=ticks) > 0.0
 
 
+@pytest.mark.exhaustive
 def test_delay_margin_about_an_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
     """With most of its gain margin it decays with as many ticks as the margin says, and grows with one more."""
     graph, wire, point = orbit

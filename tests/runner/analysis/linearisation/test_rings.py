@@ -239,6 +239,7 @@ def test_noise_passes_through_the_ring() -> None:
     assert found.rms == pytest.approx(np.sqrt(RATE / 2.0 * np.sum(np.square(answer))), rel=1e-9)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S506", before="margins of a neighbour in 12 of 400 runs", after="equal with any threads")
 @pytest.mark.parametrize("again", amounts(1, 3))
 def test_margins_of_a_study_do_not_depend_on_threads(again: int) -> None:

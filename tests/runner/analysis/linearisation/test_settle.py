@@ -105,6 +105,7 @@ def test_a_loop_that_diverges_does_not_settle() -> None:
             settled_tick(Course(plan(loop(gain, Constant(value=1.0)))))
 
 
+@pytest.mark.exhaustive
 def test_the_command_says_when(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "loop.toml"
     path.write_text(write_graph(loop(10.0, Constant(value=3.0))))

@@ -88,6 +88,7 @@ def test_a_switch_at_another_time_is_not_that_of_the_first() -> None:
     assert values != pytest.approx(margins_alone(planned, "0 s"), rel=1e-3)
 
 
+@pytest.mark.exhaustive(but=8)
 @pytest.mark.parametrize("number", range(20))
 def test_random_loops_of_a_spread_gain(number: int) -> None:
     graph, _ = sampled_loop(number)

@@ -147,7 +147,7 @@ def margins_by_hand(system: Any) -> tuple[float, float]:
     return min((f for f in factors if f > 1.0), default=math.inf), min(phases)
 
 
-@pytest.mark.parametrize("count", amounts(30, 200))
+@pytest.mark.parametrize("count", amounts(15, 200))
 def test_random_loops(count: int) -> None:
     seen = {"stable": 0, "two rates": 0, "delays": 0, "margins": 0}
     for number in range(count):
@@ -175,6 +175,7 @@ def test_random_loops(count: int) -> None:
     assert min(seen.values()) >= count / 8, seen
 
 
+@pytest.mark.exhaustive
 def test_a_loop_opened_at_a_fast_wire_has_the_margins_of_the_slow_one() -> None:
     """A factor and a turn do the same wherever they stand; the fast wire has several values in a period."""
     compared = 0

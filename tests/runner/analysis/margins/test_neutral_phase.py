@@ -106,6 +106,7 @@ def test_the_phase_of_an_oscillation_is_neutral_whatever_its_frequency() -> None
         assert "phase" in mode.blocks
 
 
+@pytest.mark.exhaustive("-1.4e-06")
 @pytest.mark.defect("S670", before="unstable in its last digits, at a gradient moved by 1.4e-6", after="stable at each")
 @pytest.mark.parametrize("moved", chosen((-1.4e-6, 1.4e-6), (1e-9,)))
 def test_the_phase_of_an_oscillation_that_creeps_is_neutral(moved: float) -> None:

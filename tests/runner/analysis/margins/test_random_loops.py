@@ -132,6 +132,17 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
     return {name: math.inf if (value := getattr(of, name)) is None else value for name in _NAMES}
 
 
+@pytest.mark.exhaustive(
+    "analog_loop-40",
+    "sampled_loop-45",
+    "ringed_loop-0",
+    "ringed_loop-5",
+    "ringed_loop-10",
+    "ringed_loop-15",
+    "ringed_loop-20",
+    "ringed_loop-25",
+    "ringed_loop-30",
+)
 @pytest.mark.defect("S401", before="only the interval of stable gains about 1", after="all of them")
 @pytest.mark.parametrize("first", range(0, 50, _SAMPLE))
 @pytest.mark.parametrize("loop", [analog_loop, sampled_loop, ringed_loop])
@@ -140,6 +151,7 @@ def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) ->
         check(loop, number)
 
 
+@pytest.mark.exhaustive("1026", "1028")
 @pytest.mark.parametrize("number", [1004, 1008, *range(1010, 1013), 1014, 1017, 1019, *range(1024, 1040)])
 def test_random_loops_that_turn(number: int) -> None:
     check(partial(turning_loop, longest=6), number)
@@ -153,24 +165,28 @@ def test_two_thousand_random_loops(loop: Callable[[int], tuple[Graph, Truth]], f
         check(loop, number)
 
 
+@pytest.mark.exhaustive("93")
 @pytest.mark.defect("S671", before="the period of a counter, not of the mean too: stable", after="unstable")
 @pytest.mark.parametrize("number", [93, 207])
 def test_a_mean_beside_a_counter_is_back_after_the_periods_of_both(number: int) -> None:
     check(turning_loop, number)
 
 
+@pytest.mark.exhaustive("79")
 @pytest.mark.defect("S672", before="narrow peaks of lifted loops too high by 2e-6 and 3e-5", after="right to 1e-9")
 @pytest.mark.parametrize("number", [76, 79])
 def test_narrow_peaks_of_several_values(number: int) -> None:
     check(turning_loop, number)
 
 
+@pytest.mark.exhaustive("31", "53")
 @pytest.mark.defect("S673", before="64 values at most, also where any delay is stable", after="70, 131 and no limit")
 @pytest.mark.parametrize("number", [31, 72, 53])
 def test_long_delays_of_several_values(number: int) -> None:
     check(turning_loop, number)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("C670", before="an error of its own where nothing moves but a place", after="an answer")
 def test_a_mean_at_the_end_of_a_long_period() -> None:
     check(turning_loop, 96)

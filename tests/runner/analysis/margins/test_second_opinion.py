@@ -24,6 +24,7 @@ MORE = [
 ]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(30, "python-control's verdict stands beside")
 def test_of_a_loop_with_a_closed_form() -> None:
     found = margins(read_graph_text(INTEGRATING))
@@ -36,6 +37,7 @@ def test_of_a_loop_with_a_closed_form() -> None:
     assert str(opinion).startswith("python-control agrees on ")
 
 
+@pytest.mark.exhaustive
 def test_it_can_disagree() -> None:
     found = margins(read_graph_text(INTEGRATING))
     assert found.gain_margin is not None
@@ -60,6 +62,7 @@ def of_library(name: str) -> list[Margins]:
     return [one for one in found.values() if isinstance(one, Margins)]
 
 
+@pytest.mark.exhaustive("fibre_optic_gyroscope")
 @pytest.mark.parametrize("name", chosen(LIBRARY, MORE))
 @pytest.mark.friendly(30, "it agrees on loops of the library")
 def test_it_agrees_on_the_library(name: str) -> None:

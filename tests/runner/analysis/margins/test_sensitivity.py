@@ -163,6 +163,7 @@ def test_margins_of_the_accelerometer_against_differences(apart: int) -> None:
             assert slopes(quantity)[key] == pytest.approx(slope, rel=1e-6, abs=scale), (quantity.quantity, key)
 
 
+@pytest.mark.exhaustive
 def test_a_loop_of_two_rates_against_differences() -> None:
     """The gain margin of a loop with several values of its wire in a period, by eigenvectors of the closed period."""
     blocks: dict[str, Block] = {

@@ -34,6 +34,7 @@ def sensor_loop(**brownian: float) -> Graph:
     return Graph(name="quiet", rate=10e3, duration=1e-3, blocks=blocks, wires=wires, probes=["hold.output"])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("C2", before="an error inside proofmass: ZeroDivisionError", after="the answer for any temperature")
 def test_noise_that_is_switched_off_moves_nothing(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Noise is zero where a graph is linearised, so that its temperature makes no difference, 0 K among them."""

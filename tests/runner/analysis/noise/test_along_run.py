@@ -66,6 +66,7 @@ def test_against_sums_over_the_random_numbers() -> None:
     assert (source.block, source.kind, source.share) == ("white", "WhiteNoise", 1.0)
 
 
+@pytest.mark.exhaustive
 def test_a_band_and_frequencies() -> None:
     """All bands together have the whole mean square, but for the lines at rest and at half the rate, which count
     twice."""
@@ -79,6 +80,7 @@ def test_a_band_and_frequencies() -> None:
     assert lines.density[0] == pytest.approx(bands[0].density[inside])
 
 
+@pytest.mark.exhaustive
 def test_against_runs() -> None:
     window = hann()
     values = np.array(
@@ -93,6 +95,7 @@ def test_against_runs() -> None:
     assert abs(np.mean(squares) - band.rms**2) < 3.0 * np.std(squares) / math.sqrt(RUNS)
 
 
+@pytest.mark.exhaustive
 def test_what_has_no_noise_and_what_is_too_short() -> None:
     with pytest.raises(ModelError, match=r"no noise reaches idle\.output"):
         noise(lock_in(), "idle.output")

@@ -243,6 +243,7 @@ def test_noise_is_referred_to_an_input_through_a_delay_of_several_rates() -> Non
     assert found.referred_density == pytest.approx(1.0 / np.abs(found.gain) ** 2, rel=EXACT)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S26", before="the noise of one state of a switch or mixer", after="the mean over its period")
 def test_a_chopper_moves_flicker_noise_to_its_frequency() -> None:
     """Behind a square wave of Fourier coefficients c[k] the two-sided density is the sum of |c[k]|^2 S(f - k fc)."""
@@ -313,6 +314,7 @@ def test_an_empty_band_is_refused() -> None:
         budget({"w": WhiteNoise(), "o": Gain()}, ["w.output -> o.input"], "o.output", band=(600.0, 700.0))
 
 
+@pytest.mark.exhaustive("1000")
 @pytest.mark.defect("S605", before="1.604 for means of 2,000 values", after="the integral to eleven digits")
 @pytest.mark.parametrize("ratio", chosen((2, 100, 1000), (2000,)))
 def test_the_band_of_a_held_mean_of_many_values(ratio: int) -> None:

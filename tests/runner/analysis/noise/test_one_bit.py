@@ -67,6 +67,7 @@ def locked(density: float) -> Graph:
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S560", before="rms 0.0150 behind a loop locked in its limit cycle", after="no noise, and why")
 def test_noise_does_not_pass_a_bit_in_a_limit_cycle() -> None:
     first, second = (simulate(locked(1e-4), seed=seed)["bit.sign"].values[2000:] for seed in (1, 2))
@@ -160,6 +161,7 @@ def test_spectrum_of_a_modulator(
     assert "has the spectrum of these runs" in budget.notes[-1]
 
 
+@pytest.mark.exhaustive
 def test_error_that_repeats_itself_is_told() -> None:
     budget = noise(modulator((1.0,), (1.0,), 1e-30, 0.1), "modulator.output")
     assert "is the same in both" in budget.notes[-1]

@@ -27,6 +27,7 @@ def test_a_late_operating_point_has_no_noise() -> None:
         assert math.sqrt(budget.density[0]) == pytest.approx(1e-3, rel=1e-9), at
 
 
+@pytest.mark.exhaustive("1250")
 @pytest.mark.defect("S32", before="about one tick of a slow carrier", after="about its period")
 @pytest.mark.parametrize("ticks", [125, 1250])
 def test_a_carrier_of_many_ticks(ticks: int) -> None:

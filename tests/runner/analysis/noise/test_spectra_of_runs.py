@@ -7,6 +7,7 @@ from benchmarks.noise_comparison import CASES, Case, row
 FAST = ("recorded_motion.toml", "quartz_feedback_noise.toml", "temperature_compensation_m1.toml")
 
 
+@pytest.mark.exhaustive("mean.mean", "force.output", "output.output", "noisy.output")
 @pytest.mark.parametrize("case", [case for case in CASES if case.file.endswith(FAST)], ids=lambda case: case.output)
 def test_lines_are_as_likely_as_they_should_be(case: Case) -> None:
     found = row(case)

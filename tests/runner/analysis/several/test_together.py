@@ -32,6 +32,7 @@ def system_of(a: Array, b: Array, c: Array, d: Array, period: float) -> OpenLoop
     return OpenLoop(PeriodMap(entries, ends, ends, matrix, {}, period))
 
 
+@pytest.mark.exhaustive
 def test_the_spinning_satellite() -> None:
     """Doyle's example: each loop alone has any gain and 90 deg, both at once next to nothing (Zhou, 1996, section 9.6).
 
@@ -54,6 +55,7 @@ def loop(z: complex) -> np.ndarray:  # type: ignore[type-arg]
     return through @ np.array([[1.0, X_CROSS], [Y_CROSS, 1.0]]) / (z - 1.0)
 
 
+@pytest.mark.exhaustive
 def test_two_loops_of_a_graph_against_a_dense_sweep_by_slicot() -> None:
     found = margins_together(GRAPH)
     angles = np.concatenate([np.geomspace(1e-4, 0.05, 60), np.linspace(0.05, math.pi, 600)])
@@ -105,6 +107,7 @@ def closed_poles(factors: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
     return np.linalg.eigvals(companion)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     "seed", [59, *(pytest.param(seed, marks=pytest.mark.exhaustive) for seed in range(100) if seed != 59)]
 )
@@ -135,6 +138,7 @@ def test_random_systems_of_two_and_three_loops(seed: int) -> None:
     assert found.margin == pytest.approx(1.0 / largest, rel=1e-3)
 
 
+@pytest.mark.exhaustive
 def test_pictures_and_refusals() -> None:
     found = margins_together(GRAPH, ["x", "y"])
     assert "disk margin" in plot_together(found).axes[0].get_title(loc="left")

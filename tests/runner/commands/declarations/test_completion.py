@@ -60,6 +60,7 @@ def test_files_and_folders(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> N
     assert completions("run", "nowhere/") == []
 
 
+@pytest.mark.exhaustive
 @pytest.mark.skipif(shutil.which("bash") is None, reason="no bash")
 def test_bash_takes_words_apart_at_colons_and_equals_signs() -> None:
     lines = ("proofmass run library:pn_self_test_m", "proofmass run library:template --set=adc.b", "proofmass ru")

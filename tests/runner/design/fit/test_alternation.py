@@ -50,6 +50,7 @@ def test_shifting_the_temperature_changes_the_rate_only() -> None:
     assert centred.iterations < volts.iterations / 2
 
 
+@pytest.mark.exhaustive
 def test_a_way_out_of_range_ends_without_convergence() -> None:
     spike = np.where(TEMPERATURE > 1.79, 1.0, 0.0)
     found = alternate(TEMPERATURE, spike, (-160.0, 160.0))

@@ -80,6 +80,7 @@ def test_bad_tables(tmp_path: Path, text: str, names: dict[str, str], told: list
     assert "data.csv" in str(caught.value)
 
 
+@pytest.mark.exhaustive
 def test_a_run_and_its_files_hold_the_same_readings(tmp_path: Path) -> None:
     graph = read_graph(GRAPH)
     run = run_cycle(graph, *SIGNALS, engine="python")

@@ -64,6 +64,7 @@ def test_intervals_against_curve_fit(device: Device) -> None:
     )  # Student's t of 57 degrees of freedom, from a table
 
 
+@pytest.mark.exhaustive
 def test_intervals_hold_the_truth_as_often_as_they_say() -> None:
     dice, truth = np.random.default_rng(5), M1.law()
     clean = law(TEMPERATURE, **truth)
@@ -108,6 +109,7 @@ def test_measures_are_those_of_the_coefficients(device: Device) -> None:
         assert model.r_squared == pytest.approx(1.0 - model.rmse**2 / output.var(), rel=1e-12)
 
 
+@pytest.mark.exhaustive
 @given(st.floats(-5.0, -1.0), st.floats(0.5, 4.0), st.floats(0.2, 5.0), st.floats(0.2, 5.0), st.booleans())
 @settings(max_examples=15)
 def test_an_exact_law_is_found(falling: float, rising: float, first: float, second: float, minus: bool) -> None:
@@ -118,6 +120,7 @@ def test_an_exact_law_is_found(falling: float, rising: float, first: float, seco
     assert found.fits[0].converged
 
 
+@pytest.mark.exhaustive
 @given(st.floats(-3.0, 3.0), st.floats(0.2, 100.0), st.floats(0.001, 1000.0))
 @settings(max_examples=8)
 def test_scaling_and_shifting(shift: float, stretch: float, gain: float) -> None:

@@ -33,12 +33,14 @@ def test_panels_curves_and_labels() -> None:
         assert f"{fitted.rmse * 1e6:.4g} µV" in panel.get_title(loc="left")
 
 
+@pytest.mark.exhaustive
 def test_the_same_bytes_every_time(tmp_path: Path) -> None:
     report = fit(M1.readings(), tolerance=1.0)
     first, second = (save_figure(plot_fit(report), tmp_path / name).read_bytes() for name in ("a.svg", "b.svg"))
     assert first == second
 
 
+@pytest.mark.exhaustive
 def test_names_that_look_like_formulas_and_no_units(tmp_path: Path) -> None:
     bare = dataclasses.replace(M1.readings(), temperature_unit="", output_unit="", output_name="$x^{2$")
     figure = plot_fit(fit(bare, tolerance=1.0))

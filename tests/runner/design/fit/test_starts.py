@@ -9,6 +9,7 @@ from proofmass.runner.design.fit.starts import GRID, from_starts
 from tests.by_hand.temperature_sets import M1, M2, fitted
 
 
+@pytest.mark.exhaustive
 def test_alternation_and_projection_of_m1() -> None:
     report = fitted(M1)
     alternated, projected = from_starts(report, GRID[::3])
@@ -21,6 +22,7 @@ def test_alternation_and_projection_of_m1() -> None:
     assert max(arrival.iterations for arrival in projected.all if arrival.reached) < 50
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("device", [M1, M2])
 def test_who_does_not_arrive_says_so(device: object) -> None:
     readings = M1.readings() if device is M1 else M2.readings()

@@ -51,6 +51,7 @@ def cramer_rao() -> AnyArray:
     return np.asarray(np.sqrt(np.diag(np.linalg.inv(table.T @ table))))
 
 
+@pytest.mark.exhaustive
 def test_known_truths_are_found_within_cramer_and_rao() -> None:
     errors, widths = [], []
     for seed in range(12):
@@ -247,6 +248,7 @@ seen = { kind = "Sum" }
 """)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S211", before="10 rows and 2 unknowns: 0.898 of the level", after="no bias, by n - p")
 def test_levels_of_few_rows_count_what_was_fitted() -> None:
     squares, held, truth = [], 0, 0.2 / math.sqrt(500.0)  # of one row, over the square root of half the rate

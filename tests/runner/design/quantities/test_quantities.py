@@ -48,6 +48,7 @@ def test_margins_are_those_of_the_closed_form(evaluator: Evaluator, gain: float)
     assert limit.slopes["controller.gain"] == pytest.approx(-20.0 / math.log(10.0) / gain, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_derivatives_are_those_of_differences_between_whole_evaluations(evaluator: Evaluator) -> None:
     nominal = {"controller.gain": 300.0, "plant.gain": 1.1}
     exact = evaluator.readings(nominal)

@@ -40,6 +40,7 @@ def test_the_fastest_loop_with_sixty_degrees() -> None:
     assert "phase binds" in tuned_text(tuned)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "S659", before="`the goals are met` where what is minimised has no value at any point", after="not met, and named"
 )
@@ -56,6 +57,7 @@ def test_a_goal_without_a_value_is_not_met() -> None:
     assert "no parameters that give every goal a value were found; without: late" in tuned_text(tuned)
 
 
+@pytest.mark.exhaustive
 def test_a_conflict_is_answered_with_what_binds_and_how_far_it_goes() -> None:
     goals = {
         "phase": {**PHASE, "at_least": "80 deg"},
@@ -75,6 +77,7 @@ def test_a_conflict_is_answered_with_what_binds_and_how_far_it_goes() -> None:
     assert "conflict" in tuned_text(tuned)
 
 
+@pytest.mark.exhaustive
 def test_goals_hold_at_all_points_and_corners() -> None:
     goals = {"phase": PHASE, "fast": FAST}
     points = {"strong": {"plant.gain": 2.0}, "weak": {"plant.gain": 0.5}}
@@ -116,6 +119,7 @@ def test_ctrl_c_keeps_the_best_so_far() -> None:
     assert "interrupted" in tuned_text(tuned)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(29, "bounds of tuning have units")
 def test_the_picture_has_parameters_goals_and_the_loop() -> None:
     tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=4, starts=1)
@@ -143,6 +147,7 @@ def test_named_values_are_tuned_through_what_follows_from_them() -> None:
     assert tuned.graph.blocks["controller"].gain == pytest.approx(SIXTY, rel=1e-4)  # type: ignore[attr-defined]
 
 
+@pytest.mark.exhaustive
 def test_goals_hold_at_ages_as_parameters_drift(tmp_path: Path) -> None:
     """The loop gain grows by a tenth a year, or the controller does: 60 deg with the fastest loop at both ages."""
     for name, growth in (("plant.gain", 1.2), ("controller.gain", 1.2)):

@@ -34,6 +34,7 @@ def phase_margin(gain: float) -> float:
     return 90.0 - 1.5 * math.degrees(2.0 * math.asin(gain * 1e-3 / 2.0))
 
 
+@pytest.mark.exhaustive
 def test_the_worst_corner_is_that_of_the_closed_form() -> None:
     found = worst(GRAPH, PHASE, tolerances={"controller.gain": "10 %", "plant.gain": "0.2 1/s"}, samples=20)
     (case,) = found.cases
@@ -57,6 +58,7 @@ def test_a_loop_that_gets_unstable_is_the_worst() -> None:
     assert "unstable at worst" in worst_text(found)
 
 
+@pytest.mark.exhaustive
 def test_a_worst_case_inside_is_found_where_no_corner_is() -> None:
     text = COUPLED.replace("gain = 0.6", "gain = 0.0").replace("gain = 200.0", "gain = 300.0")
     graph, quantity = read_graph_text(text), {"high": {"loop": "x", "figure": "bandwidth"}}
@@ -176,6 +178,7 @@ def test_ctrl_c_keeps_the_worst_so_far() -> None:
     assert "interrupted" in worst_text(found)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S89", before="the worst of values above 5e5 is any of them", after="the largest")
 def test_large_values_have_an_order() -> None:
     """The scale factor is gain / stiffness: 1e7 V/m over 4.5 N/m at most."""

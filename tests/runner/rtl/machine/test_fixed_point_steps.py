@@ -17,7 +17,7 @@ from tests.by_hand.amounts import amounts
 from tests.by_hand.compiled import compiled
 from tests.by_hand.integer_code import compile_step
 
-TICKS = amounts(6_000, 20_000)
+TICKS = amounts(2_000, 20_000)
 REFERENCE_TICKS = 400
 
 # -- integrator ----------------------------------------------------------------------------------------------------
@@ -187,6 +187,7 @@ def test_three_engines_agree(name: str, ticks: int) -> None:
     assert compiled_outputs(case, inputs).tolist() == [row[1] for row in plain]
 
 
+@pytest.mark.exhaustive
 def test_the_integrator_against_exact_sums_and_its_limits() -> None:
     inputs = np.repeat(inputs_of("integrator", 800)[::20], 1000)
     rows = run_step(compile_step(integrator, INTEGRATOR), CASES["integrator"], inputs)
@@ -233,6 +234,7 @@ def test_the_pid_against_its_difference_equation() -> None:
     assert np.array([row[1] for row in rows]) / 64.0 == pytest.approx(expected, abs=0.5 / 64 + 1e-4)
 
 
+@pytest.mark.exhaustive
 def test_the_cells_against_whole_sums() -> None:
     codes = inputs_of("cells", 3 * 1023)
     rows = run_step(compile_step(cells, CELLS), CASES["cells"], codes)

@@ -118,6 +118,7 @@ def interrupting(ticks: int) -> Any:
     return lambda done, total: next(pressed, None) if done >= ticks else None
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_a_graph_with_its_hardware_beside_gives_the_same_bits() -> None:
     whole = simulate(through_both(), samples=TICKS, engine="cxxrtl")
@@ -129,6 +130,7 @@ def test_a_graph_with_its_hardware_beside_gives_the_same_bits() -> None:
     assert "integrator" not in whole.overflows  # hardware keeps no count
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_the_whole_calibration_to_the_bit_in_every_register() -> None:
     planned = plan(read_graph(CALIBRATION))
@@ -145,6 +147,7 @@ def test_the_whole_calibration_to_the_bit_in_every_register() -> None:
     assert found.wires["damping", "damping"] / 2**22 == pytest.approx(4.57e-3, rel=2e-3)
 
 
+@pytest.mark.exhaustive("1111")
 @needs_compiler
 @pytest.mark.parametrize("ticks", [1, 1111])
 def test_the_engines_take_over_from_each_other(ticks: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -172,6 +175,7 @@ def test_a_count_that_hardware_did_not_keep_stays_unknown(tmp_path: Path, monkey
         assert "again" in going_on.overflows
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_another_text_is_another_model_in_the_same_process() -> None:
     for gain in (0.75, 0.5, 0.75):
@@ -180,6 +184,7 @@ def test_another_text_is_another_model_in_the_same_process() -> None:
         assert bits(found) == bits(simulate(graph, samples=TICKS, engine="compiled"))
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_machine_code_that_was_kept_finds_the_functions_of_a_new_process() -> None:
     found = simulate(through_both(), samples=TICKS, engine="cxxrtl").traces["doubled.output"].values

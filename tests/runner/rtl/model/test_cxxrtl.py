@@ -22,6 +22,7 @@ CLOCKS = 2000
 needs_compiler = pytest.mark.skipif(cxxrtl.compiler() is None, reason="needs a C++ compiler")
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 @pytest.mark.parametrize("block", [FixedPID(), FixedCorrelationCell(lag=2, order=4)], ids=lambda b: type(b).__name__)
 def test_a_model_does_what_the_functions_do(block: Block) -> None:
@@ -38,6 +39,7 @@ def test_a_model_does_what_the_functions_do(block: Block) -> None:
         assert {name: column[t] for name, column in found.items()} == expected
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_the_pipelined_exponential_gives_every_input_its_value_later() -> None:
     pipeline = FixedCordicExponentialPipeline(fraction_bits=8, iterations=6)

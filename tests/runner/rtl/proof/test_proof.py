@@ -65,6 +65,13 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     return prove(ModuleReference(module), text or module_text(module), guesses, seconds)
 
 
+@pytest.mark.exhaustive(
+    "FixedCascadedIntegratorComb",
+    "FixedCompensationRegister",
+    "FixedCordicRotation",
+    "FixedCordicScaledExponential",
+    "FixedPID",
+)
 @pytest.mark.parametrize("block", _some_exhaustive(DIGITAL))
 def test_every_digital_block_is_proved(block: Block) -> None:
     module = module_of(block)
@@ -141,6 +148,7 @@ def is_refuted(module: Module, text: str) -> bool:
         return True
 
 
+@pytest.mark.exhaustive
 def test_mutants_of_the_text_are_refuted_but_for_those_that_do_the_same() -> None:
     refuted, survivors = 0, list[str]()
     for block in MUTATED:
@@ -206,6 +214,7 @@ def test_values_that_must_fit_are_proved_to_fit() -> None:
     assert (proof.goals, proof.proved) == (1, 1)
 
 
+@pytest.mark.exhaustive
 def test_the_command_proves_and_writes_what_it_found(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     words = ["rtl", str(CALIBRATION), "--block", "counter", "-o", str(tmp_path), "--ticks", "3", "--prove"]
     assert main(words) == 0

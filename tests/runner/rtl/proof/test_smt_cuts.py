@@ -42,9 +42,11 @@ def test_the_narrowest_ends_that_hold_are_found_among_many_that_do_not() -> None
     assert known_range({(-end, end) for end in range(10, 140)}) == (min(VALUES), max(VALUES))
 
 
+@pytest.mark.exhaustive
 def test_wrong_guesses_are_not_believed() -> None:
     assert known_range({(min(VALUES) + 1, max(VALUES) - 1), (0, 0)}) == BY_INTERVALS
 
 
+@pytest.mark.exhaustive
 def test_each_end_is_taken_by_itself() -> None:
     assert known_range({(min(VALUES) - 5, max(VALUES) - 1), (0, max(VALUES) + 7)}) == (min(VALUES) - 5, max(VALUES) + 7)

@@ -61,6 +61,7 @@ def proofs_of(machine: Machine, folder: Path, old: str = "", new: str = "") -> d
     return found
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("graph", [loop_at_rates(), cut_graph(1, 3)], ids=["loop", "cuts"])
 def test_modules_are_proved_equal_to_python(graph: Any, tmp_path: Path) -> None:
     found = proofs_of(made(graph)[0], tmp_path)
@@ -69,12 +70,14 @@ def test_modules_are_proved_equal_to_python(graph: Any, tmp_path: Path) -> None:
         assert (proved, goals) == (goals, goals), name
 
 
+@pytest.mark.exhaustive
 def test_the_digital_half_of_the_calibration_is_proved_equal_to_python(tmp_path: Path) -> None:
     machine, _ = made(read_graph(library_file("self_calibration_fixed.toml")), clocks=1)
     for name, (proved, goals) in proofs_of(machine, tmp_path).items():
         assert proved == goals > 0, name
 
 
+@pytest.mark.exhaustive
 def test_another_operation_is_refuted(tmp_path: Path) -> None:
     found = proofs_of(made(loop_at_rates())[0], tmp_path, "self.first - self.second", "self.first + self.second")
     proved, goals = found["fixed_difference"]

@@ -43,6 +43,7 @@ def test_with_sweep_and_drift(study: Study) -> None:
     assert_same(study, [7])
 
 
+@pytest.mark.exhaustive("latin_hypercube-normal")
 @pytest.mark.parametrize("spread", SPREADS.values(), ids=SPREADS)
 @pytest.mark.parametrize("design", ["random", "latin_hypercube", "sobol"])
 def test_of_every_distribution_and_design(study: Study, spread: dict[str, Any], design: str) -> None:

@@ -66,6 +66,7 @@ def check(result: StudyResult, shown: dict[str, str], folder: Path) -> None:
             assert columns["recalibration"] == every, form
 
 
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.defect("S200", before="columns of parameters held one another's numbers", after="each holds its own")
 @pytest.mark.defect("S201", before="a follower kept its first age in netCDF and pandas", after="one number an age")
 @pytest.mark.parametrize("seed", chosen(range(8), range(8, 200)))

@@ -75,6 +75,7 @@ def test_they_hold_the_truth_as_often_as_they_say(law: "stats.rv_continuous") ->
     assert all(0.91 * 600 <= times <= 0.985 * 600 for times in held.values()), held
 
 
+@pytest.mark.exhaustive("30", "100")
 @pytest.mark.defect("S210", before="84 % held at a yield of 98.5 % and 10 sensors", after="95 % whatever the yield")
 @pytest.mark.parametrize("runs", [2, 10, 30, 100])
 def test_parts_hold_the_truth_whatever_it_is(runs: int) -> None:
@@ -93,6 +94,7 @@ LAWS = {
 }
 
 
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.defect("S206", before="0 % at 2 and 3 sensors, 77 % for a lognormal law at 30", after="93 % at least")
 @pytest.mark.parametrize("name", LAWS)
 @pytest.mark.parametrize("runs", chosen((2, 3, 30), (5, 8, 10, 15, 100)))

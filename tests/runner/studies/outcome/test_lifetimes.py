@@ -80,6 +80,7 @@ def test_weibulls_law_begins_when_the_sensor_is_new() -> None:
     assert found.law_fits
 
 
+@pytest.mark.exhaustive
 def test_the_rows_and_the_report_hold_them(tmp_path: Path) -> None:
     result = result_of(ROWS)
     rows = yield_rows(result)

@@ -75,6 +75,7 @@ def test_what_it_shows(study: Study) -> None:
     assert not means.enough
 
 
+@pytest.mark.exhaustive
 def test_a_study_stops_early_to_the_bits_of_a_shorter_one(tmp_path: Path) -> None:
     path = tmp_path / "study.toml"
     path.write_text(STUDY.replace("runs = 6", "runs = 200") + "\n[study.stop]\nnoise = 0.2\n")

@@ -36,6 +36,7 @@ def test_it_is_the_optimum_of_the_likelihood() -> None:
     assert [law.shape, law.scale] == pytest.approx(np.exp(best.x), rel=1e-6)
 
 
+@pytest.mark.exhaustive
 def test_its_intervals_cover_the_truth() -> None:
     """95 % of 200 samples, give or take three standard errors."""
     dice, covered = np.random.default_rng(1), np.zeros(3)

@@ -33,6 +33,7 @@ def study(tmp_path: Path) -> Study:
     return study_of(tmp_path / "study.toml")
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(35, "threads and lanes give one digest")
 def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
     expected = run_study(study, engine="python").digest
@@ -40,6 +41,7 @@ def test_one_digest_whatever_the_lanes_and_threads(study: Study) -> None:
         assert run_study(study, engine="compiled", lanes=lanes, threads=threads).digest == expected, (lanes, threads)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "C201", before="10 or 12 lanes ended the process, 3, 5 to 7 in errors", after="any number, one digest"
 )
@@ -58,6 +60,7 @@ def test_any_number_of_lanes(study: Study, numbers: Sequence[int]) -> None:
         run_study(study, lanes=65)
 
 
+@pytest.mark.exhaustive
 def test_in_any_company(study: Study) -> None:
     """Which runs go side by side changes no bit of any."""
     alone = run_study(study, engine="python")
@@ -70,6 +73,7 @@ def test_in_any_company(study: Study) -> None:
             assert found.values[:, :, place].tolist() == alone[name][some].tolist()
 
 
+@pytest.mark.exhaustive
 def test_sensors_that_fail_fail_alone(tmp_path: Path) -> None:
     """Some have a reference that no converter can have; of others the sum of three voltages is no number."""
     text = changed(
@@ -88,6 +92,7 @@ def test_sensors_that_fail_fail_alone(tmp_path: Path) -> None:
     assert np.isfinite(together["bias"]).any()
 
 
+@pytest.mark.exhaustive
 def test_a_parameter_that_a_start_needs_is_settled_before(tmp_path: Path) -> None:
     text = changed(STUDY, 'first",', 'first",\n    "source.output -> total.input",')
     text = changed(text, "[study]", 'total = { kind = "DiscreteIntegrator", initial = 2.0, input_unit = "V" }\n[study]')
@@ -160,6 +165,7 @@ runs = 16
 """
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "C5",
     before="flicker noise of a spread band: an error inside proofmass in lanes, memory beyond its buffer alone",

@@ -47,6 +47,7 @@ def test_each_point_has_its_own_runs(result: StudyResult) -> None:
     assert list(parts(early)) == list(parts(result))[:2]
 
 
+@pytest.mark.exhaustive
 def test_the_command_and_the_report_tell_them_apart(
     result: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -79,6 +80,7 @@ def test_one_point_is_drawn_with_its_percentiles() -> None:
     assert drawn[:4] == ["1 to 99 %", "10 to 90 %", "25 to 75 %", "median"]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S603", before="limits about the median: most sensors seem to fail", after="each sensor's change")
 def test_a_limited_change_is_drawn_as_the_change() -> None:
     head, _, rest = STUDY.partition("[study.sweep]")
@@ -92,12 +94,14 @@ def test_a_limited_change_is_drawn_as_the_change() -> None:
     assert limits in ([], [-100.0 * limit.change, 100.0 * limit.change])
 
 
+@pytest.mark.exhaustive
 def test_points_are_drawn_beside_each_other() -> None:
     figure = plot_study(run_study(read_study_text(STUDY), engine="python"))
     titles = [f"filter.corner_frequency = {corner} Hz" for corner in (100, 200)]
     assert [panel.get_title() for panel in figure.axes] == [*titles, "", "", "", ""]
 
 
+@pytest.mark.exhaustive
 def test_many_points_are_seen_together(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     values = [1.0 + number / 100 for number in range(MOST_POINTS + 1)]
     (tmp_path / "study.toml").write_text(STUDY.replace('["100 Hz", "200 Hz"]', str([100 * value for value in values])))

@@ -53,6 +53,7 @@ def ishigami(a: float, b: float, c: float) -> float:
     return math.sin(a) + 7.0 * math.sin(b) ** 2 + 0.1 * c**4 * math.sin(a)
 
 
+@pytest.mark.exhaustive
 def test_a_study_of_a_linear_graph() -> None:
     """Variances 4 : 1 : 1, without interactions; computed by the graph itself."""
     result = run_study(study("saltelli", 5 * 256, {"normal": 0.1}), engine="python")
@@ -65,6 +66,7 @@ def test_a_study_of_a_linear_graph() -> None:
         assert index.total_interval[0] <= index.total <= index.total_interval[1]
 
 
+@pytest.mark.exhaustive
 def test_the_function_of_ishigami() -> None:
     """Ishigami and Homma (1990) with a = 7, b = 0.1: variances of the parts in closed form."""
     a, b = 7.0, 0.1
@@ -98,6 +100,7 @@ def test_groups_with_a_failed_run_are_left_out_and_other_designs_have_no_indices
     assert sobol_indices(result_of(study("saltelli", 50, {"normal": 0.1}), lambda a, b, c: 1.0), "sum") == []
 
 
+@pytest.mark.exhaustive
 def test_regression_of_a_linear_model() -> None:
     result = result_of(study("latin_hypercube", 300, {"normal": 0.1}), linear)
     found = regression(Drawn(result.study, result.numbers).factors(0).columns, result["sum"][:, 0])

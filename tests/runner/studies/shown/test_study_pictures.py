@@ -37,6 +37,7 @@ def line(panel: Any, label: str) -> tuple[Any, Any]:
     return np.asarray(found.get_xdata(), float), np.asarray(found.get_ydata(), float)
 
 
+@pytest.mark.exhaustive
 def test_a_distribution_is_a_histogram_beside_its_fans(one_point: StudyResult) -> None:
     measure = next(m for m in one_point.measures if m.name == "bias")
     figure = plot_distribution(one_point, measure)

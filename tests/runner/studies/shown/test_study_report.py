@@ -114,6 +114,7 @@ def test_the_worst_are_those_furthest_beyond_the_limit(page: str, folder: Path) 
     assert named == result.numbers[np.argsort(-change)[:5]].tolist()
 
 
+@pytest.mark.exhaustive
 def test_a_study_under_way_and_one_with_failed_runs(tmp_path: Path) -> None:
     (tmp_path / "sensor.toml").write_text(TEXT)
     study = read_study(tmp_path / "sensor.toml")
@@ -145,6 +146,7 @@ def test_a_folder_without_a_study(tmp_path: Path, capsys: pytest.CaptureFixture[
     assert "holds no study" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_a_study_file_stands_for_the_folder_it_ran_in_last(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -181,6 +183,7 @@ def test_margins_of_the_runs_are_in_the_report(tmp_path: Path, capsys: pytest.Ca
     assert "main.gain_margin" in [measure["measure"] for measure in data["measures"]]
 
 
+@pytest.mark.exhaustive
 def test_one_age_and_no_limits(tmp_path: Path) -> None:
     (tmp_path / "sensor.toml").write_text(STUDY.partition("[study.sweep]")[0])
     result = run_study(read_study(tmp_path / "sensor.toml"), engine="python")
@@ -190,6 +193,7 @@ def test_one_age_and_no_limits(tmp_path: Path) -> None:
     assert "from the median" in page
 
 
+@pytest.mark.exhaustive
 def test_intervals_between_calibrations_stand_under_headings(tmp_path: Path) -> None:
     """Each has its own yield and measures; of 41 epochs eleven are in the tables."""
     limit = "\n[study.limits]\nfound = { at_most = 1.03 }\n"

@@ -153,6 +153,7 @@ def test_runs_that_kill_workers_are_named(deadly: set[int], study: Study, monkey
         assert len(arrived) > 4
 
 
+@pytest.mark.exhaustive
 def test_workers_may_come_late(study: Study) -> None:
     """The first chunks arrive before any worker has been counted."""
     with LocalCluster(n_workers=0, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
@@ -163,6 +164,7 @@ def test_workers_may_come_late(study: Study) -> None:
     assert result.digest == run_study(study, engine="python").digest
 
 
+@pytest.mark.exhaustive
 def test_a_study_that_may_stop_stops_after_the_same_run(address: str, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY.replace("runs = 6", "runs = 500") + "\n[study.stop]\nbias = 1.0\n")
     study = read_study(tmp_path / "study.toml")
@@ -185,6 +187,7 @@ def test_an_interruption_keeps_what_has_arrived(study: Study, address: str, tmp_
     assert time.monotonic() - began < 30.0
 
 
+@pytest.mark.exhaustive
 def test_a_scheduler_that_goes_away(study: Study) -> None:
     with LocalCluster(n_workers=1, threads_per_worker=1, dashboard_address="127.0.0.1:0") as made:
         sensors = SensorRuns(study, "python")
@@ -195,6 +198,7 @@ def test_a_scheduler_that_goes_away(study: Study) -> None:
         list(arriving)
 
 
+@pytest.mark.exhaustive
 def test_no_workers(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(chunks, "NO_WORKER_SECONDS", 0.5)
     with (
@@ -205,6 +209,7 @@ def test_no_workers(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     assert "run 0" in caught.value.problem.got
 
 
+@pytest.mark.exhaustive
 def test_places_where_no_scheduler_is(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(cluster, "CONNECT_SECONDS", 0.5)
     with socket.create_server(("127.0.0.1", 0)) as silent:
@@ -250,6 +255,7 @@ def test_workers_of_this_machine(study: Study, tmp_path: Path, capsys: pytest.Ca
     assert run_study(study, engine="python").digest in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("C441", before="a worker that died was replaced without a word", after="it is named")
 def test_a_local_worker_that_dies_is_replaced_and_named(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(whole, "BATCH_SECONDS", 0.0)

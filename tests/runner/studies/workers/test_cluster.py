@@ -72,6 +72,7 @@ def killed_as_they_start(most: int, delay: float) -> Iterator[list[int]]:
         thread.join()
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("delay", [0.0, 0.2])
 @pytest.mark.defect("C201", before="an error inside proofmass: Nanny failed to start", after="another worker starts")
 def test_a_worker_that_dies_as_it_starts_is_replaced(delay: float) -> None:

@@ -54,6 +54,7 @@ def test_recordings_and_own_blocks_travel_as_content(here: Path) -> None:
     assert "triple.py" in {path.name for path in (here / "there").iterdir()}
 
 
+@pytest.mark.exhaustive
 def test_long_lists_travel_as_files(here: Path) -> None:
     """100,000 measured values, more than the text of a study may hold."""
     values = "\n".join(f"{1000 + number / 1e5!r}" for number in range(100_000))
