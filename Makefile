@@ -39,9 +39,9 @@ derivations: $(VENV)/installed-test
 friendliness: $(VENV)/installed-test
 	$(BIN)/python -m pytest -m friendly --friendliness
 
-# Which branches of the source some test takes, by room; what none takes has its reason. Twice the time of the tests.
+# Which branches of the source some test takes, by room; what none takes has its reason. Twice the time of all tests.
 coverage: $(VENV)/installed-test
-	$(BIN)/python -m tests.coverage
+	$(BIN)/python -m tests.coverage --exhaustive
 
 # 300 small changes of the source, each against the tests that pass its line, as `make coverage` has measured them.
 mutants: $(VENV)/installed-test

@@ -1,5 +1,6 @@
 """Which branches of the source some test takes: a table by room, and those that none takes and nobody explains.
 
+    python -m tests.coverage --exhaustive               every test
     python -m tests.coverage                            every test that is not exhaustive
     python -m tests.coverage tests/blocks tests/graphs  some of them
     python -m tests.coverage --again                    the table of the last run once more
@@ -185,14 +186,14 @@ def _share(part: int, whole: int) -> str:
 # -- the command ------------------------------------------------------------------------------------------------------
 
 
-def run(tests: Sequence[str], workers: int) -> int:
-    """Run tests and measure; returns the exit code of pytest."""
+def run(words: Sequence[str], workers: int) -> int:
+    """Run pytest with some words, and measure; returns its exit code."""
     DATA.mkdir(parents=True, exist_ok=True)
     for old in DATA.glob("data*"):
         old.unlink()
     environment = {**os.environ, "COVERAGE_FILE": str(DATA / "data")}
     options = ["--numprocesses", str(workers), "--dist", "worksteal", "-p", "tests.coverage"]
-    command = [sys.executable, "-m", "coverage", "run", "-m", "pytest", *options, *tests]
+    command = [sys.executable, "-m", "coverage", "run", "-m", "pytest", *options, *words]
     code = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
     subprocess.run([sys.executable, "-m", "coverage", "combine", "--quiet"], cwd=ROOT, env=environment, check=True)
     return code
@@ -202,10 +203,12 @@ def main() -> int:
     """Measure, print the table and what no test takes, and return 1 if something of that has no reason."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
     parser.add_argument("tests", nargs="*", help="files or folders of tests (default: all)")
+    parser.add_argument("--exhaustive", action="store_true", help="the exhaustive tests too")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--again", action="store_true", help="take what the last run has measured")
     arguments = parser.parse_args()
-    code = 0 if arguments.again else run(arguments.tests, arguments.workers)
+    words = [*arguments.tests, *(["--exhaustive"] if arguments.exhaustive else [])]
+    code = 0 if arguments.again else run(words, arguments.workers)
     left, rooms = missing(measured())
     known, unexplained = reasons(), Counter[str]()
     for branch in left:
