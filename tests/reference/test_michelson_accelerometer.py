@@ -109,6 +109,7 @@ def test_an_ellipse_that_is_left() -> None:
     assert corrected < 0.02 * ripple
 
 
+@pytest.mark.exhaustive
 def test_noise_budget() -> None:
     """At rest and 20 Hz: gas sqrt(4 k T w0 / (m Q)); light and laser as phases over 2 pi, PER_TURN each."""
     budget = noise(GRAPH, "acceleration.output", at="10 ms", frequencies=[20.0])

@@ -29,6 +29,7 @@ def test_spurs_of_a_cut_phase(bits: int, step: int) -> None:
     assert worst_line(bits, step) == pytest.approx(2.0**-bits * x / math.sin(x) / (1 - 2.0**-bits), rel=3e-3)
 
 
+@pytest.mark.exhaustive
 def test_no_spurs_where_the_step_has_zeros_below() -> None:
     assert worst_line(8, 96) < 1e-8
 

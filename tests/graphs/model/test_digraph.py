@@ -66,6 +66,6 @@ def test_parts_hang_together(edges: Edges) -> None:
 
 
 def test_a_long_chain_is_no_deep_call() -> None:
-    chain = {node: [node + 1] for node in range(100_000)}
+    chain = {node: [node + 1] for node in range(30_000)}
     assert list(alphabetical(turned(chain)))[:3] == [0, 1, 2]
-    assert len(loops(chain | {100_000: [0]})[0]) == 100_001
+    assert len(loops(chain | {30_000: [0]})[0]) == 30_001

@@ -152,6 +152,7 @@ def line_of(text: str, old: str, new: str) -> int:
     return next(number for number, (right, wrong) in enumerate(pairs, 1) if right != wrong)
 
 
+@pytest.mark.exhaustive("tombi")
 @pytest.mark.parametrize("number", range(len(CASES)), ids=[new or "right" for *_, new in CASES])
 @pytest.mark.friendly(12, "editors mark the one line that is wrong")
 def test_a_mistake_is_marked_where_it_is_and_nowhere_else(number: int, marks: dict[int, set[int]]) -> None:
