@@ -78,6 +78,7 @@ def wait_for_more(process: "subprocess.Popen[bytes]", path: Path, before: int) -
         time.sleep(0.05)
 
 
+@pytest.mark.exhaustive
 def test_a_full_disk_is_said_and_the_study_goes_on_when_there_is_room(tmp_path: Path) -> None:
     path, folder = tmp_path / "study.toml", tmp_path / "out"
     path.write_text(STUDY)

@@ -70,6 +70,7 @@ def test_verilog_is_what_the_program_before_it_writes(tmp_path: Path, monkeypatc
     assert (tmp_path / "smoother.v").read_text() == verilog
 
 
+@pytest.mark.exhaustive
 def test_tables_of_the_quartz_accelerometer_are_those_printed() -> None:
     page = (DOCS / "papers/quartz-accelerometer.md").read_text()
     fences = re.findall(r"^```text\n(.*?)^```$", page, re.DOTALL | re.MULTILINE)
@@ -88,6 +89,7 @@ def test_tables_of_the_self_calibration_are_those_printed() -> None:
         assert pn_self_calibration.printed(table) + "\n" in fences
 
 
+@pytest.mark.exhaustive("graph-files-5")
 @pytest.mark.parametrize("text", fenced("toml"))
 def test_graph(text: str) -> None:
     graph = read_graph_text(text)

@@ -45,6 +45,7 @@ def test_every_graph_of_the_library_is_reached_from_the_index(pages: dict[str, s
     assert sorted(pages) == sorted(f"gallery/{name}.md" for name in [*LIBRARY, "index"])
 
 
+@pytest.mark.exhaustive
 def test_every_page_has_picture_figures_and_file(pages: dict[str, str]) -> None:
     pictures = dict(gallery_pictures())
     for name in LIBRARY:

@@ -70,6 +70,7 @@ def test_command(command: str, folder: Path) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.exhaustive
 def test_workers_of_a_scheduler(folder: Path) -> None:
     """The three lines of the laptop, at any port that is free."""
     lines = next(text for _, text in fences("docs/how-to/cluster.md") if "dask scheduler --host" in text).splitlines()

@@ -29,6 +29,7 @@ def tutorial(tmp_path_factory: pytest.TempPathFactory) -> Tutorial:
         return Tutorial(folder, {step: list(play(step)) for step in STEPS})
 
 
+@pytest.mark.exhaustive("first-sensor")
 @pytest.mark.parametrize("step", STEPS, ids=lambda step: step.stem)
 @pytest.mark.friendly(37, "the tutorial runs from an empty folder")
 def test_step(step: Path, tutorial: Tutorial) -> None:

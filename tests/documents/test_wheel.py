@@ -27,6 +27,7 @@ def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return next(folder.glob("*.whl"))
 
 
+@pytest.mark.exhaustive
 def test_wheel_holds_only_proofmass(wheel: Path) -> None:
     names = zipfile.ZipFile(wheel).namelist()
     assert {name.split("/")[0] for name in names if ".dist-info/" not in name} == {"proofmass"}
@@ -50,6 +51,7 @@ def test_links_for_type_checkers_point_at_the_folders(name: str) -> None:
     assert link.resolve() == ROOT / name
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(1, "a wheel in an empty environment runs the README")
 def test_a_fresh_environment_runs_the_readme(wheel: Path, tmp_path: Path) -> None:
     """Only the dependencies come from this environment; a file `runner.py` and a folder `graphs` are in the way."""

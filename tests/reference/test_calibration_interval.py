@@ -28,7 +28,7 @@ def gains(result: StudyResult) -> np.ndarray:  # type: ignore[type-arg]
     return np.asarray(e * a / r)
 
 
-@pytest.mark.exhaustive("0")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("place", [0, 1])
 def test_what_has_drifted_since_the_calibration_explains_the_errors(result: StudyResult, place: int) -> None:
     part = by_point(result)[place]

@@ -15,6 +15,7 @@ UNIT = read_study(library_file("imu_3dof.toml"))
 TRUTHS = {"x": (51.48, 4.57e-3), "y": (48.1, 3.9e-3), "z": (137.7, 7.12e-5)}
 
 
+@pytest.mark.exhaustive
 def test_three_axes_calibrate_at_the_same_time() -> None:
     """By the chips of one generator, with 12 bits and 5 mV at each converter."""
     found = run_study(Study(UNIT.graph, runs=1), engine="compiled")

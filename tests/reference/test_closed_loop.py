@@ -59,7 +59,7 @@ def test_every_output_code_equals_the_straight_line_program() -> None:
     assert abs(codes.std() - 6213.355134729) < 1e-8
 
 
-@pytest.mark.exhaustive("compiled-ramp0")
+@pytest.mark.exhaustive(but=1)
 @pytest.mark.parametrize("ramp", [Ramp(offset=5.0, slope=0.05, unit="V"), DriftRamp(slope=0.01, nominal=5.0, unit="V")])
 @pytest.mark.parametrize("engine", ["python", "compiled"])
 def test_every_output_code_with_a_drifting_reference_of_the_converter_in_the_feedback(

@@ -213,6 +213,7 @@ def test_the_graph_of_long_averages_is_the_loop() -> None:
     assert found == pytest.approx(expected, rel=1e-6)
 
 
+@pytest.mark.exhaustive
 def test_both_engines_through_every_step() -> None:
     short: dict[str, object] = {"sweep_slots.settling": 0.0, "sweep_slots.averaging": 4e-5}
     short |= {f"{part}.{time}": 4e-3 for part in ("switch_slots", "test_slots") for time in ("settling", "averaging")}

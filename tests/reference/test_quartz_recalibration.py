@@ -60,6 +60,7 @@ def test_what_is_found_has_drifted_since_the_last_calibration(years: StudyResult
     assert never == pytest.approx(SCALE_FACTOR * gain, rel=0.3e-6)  # nothing is rounded anew
 
 
+@pytest.mark.exhaustive
 def test_registers_hold_what_makes_up_for_the_drift(years: StudyResult) -> None:
     """k_D for everything in the attached bridge and behind it: the capacitances are not there, nor is the spacing."""
     dc = 42.590865 * drifted("accelerometer.bridge.first_reference")

@@ -193,6 +193,7 @@ def test_a_calibration_finds_the_bias(device: str, methods: tuple[str, ...]) -> 
         assert found == pytest.approx(bias(device, 64, method), abs=2e-4), method
 
 
+@pytest.mark.exhaustive
 def test_the_gyroscope_in_registers_is_right_in_the_mean() -> None:
     """Little damping, a leapfrog of 512 steps: -1.6e-4 of the stiffness and -2.7e-4 of the damping are its rule."""
     found = calibrate(library("self_calibration_gyroscope_fixed.toml"), 64)

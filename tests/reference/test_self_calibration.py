@@ -389,6 +389,7 @@ class TestRateResponse:
         assert 1e12 * amplitude == pytest.approx(143.7, rel=0.02)
 
 
+@pytest.mark.exhaustive
 def test_the_pictures_show_what_they_say() -> None:
     titles = [axes.get_title() for axes in pn_pictures.calibration().axes]
     assert titles[0::3] == ["accelerometer: impulse response at 4.8 kHz", "gyroscope: impulse response at 8.75 kHz"]

@@ -73,6 +73,7 @@ def test_rates_that_meet_far_above_are_noted() -> None:
     assert not check_text(TEMPLATE.replace(*FAST).replace(*SLOW).replace("7 kHz", "6.25 kHz")).problems
 
 
+@pytest.mark.exhaustive
 def test_the_library_has_no_rates_that_meet_far_above() -> None:
     texts = {path: path.read_text(encoding="utf-8") for path in LIBRARY}
     notes = [p for path, text in texts.items() for p in check_text(text, str(path), folder=str(path.parent)).problems]

@@ -115,6 +115,7 @@ def test_nothing_is_written_where_nothing_is_determined(graph: Path, tmp_path: P
     assert graph.read_bytes() == before
 
 
+@pytest.mark.exhaustive("arguments7")
 @pytest.mark.parametrize(
     ("arguments", "code", "told"),
     [

@@ -17,7 +17,7 @@ def test_each_kind_of_sensor_has_some() -> None:
     assert folders >= {"accelerometer", "gyroscope", "magnetometer", "seismometer", "optical"}
 
 
-@pytest.mark.exhaustive("closed_loop_accelerometer", "closed_loop_gyroscope", "force_balance_seismometer")
+@pytest.mark.exhaustive("closed_loop_g", "closed_loop_a", "seismometer", "disk", "encoder", "hemispherical", "strain")
 @pytest.mark.parametrize("path", WITH_REQUIREMENTS, ids=lambda path: path.stem)
 def test_it_keeps_its_requirements(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code = main(["verify", str(path)])

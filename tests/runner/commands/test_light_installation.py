@@ -46,6 +46,7 @@ def light(commands: list[list[str]], folder: Path) -> dict[str, tuple[int, str, 
     return answers
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(1, "without extras there are runs, studies and margins")
 def test_it_declares_runs_studies_and_finds_margins(tmp_path: Path) -> None:
     commands = [

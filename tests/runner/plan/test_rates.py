@@ -44,6 +44,7 @@ def test_all_3201_slow_ticks_of_a_second_coincide(engine: str) -> None:
     assert np.array_equal(result["slow_at_fast.output"].values[1:], np.repeat(slow.values, 3)[:9600])
 
 
+@pytest.mark.exhaustive("7/3 Hz")
 @pytest.mark.parametrize(
     ("fast", "slow", "base", "divisors"),
     [

@@ -129,7 +129,7 @@ def sliding(method: str) -> Graph:
     )
 
 
-@pytest.mark.exhaustive("radau")
+@pytest.mark.exhaustive
 @pytest.mark.defect("H620", before="no answer", after="a sentence after half a second")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:

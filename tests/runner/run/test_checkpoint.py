@@ -112,7 +112,7 @@ def small_chunks(monkeypatch: pytest.MonkeyPatch) -> None:
 
 @pytest.mark.usefixtures("small_chunks")
 class TestGoingOn:
-    @pytest.mark.exhaustive("python-in memory", "compiled-in memory", "compiled-streamed")
+    @pytest.mark.exhaustive(but=2)
     @pytest.mark.parametrize("streamed", [False, True], ids=["in memory", "streamed"])
     @pytest.mark.parametrize("engine", ENGINES)
     @settings(max_examples=4, suppress_health_check=[HealthCheck.function_scoped_fixture])

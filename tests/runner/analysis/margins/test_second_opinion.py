@@ -71,6 +71,7 @@ def test_it_agrees_on_the_library(name: str) -> None:
     assert [opinion for opinion in opinions if opinion.differences or opinion.reason] == []
 
 
+@pytest.mark.exhaustive
 def test_modes_that_the_loop_does_not_see_do_not_count() -> None:
     (found,) = of_library("fibre_optic_gyroscope")
     assert found.hidden

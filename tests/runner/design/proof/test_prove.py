@@ -220,6 +220,7 @@ def test_random_loops_have_no_false_proof(seed: int) -> None:
 # -- what has no proof -------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_loops_without_a_proof_say_why() -> None:
     found = prove("library:fibre_optic_gyroscope", seconds=10.0)
     assert status(found) == ["open"] * 3

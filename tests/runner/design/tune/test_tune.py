@@ -26,6 +26,7 @@ FAST = {"loop": "main", "figure": "bandwidth", "maximise": True}
 SIXTY = 2.0 * math.sin(math.radians(10.0)) * 1e3  # K of a phase margin of 60 deg
 
 
+@pytest.mark.exhaustive
 def test_the_fastest_loop_with_sixty_degrees() -> None:
     tuned = tune(GRAPH, free=FREE, goals={"phase": PHASE, "fast": FAST}, samples=8, starts=2)
     assert tuned.met

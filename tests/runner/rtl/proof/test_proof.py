@@ -80,6 +80,7 @@ def test_every_digital_block_is_proved(block: Block) -> None:
     assert proof.goals >= len(module.outputs) + len(module.registers)
 
 
+@pytest.mark.exhaustive
 def test_the_composed_calibration_is_proved() -> None:
     planned = plan(read_graph(CALIBRATION))
     machine = compose(planned, name="calibration")

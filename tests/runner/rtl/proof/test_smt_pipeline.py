@@ -236,6 +236,7 @@ def looks_equal(module: Module, text: str) -> bool:
     return True
 
 
+@pytest.mark.exhaustive
 def test_proofs_and_simulations_agree_on_values_in_the_place_of_others() -> None:
     module = module_of(Chain())
     text = module_text(module)

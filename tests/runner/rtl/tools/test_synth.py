@@ -29,6 +29,7 @@ GYROSCOPE = library_file("self_calibration_gyroscope_fixed.toml")
 REFERENCE_MODEL = Path(__file__).parents[4] / "benchmarks" / "reference_model_32_bits.toml"
 
 
+@pytest.mark.exhaustive
 def test_a_shift_register_is_ten_flip_flops_and_one_lookup_table() -> None:
     found = synthesized(module_text(module_of(ShiftRegister())), "block", "xc2vp")
     assert (found.flip_flops, found.luts, found.multipliers) == (10, 1, 0)

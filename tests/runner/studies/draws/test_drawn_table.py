@@ -106,6 +106,7 @@ def test_every_study_of_the_library(name: str, tmp_path: Path) -> None:
                 assert columns[column.name][place][epoch] == had, (form, column.name)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S202", before="a common value had share 0 beside its follower's 1", after="half each")
 def test_a_common_value_keeps_its_share() -> None:
     text = """\

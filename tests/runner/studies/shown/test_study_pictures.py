@@ -60,6 +60,7 @@ def test_a_distribution_is_a_histogram_beside_its_fans(one_point: StudyResult) -
     assert [fan.get_xlabel(), change.get_xlabel()] == ["age [years]"] * 2
 
 
+@pytest.mark.exhaustive
 def test_rows_of_effects_stand_in_order(one_point: StudyResult) -> None:
     influences = StudyInfluences(one_point).by_measure(one_point)["bias"][-1]
     tornado, *scattered = plot_influences(influences).axes
