@@ -9,6 +9,7 @@ from tests.friendliness import EXPECTED, MOST, FriendlinessTable, friendly_marks
 MARKS = friendly_marks(Path(__file__).parent)
 
 
+@pytest.mark.exhaustive("1")
 @pytest.mark.parametrize("number", EXPECTED)
 def test_a_row_has_a_test_that_shows_it(number: int) -> None:
     shown = [what for row, what in MARKS if row == number]

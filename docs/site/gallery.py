@@ -3,6 +3,7 @@
 import json
 from collections import Counter
 from collections.abc import Iterable, Iterator, Sequence
+from functools import cache
 from html import escape
 from itertools import groupby
 from pathlib import Path
@@ -42,7 +43,13 @@ def gallery_pictures() -> Iterator[tuple[str, str]]:
     """Yield name and text of the diagram of each graph."""
     for item in all_exhibits():
         if not item.study:
-            yield f"library/{item.name}.svg", svg(read_graph(item.path))
+            yield f"library/{item.name}.svg", _diagram(item.path)
+
+
+@cache
+def _diagram(path: Path) -> str:
+    """Return the diagram of a graph, which its page and its card have."""
+    return svg(read_graph(path))
 
 
 def _index() -> str:
@@ -86,7 +93,7 @@ def _page(item: Exhibit, *, runs: bool) -> str:
         lines += _study(item, read_study(item.path))
     else:
         graph = read_graph(item.path)
-        attributes = diagram_attributes(svg(graph))
+        attributes = diagram_attributes(_diagram(item.path))
         lines += [f"![Diagram: {plain(item.title)}](../pictures/library/{item.name}.svg){attributes}", ""]
         lines += _graph(item.name, graph, runs=runs)
     lines += ["## File", "", f"`proofmass new sensor.toml --from {item.name}` copies it.", ""]

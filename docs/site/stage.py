@@ -125,7 +125,7 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
         raise BrokenLinkError(f"{path.relative_to(ROOT)}: {address}")
     if there.is_dir():
         there /= "README.md"
-    if there in repository_pages() or there == ROOT / "README.md":
+    if _is_page(there):
         return start + _relative(_place(there), name) + anchor + end
     if there.is_relative_to(DOCS / "pictures"):
         place = _relative(f"pictures/{there.relative_to(DOCS / 'pictures').as_posix()}", name)
@@ -134,6 +134,11 @@ def _moved(link: re.Match[str], path: Path, name: str, target: Path) -> str:
     (target / place).parent.mkdir(parents=True, exist_ok=True)
     shutil.copy(there, target / place)
     return start + _relative(place, name) + end
+
+
+def _is_page(path: Path) -> bool:
+    """Return whether a file of the project is a page of the site."""
+    return path.suffix == ".md" and (path.is_relative_to(DOCS) or path.relative_to(ROOT).as_posix() in FRONT)
 
 
 def _relative(place: str, page: str) -> str:

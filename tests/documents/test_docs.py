@@ -89,7 +89,7 @@ def test_tables_of_the_self_calibration_are_those_printed() -> None:
         assert pn_self_calibration.printed(table) + "\n" in fences
 
 
-@pytest.mark.exhaustive("graph-files-5")
+@pytest.mark.exhaustive("graph-files-5", "quartz-accelerometer-0")
 @pytest.mark.parametrize("text", fenced("toml"))
 def test_graph(text: str) -> None:
     graph = read_graph_text(text)
@@ -113,6 +113,8 @@ def test_graph(text: str) -> None:
     "requirements-0",
     "rtl-1",
     "studies-0",
+    "pn-self-calibration-5",
+    "pn-self-calibration-8",
 )
 @pytest.mark.parametrize(("commands", "answer"), COMMANDS)
 def test_commands(

@@ -132,7 +132,7 @@ def test_noise_of_the_open_loop_gyroscope() -> None:
     assert found["amplifier"] == pytest.approx(math.sqrt(2.0) * 2e-6 / volts, rel=0.01)
 
 
-@pytest.mark.exhaustive(but=1)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("frequency", [0.1, 10.0])
 def test_noise_of_the_seismometer(frequency: float) -> None:
     """Brownian force, the amplifier over the motion of the free mass, and the steps of the converter of the coil."""

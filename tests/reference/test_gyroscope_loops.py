@@ -121,6 +121,7 @@ def test_open_loop_against_the_amplitude_of_the_sense_mode(warmer: float) -> Non
     assert measured["frequency"] == pytest.approx(-8000.0 * 30e-6 * warmer, abs=2e-3)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("S92", before="unstable by the roundings of 16 ticks: it grew by e in 3e9 s", after="stable")
 def test_the_phase_of_the_drive_is_neutral_once_the_loops_have_settled() -> None:
     """The rate loop is that of an integrator behind a delay: the same crossover at rest as soon after the start."""

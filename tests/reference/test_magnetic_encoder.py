@@ -150,6 +150,7 @@ def test_latency() -> None:
     assert seconds == pytest.approx(4.5 * 2.5e-6 + T * LEFT / (1.0 - LEFT), abs=5e-8)
 
 
+@pytest.mark.exhaustive
 def test_margins() -> None:
     loop = margins(GRAPH)
     grid = np.geomspace(100.0, 24e3, 200_001)

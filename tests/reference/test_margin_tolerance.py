@@ -54,6 +54,7 @@ def test_every_sensor_has_the_margins_of_its_own_loop(result: StudyResult) -> No
         assert result["main.sensitivity_peak"][run, 0] == pytest.approx(-20.0 * math.log10(modulus_margin), abs=1e-4)
 
 
+@pytest.mark.exhaustive
 def test_its_yield_is_the_part_that_keeps_the_limits(result: StudyResult) -> None:
     kept = result["main.gain_margin"][:, 0] >= 30.0
     assert 0.0 < kept.mean() <= 1.0

@@ -100,6 +100,7 @@ def test_scale_and_temperature() -> None:
     assert measures["sine_centre"].value == pytest.approx((0.5 * HALF * VOLTS + 4e-6) * 2**16, abs=1.0)
 
 
+@pytest.mark.exhaustive
 def test_an_ellipse_that_is_left() -> None:
     """Amplitudes apart by a and a right angle off by e make sqrt(a^2 + e^2) / 2 of the second harmonic of a turn."""
     graph = GRAPH.with_parameters({**QUIET, "counter.gain": 1.0, "counter.cross": 0.0})
@@ -147,6 +148,7 @@ def moved(frequency: float, **changes: float) -> tuple[float, float]:
     return abs(budget.gain[0]), math.sqrt(gas.density[0]) / abs(budget.gain[0])
 
 
+@pytest.mark.exhaustive
 def test_published_figures() -> None:
     """Figures that follow from what authors state, through the mass of the library.
 

@@ -77,6 +77,7 @@ def test_registers_hold_what_makes_up_for_the_drift(years: StudyResult) -> None:
     assert np.ptp(years["slope"]) == np.ptp(years["difference"]) == 0.0  # the references of the factory
 
 
+@pytest.mark.exhaustive
 def test_bias_is_that_of_the_reference_capacitors_whatever_is_calibrated(years: StudyResult) -> None:
     """D (r - 1/2) 2 d / l / K0, which no calibration of gains moves."""
     first = 42.590865 * drifted("accelerometer.bridge.first_reference")

@@ -105,6 +105,7 @@ def crossovers(loop: Callable[[float], complex]) -> list[float]:
     return found
 
 
+@pytest.mark.exhaustive
 def test_the_delay_leaves_the_loop_of_the_controller() -> None:
     answer = margins(predicting(), "controller.output")
     (crossover,) = crossovers(inner)

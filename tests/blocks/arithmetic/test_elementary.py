@@ -303,6 +303,7 @@ def given_arrays() -> list[Any]:
     return [first, second, *(np.zeros_like(first) for _ in FUNCTIONS)]
 
 
+@pytest.mark.exhaustive("one")
 @pytest.mark.parametrize("settings", [machine_code.Settings(), machine_code.Settings(wide=True)], ids=["one", "wide"])
 def test_machine_code_has_the_same_bits(settings: machine_code.Settings) -> None:
     arrays = given_arrays()
@@ -318,6 +319,7 @@ def test_vectors_have_the_same_bits(name: str) -> None:
     assert _bits(results) == expected_bits()[name]
 
 
+@pytest.mark.exhaustive("-O3")
 @needs_gcc
 @pytest.mark.parametrize("level", ["-O0", "-O3"])
 def test_c_has_the_same_bits(level: str, tmp_path: Path) -> None:

@@ -19,6 +19,7 @@ def test_against_a_polynomial() -> None:
     assert found == pytest.approx(np.polyval([-5.0, 2.0, -3.0, 0.0], x), rel=1e-12)
 
 
+@pytest.mark.exhaustive
 def test_a_mass_that_is_pushed_against_scipy() -> None:
     graph = Graph(
         name="hardening",

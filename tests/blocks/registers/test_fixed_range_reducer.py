@@ -30,6 +30,7 @@ from tests.by_hand.fixed_point import drive_fixed
 from tests.by_hand.integer_code import Code
 
 
+@pytest.mark.exhaustive
 def test_every_exponent_of_the_paper() -> None:
     exponents = np.arange(-(2**22), 2**22)
     product, octave, remainder = cordic_by_hand.reduced(exponents, 16)

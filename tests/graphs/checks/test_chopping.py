@@ -75,6 +75,7 @@ def test_a_second_chain_starts_with_a_modulator() -> None:
     assert not notes(chain)
 
 
+@pytest.mark.exhaustive
 def test_the_way_out_that_the_hint_names() -> None:
     text = TEXT.replace("HALF", "4").replace('"pole.output -> unchop.input",', '"pole.output -> unchop.first",')
     text = text.replace("wires = [", 'wires = [\n    "chop.square -> late.input",\n    "late.output -> unchop.second",')

@@ -41,6 +41,7 @@ def test_within_its_stratum_a_deviate_is_uniform_and_parameters_are_independent(
     assert abs(correlations).max() < 4.0 / np.sqrt(2000)
 
 
+@pytest.mark.exhaustive
 def test_permutations_are_equally_probable() -> None:
     counts = Counter(tuple(permuted(k, 4, 1, 3, stream) for k in range(4)) for stream in range(4800))
     assert len(counts) == 24

@@ -196,6 +196,7 @@ def test_mistakes_in_designs_and_distributions(old: str, new: str, key: str, sai
     assert problem.line == (line_of(text, "[study.correlation]") if key == "correlation" else line_of(text, new))
 
 
+@pytest.mark.exhaustive
 def test_correlated_parameters_follow_each_other(tmp_path: Path) -> None:
     (tmp_path / "lot.csv").write_text("offset\n1\n2\n")
     made = study(tmp_path, RICH).changed(runs=2000, seed=3)

@@ -33,6 +33,7 @@ def test_a_study_made_in_python(tmp_path: Path) -> None:
     assert read_study(tmp_path / "made.toml") == made
 
 
+@pytest.mark.exhaustive
 def test_a_long_list_of_values_lies_beside_the_text(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY)
     graph, dice = read_study(tmp_path / "study.toml").graph, random.Random(5)

@@ -141,6 +141,7 @@ def test_fit_says_which_options_go_together(resonator: Path, capsys: Captured, w
     assert said in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_worst_of_a_graph_and_of_a_study(loop: Path, tmp_path: Path, capsys: Captured) -> None:
     picture = tmp_path / "worst.png"
     given = ["--tolerance", "controller.gain=10 %", "--figure", "main:phase_margin", "--samples", "5"]
@@ -175,6 +176,7 @@ def test_margins_of_several_loops_and_over_a_parameter(tmp_path: Path, capsys: C
         assert said in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_named_values_and_yields_on_the_command_line(tmp_path: Path, capsys: Captured) -> None:
     """The gain is ten times a named value; the settled plant is at 1, or at the value drawn."""
     text = INTEGRATING.replace("[loops.main]", '[values]\nspeed = "10 Hz"\n\n[loops.main]')

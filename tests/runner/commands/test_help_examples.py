@@ -33,7 +33,21 @@ def _no_browser(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 @pytest.mark.exhaustive(
-    "allan", "noise", "response", "test-block", "tune", "worst", "fit", "margins", "montecarlo", "report", "rtl", "live"
+    "allan",
+    "noise",
+    "response",
+    "test-block",
+    "tune",
+    "worst",
+    "fit",
+    "margins",
+    "montecarlo",
+    "report",
+    "rtl",
+    "live",
+    "verify",
+    "prove",
+    "sigma-delta",
 )
 @pytest.mark.parametrize("name", cli.commands)
 @pytest.mark.friendly(4, "every example runs from an empty folder")

@@ -69,6 +69,7 @@ def test_it_declares_runs_studies_and_finds_margins(tmp_path: Path) -> None:
     assert names == {"traces.csv", "plot.svg", "summary.json", "report.html"}
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(1, "what needs an extra names it before it runs")
 def test_what_needs_more_says_which_extra_brings_it_before_it_runs(tmp_path: Path) -> None:
     cures = {

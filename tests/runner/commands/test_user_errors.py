@@ -208,7 +208,7 @@ def test_an_error_of_our_own_is_a_message_too(command: Command, monkeypatch: pyt
     assert "--traceback shows where" in answer.err
 
 
-@pytest.mark.exhaustive(but=1)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", ["Größe 加速度.toml", "-x.toml"])
 @pytest.mark.friendly(41, "files with spaces and any letters")
 def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path: Path) -> None:

@@ -347,6 +347,7 @@ def test_keys_and_fingers_do_what_a_mouse_does(browser: Any, live: tuple[Path, P
     page.context.close()
 
 
+@pytest.mark.exhaustive
 def test_a_report_opens_blocks_and_judges_measures_without_a_process(browser: Any, tmp_path: Path) -> None:
     graph = tutorial() + (
         '\n[measures.rest]\nstatistic = "last"\nsignal = "dac.code"\n'

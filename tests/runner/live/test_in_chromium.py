@@ -187,6 +187,7 @@ def live(tmp_path: Path) -> Iterator[tuple[Path, Process]]:
     process.kill()
 
 
+@pytest.mark.exhaustive
 def test_a_file_is_live(browser: Any, live: tuple[Path, Process]) -> None:
     """A mistake is shown with its line above the last good run; sliders stay; windows stay in step; kills are seen."""
     file, process = live

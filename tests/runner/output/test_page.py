@@ -57,6 +57,7 @@ def seen(pages: list[Path], folder: Path) -> tuple[list[dict[str, Any]], list[st
     return json.loads(unescape(found)), [line for line in done.stderr.splitlines() if "CONSOLE" in line]
 
 
+@pytest.mark.exhaustive
 def test_reports(tmp_path: Path) -> None:
     """Of a study with all sections, and of a run."""
     text = STUDY.replace("seed = 11", 'seed = 11\ndesign = "saltelli"').replace("runs = 6", "runs = 8")

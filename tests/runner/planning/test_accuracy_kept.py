@@ -140,7 +140,7 @@ def test_motion_along_a_jump_ends_with_a_sentence(method: str) -> None:
     assert "substeps = 100" in str(told.value)
 
 
-@pytest.mark.exhaustive("MOST_EVENTS-100")
+@pytest.mark.exhaustive
 @pytest.mark.defect("S621", before="200,000 switchings are counted of 10,000,000", after="a sentence in tick 0")
 @pytest.mark.parametrize(("limit", "events"), [("MOST_EVENTS", 100), ("CHATTER", 50)])
 def test_a_relay_that_chatters_ends_with_a_sentence(limit: str, events: int, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -75,7 +75,7 @@ def rows_of(result: StudyResult, every: float, epoch: int, measure: str = "error
     }
 
 
-@pytest.mark.exhaustive("inf-0")
+@pytest.mark.exhaustive
 @pytest.mark.defect("S13", before="0.1 % explained at 15 years", after="all of it, by what has changed")
 @pytest.mark.parametrize(("every", "since"), [(float("inf"), 0), (2.0 * YEAR, 14)])
 def test_the_change_since_the_last_calibration_explains_a_calibrated_sensor(

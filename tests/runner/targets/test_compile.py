@@ -267,6 +267,7 @@ def test_a_folder_that_cannot_be_written_is_no_error(
     assert not objects(cache)
 
 
+@pytest.mark.exhaustive
 def test_two_processes_at_once_and_a_warm_one(tmp_path: Path, cache: Path) -> None:
     script = (
         "import sys; from proofmass import read_graph, simulate;"

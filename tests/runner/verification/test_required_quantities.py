@@ -77,6 +77,7 @@ def test_noise_and_responses(findings: dict[str, Finding]) -> None:
     assert findings["gain"].quantity == "gain from wanted.output to plant.output at 10 Hz"
 
 
+@pytest.mark.exhaustive
 def test_worst_cases_and_yields(findings: dict[str, Finding]) -> None:
     crossover = 2.0 * math.asin(0.5 * 1.1 * K * T) / T
     assert findings["phase"].value == pytest.approx(90.0 - 1.5 * math.degrees(crossover * T), rel=1e-9)

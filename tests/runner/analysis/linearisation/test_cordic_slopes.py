@@ -64,7 +64,7 @@ def test_exponential(kind: type[Block]) -> None:
     assert found == pytest.approx(math.exp(ANGLE), rel=1e-4)
 
 
-@pytest.mark.exhaustive(but=1)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("block", "output", "result", "slope"),
     [

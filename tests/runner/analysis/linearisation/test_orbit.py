@@ -107,6 +107,7 @@ def test_a_carrier_that_never_fits_has_the_margins_of_its_run() -> None:
     assert largest[1][-1] > 1e6 * largest[1][0]
 
 
+@pytest.mark.exhaustive
 def test_systems_between_wires_are_checked_too() -> None:
     with pytest.raises(ModelError, match="does not repeat"):
         proofmass.linearise(modulated(1000.0 * math.pi / 3.0), ["into.output"], ["average.mean"], at="0.5 s")

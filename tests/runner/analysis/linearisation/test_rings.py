@@ -210,6 +210,7 @@ def test_a_slow_pole_behind_a_delay_is_seen() -> None:
     assert not found.hidden
 
 
+@pytest.mark.exhaustive
 def test_a_delay_is_a_shift_register() -> None:
     """One value of the wire in a period, and as many states as ticks."""
     system = linearise(loop(Delay(ticks=100)), loop="back.output")

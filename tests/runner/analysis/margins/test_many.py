@@ -27,6 +27,7 @@ def lot(graph: Graph, spread: dict[str, float], count: int) -> tuple[Plan, list[
 ACCELEROMETER = {"pendulum.stiffness": 0.05, "pendulum.damping": 0.1, "pendulum.inertia": 0.05, "torquer.gain": 0.1}
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("at", ["0 s", "2 ms"])
 def test_an_accelerometer(at: str) -> None:
     graph = proofmass.read_graph("library:closed_loop_accelerometer")

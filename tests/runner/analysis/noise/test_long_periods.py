@@ -41,6 +41,7 @@ def test_the_same_map_either_way(monkeypatch: pytest.MonkeyPatch) -> None:
     assert gathered.matrix == pytest.approx(plain.matrix, rel=1e-12, abs=1e-15 * np.max(np.abs(plain.matrix)))
 
 
+@pytest.mark.exhaustive
 def test_white_noise_behind_a_long_mean() -> None:
     """The mean of N independent values has a variance of one N-th."""
     ratio = 2000

@@ -89,6 +89,7 @@ def test_bounds_come_near_the_closed_forms_and_never_pass_them() -> None:
     check_certificate(certificate(prove(GRAPH, tolerances={"gain.gain": "10 %"}, bounds=True)))
 
 
+@pytest.mark.exhaustive
 def test_a_margin_least_within_the_box_is_found_by_what_is_refuted() -> None:
     """The gain is 400 p (1 - p), largest at p = 1 / 2, where the loop bears 26.02 dB; both ends of p bear more."""
     text = INTEGRATING.replace("gain = 100.0", 'gain = "= 400 * p * (1 - p)"').replace(

@@ -100,6 +100,7 @@ def test_measures_and_soft_limits_are_goals_too() -> None:
     assert (tuned.goals[2].after or 0.0) == pytest.approx(20.0, rel=1e-3), "the slowest that is allowed: most phase"
 
 
+@pytest.mark.exhaustive
 def test_it_gets_out_of_an_unstable_start() -> None:
     wild = GRAPH.with_parameters({"controller.gain": 1500.0})
     free = {"controller.gain": {"at_least": 1, "at_most": 2000, "scale": "linear"}}

@@ -152,6 +152,7 @@ def test_a_mistake_is_named(tolerances: dict[str, Any], words: str) -> None:
     assert any(words in str(problem) for problem in told.value.problems), told.value
 
 
+@pytest.mark.exhaustive
 def test_noise_scale_factor_and_measures_have_worst_cases_too() -> None:
     quantities = {
         "noise": {"noise": "plant.output"},

@@ -147,7 +147,7 @@ def test_the_whole_calibration_to_the_bit_in_every_register() -> None:
     assert found.wires["damping", "damping"] / 2**22 == pytest.approx(4.57e-3, rel=2e-3)
 
 
-@pytest.mark.exhaustive("1111")
+@pytest.mark.exhaustive
 @needs_compiler
 @pytest.mark.parametrize("ticks", [1, 1111])
 def test_the_engines_take_over_from_each_other(ticks: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -60,7 +60,7 @@ def called(model: VerilogModel, name: str, *given: int) -> int:
     return found
 
 
-@pytest.mark.exhaustive(but=1)
+@pytest.mark.exhaustive
 @needs_compiler
 @pytest.mark.parametrize("settling", [True, False])
 def test_a_clock_from_any_registers(settling: bool) -> None:

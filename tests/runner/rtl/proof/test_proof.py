@@ -71,6 +71,7 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     "FixedCordicRotation",
     "FixedCordicScaledExponential",
     "FixedPID",
+    "FixedCordicExponential",
 )
 @pytest.mark.parametrize("block", _some_exhaustive(DIGITAL))
 def test_every_digital_block_is_proved(block: Block) -> None:

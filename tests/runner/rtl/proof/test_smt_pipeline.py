@@ -126,6 +126,7 @@ def update(p: Mixture, x: State, input: FixedValue) -> State:
     return State((x.phase * 3 + 1).to(Fixed(10, 6), "floor", "wrap"), level, x.peak)
 
 
+@pytest.mark.exhaustive("Exponential-int")
 @pytest.mark.parametrize(
     ("block", "latency"),
     [(Cube(), 2), (Exponential(), 18), (Chain(), 2), (Accumulator(cuts=3, after=True), 4), (Mixture(), 2)],

@@ -36,6 +36,7 @@ def graph() -> Graph:
     )
 
 
+@pytest.mark.exhaustive
 def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     """Factors of 37.0 and 38.5 lie on both sides of the published limit."""
     factors = (1.0, 37.0, 38.5)

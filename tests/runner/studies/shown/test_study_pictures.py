@@ -77,6 +77,7 @@ def test_rows_of_effects_stand_in_order(one_point: StudyResult) -> None:
         assert dots.get_ydata() == pytest.approx(one_point["bias"][:, -1])
 
 
+@pytest.mark.exhaustive
 def test_shares_of_the_variance_over_the_age(one_point: StudyResult) -> None:
     tables = StudyInfluences(one_point).by_measure(one_point)["bias"]
     (panel,) = plot_shares([one_point.study.epochs[t.epoch] for t in tables], [t.regression for t in tables]).axes

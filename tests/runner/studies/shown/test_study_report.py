@@ -38,6 +38,7 @@ def page(folder: Path) -> str:
     return (folder / "report.html").read_text()
 
 
+@pytest.mark.exhaustive
 def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
     outline = Outline(page)
     expected = [
@@ -91,6 +92,7 @@ def test_its_commands_replay_the_runs_it_names(
         assert replayed["measures"][name]["value"] == result[name][run, epoch]
 
 
+@pytest.mark.exhaustive
 def test_its_commands_know_the_blocks_of_the_user(
     tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
@@ -131,6 +133,7 @@ def test_a_study_under_way_and_one_with_failed_runs(tmp_path: Path) -> None:
     assert "What scatters them" not in Outline(empty).headings
 
 
+@pytest.mark.exhaustive
 def test_a_study_of_a_long_list_is_kept_with_it(tmp_path: Path) -> None:
     (tmp_path / "sensor.toml").write_text(STUDY)
     graph = read_study(tmp_path / "sensor.toml").graph
@@ -167,6 +170,7 @@ def test_a_study_file_stands_for_the_folder_it_ran_in_last(
     assert "wrote out/report.html: 6 of 6 runs" in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 def test_margins_of_the_runs_are_in_the_report(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Measures of the ledger that no signal has."""
     text = library_file("scale_factor_drift.toml").read_text().partition("[study]")[0]

@@ -73,6 +73,7 @@ def test_one_digest(engine: Any, study: Study, address: str, tmp_path: Path) -> 
     run_study(study, engine="python", dask="tcp://127.0.0.1:1", folder=tmp_path / "there")  # nothing is left to do
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("runs", "times"), [(12, 1), pytest.param(400, 3, marks=pytest.mark.exhaustive)])
 def test_one_digest_of_margins(runs: int, times: int, address: str) -> None:
     """Also when threads compute the margins of neighbours at the same time."""
@@ -246,6 +247,7 @@ def test_chunks_take_a_quarter_of_a_second() -> None:
     assert chunk_size(64, 1e-9, 64) == 512
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(35, "workers of this machine by one option")
 def test_workers_of_this_machine(study: Study, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     command = ["montecarlo", str(tmp_path / "study.toml"), "--engine", "python", "--json"]

@@ -35,6 +35,7 @@ def reached(address: str, **security: Any) -> bool:
     return True
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("D1", before="any user of the machine could run code", after="TLS, own certificate")
 def test_strangers_are_not_answered_by_local_workers() -> None:
     with connected("local:1") as client:
