@@ -7,7 +7,7 @@ from typing import Any
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.proof.closed_loop import OpenCorners
-from proofmass.runner.design.proof.coordinates import Coordinates, Sides
+from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.prove import MarginProof, Proofs
 from proofmass.runner.host.versions import version
 from proofmass.runner.verification.proof_checker import FORMAT, digest_of
@@ -31,6 +31,9 @@ def certificate(proofs: Proofs) -> str:
         "graph_sha256": graph_digest(proofs.graph),
         "assumed": list(ASSUMED),
         "claims": [_claim(one, loops, places) for one in proofs.proofs if one.status == "proved"],
+        "unfinished": [
+            _claim(one, loops, places) for one in proofs.proofs if one.status == "open" and one.searched.leaves
+        ],
         "loops": loops,
     }
     return json.dumps(content | {"sha256": digest_of(content)}, sort_keys=True, allow_nan=False) + "\n"
@@ -52,18 +55,20 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             {
                 "box": leaf.box,
                 "loop": places[id(leaf.loops)],
+                "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
                 "transform": leaf.norm.transform.tolist(),
-                "beyond": (beyond * (1.0 + 2.0**-40)).tolist(),
+                "beyond": (beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
             }
         )
     claim = proof.claim
     return {
         "loop": claim.loop,
         "open_at": claim.open_at,
-        "coordinates": _coordinates(proof.coordinates) if proof.coordinates else [],
+        "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
         "claim": str(claim),
         "kind": claim.kind,
         "limit": claim.limit,
+        "period": claim.period,
         "factor": claim.factor.name,
         "ends": claim.ends,
         "leaves": leaves,
@@ -80,10 +85,3 @@ def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:
         "bounded": [i for i in wide if i not in of.interpolated],
         "corners": {"middle": of.corners.middle.tolist(), "radius": of.corners.radius.tolist()},
     }
-
-
-def _coordinates(of: Coordinates) -> list[dict[str, Any]]:
-    return [
-        {"name": r.written, "unit": r.unit, "inverse": inverse, "low": low, "high": high}
-        for r, inverse, (low, high) in zip(of.ranges, of.inverse, of.box(), strict=True)
-    ]

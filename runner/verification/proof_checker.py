@@ -1,14 +1,15 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
-A certificate says that a sampled loop is stable for all parameters in a box, with all factors at its wire between two
-ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners, bounds R of how far
-the closed loop may lie beyond those, and a matrix T. The checker verifies, in whole numbers of 2^-300 with every
-rounding counted:
+A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
+wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners,
+bounds R of how far the closed loop may lie beyond those, a disc and a matrix T. The checker verifies, in whole numbers
+of 2^-300 with every rounding counted:
 
-1. the hash of the certificate, and that the factors are those of its claim;
+1. the hash of the certificate, and that the factors and discs are those of its claim;
 2. that the leaves cover the box;
-3. that the closed loops at all corners and factors, with R, have a norm below one in the coordinates of T: r^2 I - B'B
-   has positive leading minors, by Bareiss' elimination (Mathematics of Computation 22, 1968, 565).
+3. that the closed loops at all corners and factors, with R, less the centre of the disc, have a norm below its radius r
+   in the coordinates of T: r^2 I - B'B has positive leading minors, by Bareiss' elimination (Mathematics of
+   Computation 22, 1968, 565).
 
 What it takes for granted is in the certificate: that the matrices enclose those of the graph.
 """
@@ -29,7 +30,9 @@ _BITS, _FEWER = 300, 80  # after the point: of matrices, and of those whose norm
 ONE = 1 << _BITS
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS = 50
-_TERMS = 130  # of the series of sine and cosine: the last is below 2^-400
+_TERMS = 150  # of the series of sine and cosine: the last is below 2^-400
+_SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
+_UNITS = {"gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s", "decay rate": "1/s"}
 _DEEPEST = 200  # halves of a box
 
 _Whole = npt.NDArray[np.object_]  # of integers
@@ -52,7 +55,7 @@ def check_certificate(text: str) -> list[str]:
         if not data["claims"] or not isinstance(data["graph_sha256"], str):
             raise FalseCertificateError("has no claim about a graph")
         return [_claim(data, claim) for claim in data["claims"]]
-    except (KeyError, TypeError, ValueError, AttributeError, IndexError, RecursionError) as error:
+    except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError) as error:
         if isinstance(error, FalseCertificateError):
             raise
         raise FalseCertificateError(f"cannot be read: {error}") from None
@@ -70,8 +73,7 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     kind, limit = claim["kind"], float(claim["limit"])
-    unit = "deg" if kind == "phase margin" else "dB"
-    where = f"{claim['loop']}, " + ("stable" if kind == "stable" else f"{kind} of at least {limit:g} {unit}")
+    where = f"{claim['loop']}, {kind}" + ("" if kind == "stable" else f" of at least {limit:g} {_UNITS[kind]}").rstrip()
     _check_ends(claim, where)
     sides = [(float(one["low"]), float(one["high"])) for one in claim["coordinates"]]
     whole = (*sides, _side(claim["ends"]))
@@ -79,6 +81,7 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     if not _covered(whole, boxes, 0):
         raise FalseCertificateError(f"{where}: its boxes do not cover the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
+        _check_disc(claim, leaf, box[-1], where)
         if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"]):
             raise FalseCertificateError(f"{where}: box {number} does not contract")
     sizes = [
@@ -99,16 +102,45 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
     (low, high), limit = _side(claim["ends"]), Decimal(float(claim["limit"]))
     with localcontext() as context:
         context.prec = _DIGITS
-        if claim["kind"] not in ("stable", "gain margin", "phase margin") or not limit >= 0:
+        kind, factor = claim["kind"], claim["factor"]
+        if not limit >= 0 or (kind in ("delay margin", "decay rate") and not claim["period"] > 0.0):
             right = False
-        elif claim["kind"] == "phase margin":
-            right = claim["factor"] == "phase" and low <= 0.0 and Decimal(high) >= limit * _PI / 180
+        elif kind == "phase margin":
+            right = factor == "phase" and low <= 0.0 and Decimal(high) >= limit * _PI / 180
+        elif kind == "delay margin":
+            samples = limit / Decimal(float(claim["period"]))
+            right = factor == "phase" and low <= 0.0 and Decimal(high) >= _PI * min(samples, 2)
+        elif kind == "disk margin":
+            right = factor == "disk" and low == high and Decimal(low) >= limit
         else:
-            factor = Decimal(10) ** (limit / 20)
-            right = claim["factor"] == "gain" and Decimal(low) * factor <= 1 and Decimal(high) >= factor
-            right = right and (claim["kind"] == "gain margin" or limit == 0)
+            gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
+            right = factor == "gain" and Decimal(low) * gain <= 1 and Decimal(high) >= gain
+            right = right and (kind != "stable" or limit == 0)
     if not right:
         raise FalseCertificateError(f"{where}: its factors are not those of the claim")
+
+
+def _check_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float], where: str) -> None:
+    """Raise where poles in the disc of a leaf may break its claim.
+
+    A delay of m samples turns what is at exp(-j w) by p = m w: a pole may not be there where w is above p / m. The
+    distance of the arc from a centre above the real axis is least at an end of the arc.
+    """
+    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", (0.0, 0.0, 1.0))))
+    kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
+    if kind == "delay margin" and factors[0] > 0.0:
+        least = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
+        ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
+        away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
+        right = imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
+    else:
+        with localcontext() as context:
+            context.prec = _DIGITS
+            rate = Decimal(limit) * Decimal(period) if kind == "decay rate" else Decimal(0)
+            most = (-rate).exp() * (1 - Decimal(10) ** -45) if rate else 1
+            right = (real, imaginary) == (0, 0) and 0 < Decimal(float(radius)) <= most
+    if not right:
+        raise FalseCertificateError(f"{where}: a disc is not that of the claim")
 
 
 def _covered(whole: _Box, boxes: Sequence[_Box], depth: int) -> bool:
@@ -129,7 +161,7 @@ def _covered(whole: _Box, boxes: Sequence[_Box], depth: int) -> bool:
 
 def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T."""
-    sides, parts = box[:-1], 2 if factor == "phase" else 1
+    sides, parts, disk = box[:-1], 2 if factor == "phase" else 1, factor == "disk"
     wide = [i for i, (low, high) in enumerate(sides) if low < high]
     if tuple(map(_side, loop["box"])) != sides or sorted(loop["interpolated"] + loop["bounded"]) != wide:
         raise FalseCertificateError("has a loop of another box")
@@ -138,16 +170,22 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
     if middles.shape != (2 ** len(loop["interpolated"]), n + k, n + k) or radii.shape != middles.shape:
         raise FalseCertificateError("lacks corners")
     t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
-    if t.shape != (parts * n, parts * n) or beyond.shape != t.shape or (beyond < 0.0).any() or (radii < 0.0).any():
+    size = n + k if disk else parts * n
+    if t.shape != (size, size) or beyond.shape != t.shape or (beyond < 0.0).any() or (radii < 0.0).any():
         raise FalseCertificateError("has matrices of a wrong size")
+    if disk and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any()):
+        raise FalseCertificateError("has coordinates that mix a disk with states")
+    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
+    turned = np.array([[real, -imaginary], [imaginary, real]] if parts == 2 else [[real]], dtype=object)
+    centre = np.kron(turned, np.eye(size // parts, dtype=int).astype(object))
     x, t_whole = _whole(np.linalg.inv(t)), _whole(t)
     apart = np.abs(x @ t_whole - ONE * ONE * np.eye(len(t), dtype=object)) // ONE + 1
-    room = ONE - _bound(apart)
+    room = radius - _bound(apart) * radius // ONE - 1
     beyond_whole = _whole(beyond) + 1
-    for middle, radius in zip(map(_whole, middles), map(_whole, radii), strict=True):
-        for turned in _factors(factor, box[-1], k):
-            closed, off = _closed((middle, radius + 1), turned, n, parts)
-            b = x @ closed @ t_whole // (ONE * ONE)
+    for middle, near in zip(map(_whole, middles), map(_whole, radii), strict=True):
+        for f in _factors(factor, box[-1], k):
+            closed, off = _closed((middle, near + 1), f, n, parts, box[-1][1] if disk else None)
+            b = x @ (closed - centre) @ t_whole // (ONE * ONE)
             unknown = np.abs(x) @ (off + beyond_whole) @ np.abs(t_whole) // (ONE * ONE) + 2
             r = (room - _bound(unknown)) >> (_BITS - _FEWER)
             b >>= _BITS - _FEWER
@@ -160,19 +198,28 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
 _Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
 
 
-def _closed(loop: _Rounded, factor: _Rounded, n: int, parts: int) -> _Rounded:
-    """Return A + B F (I - D F)^-1 C, where the inverse is a sum of as many powers as the wire has values."""
+def _closed(loop: _Rounded, f: _Rounded, n: int, parts: int, disk: float | None) -> _Rounded:
+    """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
+
+    With a disk of size a it is the matrix [A + B E C, B E; a E C, a (E - I / 2)].
+    """
     a, b, c, d = (
         (_repeated(loop[0][rows, columns], parts), _repeated(loop[1][rows, columns], parts))
         for rows in (slice(None, n), slice(n, None))
         for columns in (slice(None, n), slice(n, None))
     )
-    power = back = _times(factor, c)
+    e = power = f
     for _ in range(len(loop[0]) - n - 1):
-        power = _times(factor, _times(d, power))
-        back = back[0] + power[0], back[1] + power[1]
-    forward = _times(b, back)
-    return a[0] + forward[0], a[1] + forward[1]
+        power = _times(f, _times(d, power))
+        e = e[0] + power[0], e[1] + power[1]
+    b, forward = _times(b, e), _times(_times(b, e), c)
+    closed = a[0] + forward[0], a[1] + forward[1]
+    if disk is None:
+        return closed
+    size = int(Fraction(disk) * ONE) * np.eye(len(e[0]), dtype=int).astype(object), 0 * e[0] + 1
+    below = _times(size, _times(e, c)), _times(size, (e[0] - f[0] // 2, e[1]))
+    middle, near = (np.block([[part[i] for part in row] for row in ((closed, b), below)]) for i in (0, 1))
+    return middle, near
 
 
 def _times(left: _Rounded, right: _Rounded) -> _Rounded:
@@ -191,8 +238,8 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     several values in a period, the ends alone are corners.
     """
     low, high = map(Fraction, ends)
-    if kind == "gain":
-        turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high))]
+    if kind != "phase":
+        turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high) if kind == "gain" else (1,))]
     else:
         turns = [_turn(place) for place in dict.fromkeys((low, high))]
         if not high - low < 3:
@@ -205,15 +252,15 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     rounded = []
     for cosine, sine in turns:
         c, s = (int(part * ONE) for part in (cosine, sine))
-        matrix = np.array([[c]] if kind == "gain" else [[c, -s], [s, c]], dtype=object)
+        matrix = np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object)
         rounded.append((np.kron(matrix, unit), np.kron(np.abs(matrix) * 0 + 4, unit)))
     return rounded
 
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
     """Return cosine and sine of an angle below 4, each to far below a whole number, by their series."""
-    if not abs(angle) < 4:
-        raise FalseCertificateError("has a phase beyond half a turn")
+    if not abs(angle) < 7:
+        raise FalseCertificateError("has a phase beyond a turn")
     parts, term = [Fraction(0), Fraction(0)], Fraction(1)
     for order in range(_TERMS):
         parts[order % 2] += term if order % 4 < 2 else -term

@@ -72,6 +72,7 @@ class StartingLoop:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
         if between.order > _MOST_STATES or len(between.outputs) > _MOST_VALUES:
             raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
+        self.period, self.values = between.period, len(between.outputs)  # s, and values of the wire in it
 
     def map(self, parameters: Mapping[str, Any], kept: Sequence[int] | None = None) -> BallMap:
         """Return the map for parameters that hold balls, dual in the coordinates of a box, with the states `kept`.

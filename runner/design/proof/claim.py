@@ -1,40 +1,93 @@
-"""Claims about all sensors of a box."""
+"""Claims about all sensors of a box, each as a family of matrices whose poles all lie in a disc.
+
+- stable, gain margin, phase margin: the disc is that of radius 1, for all factors between two ends at the wire.
+- decay rate s: it has the radius exp(-s T), for a period of T.
+- disk margin a: the same as stable, for all complex factors (2 + a d) / (2 - a d), |d| <= 1 (`closed_loop`).
+- delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
+  to 2 pi may a pole lie at exp(-j w) with w from p / M to pi. All poles may lie in any disc that leaves out this arc.
+"""
 
 import math
 from dataclasses import dataclass
 
-from proofmass.runner.design.proof.closed_loop import GAIN, PHASE, Factor
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.design.proof.closed_loop import DISK, GAIN, PHASE, Disc, Factor
+
+UNITS = {
+    "stable": "",
+    "gain margin": "dB",
+    "phase margin": "deg",
+    "disk margin": "1",
+    "delay margin": "s",
+    "decay rate": "1/s",
+}
+_LESS = 1.0 - 1e-14  # more than the rounding of a radius
+_MORE = 1.0 + 1e-15
+_REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc from that of the circle
 
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim about all sensors: a loop is stable with all factors between two ends at its wire."""
+    """A claim about all sensors: a loop has at least some margin or decay rate."""
 
     loop: str
     open_at: str
-    kind: str  # "stable", "gain margin" or "phase margin"
-    limit: float  # dB or deg; 0 for "stable"
+    kind: str  # a key of `UNITS`
+    limit: float  # in the unit of the kind; 0 for "stable"
+    period: float = 0.0  # s, of the loop
 
     @property
     def factor(self) -> Factor:
         """The factors at the wire."""
-        return PHASE if self.kind == "phase margin" else GAIN
+        return {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK}.get(self.kind, GAIN)
 
     @property
     def ends(self) -> tuple[float, float]:
         """The least and the largest factor; of a phase, negative ones follow from the positive ones."""
         if self.kind == "phase margin":
             return 0.0, math.nextafter(math.radians(self.limit), math.inf)
-        if self.kind == "stable":
+        if self.kind == "delay margin":
+            return 0.0, min(2.0, self.limit / self.period) * math.pi * _MORE
+        if self.kind == "disk margin":
+            return self.limit, self.limit
+        if self.kind != "gain margin":
             return 1.0, 1.0
-        factor = 10.0 ** (self.limit / 20.0) * (1.0 + 1e-15)
+        factor = 10.0 ** (self.limit / 20.0) * _MORE
         return 1.0 / factor * (1.0 - 1e-15), factor
+
+    def discs(self, factors: tuple[float, float]) -> list[Disc]:
+        """Return discs in one of which all poles have to lie, with factors between two ends."""
+        if self.kind == "decay rate":
+            return [Disc(0.0, 0.0, math.exp(-self.limit * self.period) * _LESS)]
+        if self.kind == "delay margin" and factors[0] > 0.0:
+            least = factors[0] / (self.limit / self.period)
+            return [_beside(least, reach) for reach in _REACHES]
+        return [Disc(0.0, 0.0, 1.0)]
 
     @property
     def unit(self) -> str:
-        """The unit of the limit."""
-        return {"gain margin": "dB", "phase margin": "deg"}.get(self.kind, "")
+        """The unit of the limit, "" for "stable", which has none."""
+        return UNITS[self.kind]
+
+    def shown(self, value: float) -> str:
+        """Return a margin or rate with its unit."""
+        return f"{value:.4g} {self.unit}" if self.unit in ("dB", "deg") else in_print(value, self.unit)
+
+    def rounded(self, limit: float) -> float:
+        """Return a limit rounded down: hundredths of dB and deg, else four digits."""
+        digits = 2 if self.unit in ("dB", "deg") or not limit > 0.0 else 3 - math.floor(math.log10(limit))
+        scale = 10.0**digits
+        return math.floor(limit * scale) / scale
 
     def __str__(self) -> str:
         """The claim in words."""
-        return f"{self.kind} of at least {self.limit:g} {self.unit}" if self.unit else self.kind
+        if self.unit in ("dB", "deg"):
+            return f"{self.kind} of at least {self.limit:g} {self.unit}"
+        return f"{self.kind} of at least {in_print(self.limit, self.unit, 6)}" if self.unit else self.kind
+
+
+def _beside(least: float, reach: float) -> Disc:
+    """Return a disc that leaves out the circle from the angle -pi to -`least`."""
+    turned = 0.5 * (math.pi - least)
+    radius = math.sqrt(1.0 + reach * reach + 2.0 * reach * math.sin(0.5 * least))
+    return Disc(reach * math.cos(turned), reach * math.sin(turned), radius * _LESS)

@@ -14,23 +14,33 @@ coordinate by at most
 entry by entry, since I - L_1 L_2 ... = (I - L_1) + L_1 (I - L_2) + ... for interpolations L_i along one coordinate.
 An amplifier's gain has no second derivative: all of its tolerance is exact. Coordinates beyond the first few stay in
 the middle, and add h_i |dA / dq_i|.
+
+All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E = (I - D)^-1 it is
+
+    [ A + B E C     B E           ]
+    [ a E C         a (E - I / 2) ]
+
+from x and w to x[n+1] and z, where w = d z. If it shortens every vector, in coordinates that leave w and z as they are,
+then x[n+1] is shorter than x for each d (the bounded real lemma; Zhou, Doyle and Glover, Robust and Optimal Control,
+chapter 21).
 """
 
 import itertools
+import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import UndecidedError, arb_of
+from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
-from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.enclosed import UP, Enclosed
 from proofmass.runner.host.arrays import Array
 
-_WIDEST = 1.5  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
+_WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
 Key = tuple[int, ...]  # numbers of the coordinates of a derivative, in ascending order
 Jet = Mapping[Key, Any]  # a matrix of Arb's and its derivatives up to the second, without those that are zero
 
@@ -42,6 +52,7 @@ class Factor:
     name: str
     parts: int  # 2 where they are complex
     derivatives: Callable[[Any], Sequence[Sequence[Sequence[Any]]]]
+    widest: float = math.inf  # distance of two ends between which there are corners
 
     def corners(self, low: float, high: float, chord: bool) -> list[Sequence[Sequence[Any]]]:
         """Return the factors at both ends; with `chord` a few between which all the others lie.
@@ -53,8 +64,6 @@ class Factor:
         ends = [self.derivatives(place)[0] for place in places]
         if chord and self.parts == 2 and high > low:
             middle, half = (places[1] + places[0]) / 2, (places[1] - places[0]) / 2
-            if not half < _WIDEST:
-                raise UndecidedError("an arc without a triangle about it")
             ends.append([[value / half.cos() for value in row] for row in self.derivatives(middle)[0]])
         return ends
 
@@ -69,7 +78,17 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
 
 
 GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
-PHASE = Factor("phase", 2, _of_phase)
+PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
+DISK = Factor("disk", 1, GAIN.derivatives)  # its coordinate is a, both ends of which are the same
+
+
+@dataclass(frozen=True)
+class Disc:
+    """A disc in the plane of poles."""
+
+    real: float  # of the centre
+    imaginary: float
+    radius: float
 
 
 @dataclass(frozen=True)
@@ -90,6 +109,17 @@ class Family:
     corners: Enclosed  # the corners of all coordinates, the factor's the fastest
     factors: int  # at each corner of the others
     shares: Mapping[int, Array]  # what each coordinate adds, entry by entry
+    still: int = 0  # last coordinates that a norm leaves as they are
+
+    def within(self, disc: Disc, parts: int) -> "Family":
+        """Return the matrices (M - centre) / radius: their poles lie in the disc of radius 1 if M's lie in this."""
+        if (disc.real, disc.imaginary, disc.radius) == (0.0, 0.0, 1.0):
+            return self
+        turned = [[disc.real, -disc.imaginary], [disc.imaginary, disc.real]] if parts == 2 else [[disc.real]]
+        centre = np.kron(turned, np.eye(self.corners.middle.shape[-1] // parts))
+        moved = self.corners.moved(-centre).scaled(1.0 / disc.radius)
+        scale = UP / disc.radius
+        return replace(self, corners=moved, shares={i: share * scale for i, share in self.shares.items()})
 
     @property
     def centre(self) -> Array:
@@ -136,20 +166,60 @@ def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
 
 def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], widths: Sequence[float]) -> Family:
     """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
+    if factor is DISK:
+        return _with_disk(of, ends[0], widths)
     last = len(widths) - 1
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
     stacked = Enclosed.interleaved([_closed_at(of, f) for f in factors])
     whole = flint.arb(ends[0]).union(flint.arb(ends[1]))
     jets = [_closed_jet(parts, of.values, factor, whole, last) for parts in of.jets]
+    exact = {*of.interpolated, last}
+    return Family(stacked, len(factors), _shares(jets, widths, exact, last if chord else None))
+
+
+def _shares(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], linear: int | None) -> dict[int, Array]:
+    """Return what each coordinate adds beyond the corners; `exact` ones are at both ends there."""
     shares = {}
     for i, width in enumerate(widths):
-        exact = i in of.interpolated or i == last
-        key, size = ((i, i), 0.5 * width * width) if exact else ((i,), width)
+        key, size = ((i, i), 0.5 * width * width) if i in exact else ((i,), width)
         sizes = [_sizes(jet[key]) for jet in jets if key in jet]
-        if sizes and width and not (i == last and chord):
+        if sizes and width and i != linear:
             shares[i] = np.max(sizes, axis=0) * (size * (1.0 + 2.0**-50))
-    return Family(stacked, len(factors), shares)
+    return shares
+
+
+def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
+    """Return the matrix of all factors of a disk, over a box of half `widths`."""
+    n, k = of.order, of.values
+    a, b, c, d = (
+        of.corners[rows, columns]
+        for rows in (slice(None, n), slice(n, None))
+        for columns in (slice(None, n), slice(n, None))
+    )
+    e = power = Enclosed.of_balls([np.eye(k).tolist()])
+    for _ in range(k - 1):
+        power = d @ power
+        e = e + power
+    b = b @ e
+    below = (e @ c).scaled(size), e.moved(-0.5 * np.eye(k)).scaled(size)
+    corners = Enclosed.joined([[a + b @ c, b], list(below)])
+    jets = [_disk_jet(parts, n, k, flint.arb(size)) for parts in of.jets]
+    return Family(corners, 1, _shares(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
+
+
+def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:
+    a, b, c, d = jets
+    unit = flint.arb_mat([[int(i == j) for j in range(values)] for i in range(values)])
+    e: Jet = {(): unit}
+    power = e
+    for _ in range(values - 1 if d else 0):
+        power = _product(d, power)
+        e = _sum(e, power)
+    b = _product(b, e)
+    scale: Jet = {(): size * unit}
+    below = _product(scale, _product(e, c)), _product(scale, _sum(e, {(): unit * flint.arb(-0.5)}))
+    return _joined([[_sum(a, _product(b, c)), b], list(below)], (order, values))
 
 
 def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
@@ -224,6 +294,21 @@ def _sum(left: Jet, right: Jet) -> Jet:
     for key, matrix in right.items():
         both[key] = both[key] + matrix if key in both else matrix
     return both
+
+
+def _joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
+    """Return blocks of matrices as one, with rows and columns of these sizes."""
+    joined: dict[Key, Any] = {}
+    for key in {key for row in parts for part in row for key in part}:
+        rows: list[list[Any]] = []
+        for row, height in zip(parts, sizes, strict=True):
+            blocks = [
+                part[key].tolist() if key in part else [[0] * width] * height
+                for part, width in zip(row, sizes, strict=True)
+            ]
+            rows += [list(itertools.chain(*lines)) for lines in zip(*blocks, strict=True)]
+        joined[key] = flint.arb_mat(rows)
+    return joined
 
 
 def _sizes(matrix: Any) -> Array:

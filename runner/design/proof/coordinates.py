@@ -34,6 +34,13 @@ class Coordinates:
         )
         return tuple(ends)
 
+    def as_data(self) -> list[dict[str, Any]]:
+        """Return the coordinates as plain data, for certificates."""
+        return [
+            {"name": r.written, "unit": r.unit, "inverse": inverse, "low": low, "high": high}
+            for r, inverse, (low, high) in zip(self.ranges, self.inverse, self.box(), strict=True)
+        ]
+
     def parameters(self, values: Sequence[Any]) -> Mapping[str, Any]:
         """Return all parameters that move, at values of the coordinates: numbers, balls, or dual ones."""
         given = {

@@ -43,6 +43,15 @@ class Enclosed:
         middle = np.stack([one.middle for one in stacks], axis=1).reshape(shape)
         return cls(middle, np.stack([one.radius for one in stacks], axis=1).reshape(shape))
 
+    @classmethod
+    def joined(cls, parts: Sequence[Sequence["Enclosed"]]) -> "Enclosed":
+        """Return blocks of matrices as one."""
+        whole = (
+            np.concatenate([np.concatenate([getattr(one, name) for one in row], axis=2) for row in parts], axis=1)
+            for name in ("middle", "radius")
+        )
+        return cls(*whole)
+
     def __getitem__(self, place: tuple[slice, slice]) -> "Enclosed":
         return Enclosed(self.middle[:, place[0], place[1]], self.radius[:, place[0], place[1]])
 
@@ -55,6 +64,15 @@ class Enclosed:
         terms = (self.middle.shape[-1] + 2) * UNIT
         radius = (left * terms + self.radius) @ right + (left + self.radius) @ other.radius
         return Enclosed(self.middle @ other.middle, radius * UP + _LEAST)
+
+    def moved(self, by: Array) -> "Enclosed":
+        """Return the matrices with a matrix of doubles added to each."""
+        return self + Enclosed(np.broadcast_to(by, self.middle.shape), np.zeros_like(self.middle))
+
+    def scaled(self, factor: float) -> "Enclosed":
+        """Return the matrices times a double, or times what it is the nearest double to."""
+        middle = self.middle * factor
+        return Enclosed(middle, (self.radius * abs(factor) + 4.0 * UNIT * np.abs(middle)) * UP + _LEAST)
 
     def repeated(self, times: int) -> "Enclosed":
         """Return each matrix along the diagonal as many times."""

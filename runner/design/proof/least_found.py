@@ -17,7 +17,7 @@ _START = "0 s"
 
 @dataclass(frozen=True)
 class LeastFound:
-    """The least margin that was found, in dB or deg, infinite if there is none, and the parameters of its sensor."""
+    """The least margin or rate that was found, infinite if there is none, and the parameters of its sensor."""
 
     margin: float
     at: Mapping[str, float]
@@ -33,14 +33,19 @@ def margins_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -
 
 
 def margin_of(found: Margins, kind: str) -> float:
-    """Return the margin of a kind, in dB or deg: infinite where there is none, minus infinity of an unstable loop."""
+    """Return a margin or rate, in the unit of its kind: infinite where there is none, minus infinity if unstable."""
     if not found.stable:
         return -math.inf
     if kind == "gain margin":
         gains = (abs(20.0 * math.log10(gain)) for gain in (found.gain_margin, found.gain_reduction) if gain)
         return min(gains, default=math.inf)
-    limited = kind == "phase margin" and found.phase_margin is not None
-    return math.degrees(found.phase_margin or 0.0) if limited else math.inf
+    if kind == "phase margin":
+        return math.inf if found.phase_margin is None else math.degrees(found.phase_margin)
+    if kind == "decay rate":
+        largest = max(abs(found.poles), default=0.0)
+        return -math.log(largest) / found.period if largest > 0.0 else math.inf
+    margin = {"delay margin": found.delay_margin, "disk margin": found.disk_margin}.get(kind)
+    return math.inf if margin is None else margin
 
 
 def least_found(graph: Graph, ranges: tuple[Range, ...], claim: Claim) -> LeastFound:

@@ -14,19 +14,21 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Endpoint, Graph
-from proofmass.graphs.model.loops import Loop, read_loops
+from proofmass.graphs.model.loops import Loop, read_requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
+from proofmass.runner.design.proof.claim import UNITS, Claim
+from proofmass.runner.design.proof.coordinates import Coordinates, Sides, coordinates_of
+from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import LeastFound, least_found, margin_of, margins_there
-from proofmass.runner.design.proof.search import BoxMaps, Searched, search
+from proofmass.runner.design.proof.search import BoxMaps, Search, Searched
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
@@ -36,6 +38,15 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
+USUAL: Mapping[str, float | None] = {  # limits of what nobody gives one for
+    "gain margin": 6.0,
+    "phase margin": 45.0,
+    "disk margin": None,
+    "delay margin": None,
+    "decay rate": None,
+}
+MOST_DISK = 2.0
+_WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 
 
@@ -117,9 +128,13 @@ def prove(
     tolerances: Mapping[str, Any] | None = None,
     gain_margin: str = "",
     phase_margin: str = "",
+    disk_margin: str = "",
+    delay_margin: str = "",
+    decay_rate: str = "",
     bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
+    known: KnownProofs | None = None,
 ) -> Proofs:
     """Prove that no sensor within tolerances is unstable or has less than these margins, or show one that has.
 
@@ -128,7 +143,8 @@ def prove(
     unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
     given, those that a loop requires, else 6 dB and 45 deg. With `bounds` the largest margins that can be proved are
     looked for beyond these, beside the least that are found. The search ends after so many `seconds`; `progress` is
-    called with the claims that are done and all claims.
+    called with the claims that are done and all claims. `known` has what an earlier search proved, and which is not
+    searched again.
 
     Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
     after the start, or lies among continuous blocks, is open, with the reason. Raises `ModelError` for what is wrong
@@ -144,14 +160,18 @@ def prove(
         loops = dict([one_loop(planned, loop)])
     else:
         loops = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
-    claims = [
-        (node, list(_claims(planned.graph.loops.get(name), name, node, gain_margin, phase_margin)))
-        for name, node in loops.items()
-    ]
+    given = {
+        "gain margin": gain_margin,
+        "phase margin": phase_margin,
+        "disk margin": disk_margin,
+        "delay margin": delay_margin,
+        "decay rate": decay_rate,
+    }
+    claims = [(node, list(_claims(planned.graph.loops.get(name), name, node, given))) for name, node in loops.items()]
     proofs = list[MarginProof]()
     every = sum(len(wanted) for _, wanted in claims)
     with interrupts() as stop:
-        for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop):
+        for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
             proofs.append(proof)
             if progress is not None:
                 progress(len(proofs), every)
@@ -166,7 +186,7 @@ def prove_margin(
     tolerances: Mapping[str, Any],
     seconds: float = SECONDS,
 ) -> MarginProof:
-    """Prove one margin of a loop, "gain margin" in dB, "phase margin" in deg or "stable", as `prove` does all of them.
+    """Prove one of `UNITS` of a loop, "gain margin" in dB or "stable", as `prove` does all of them.
 
     Raises `ModelError`.
     """
@@ -175,7 +195,7 @@ def prove_margin(
     name, node = one_loop(planned, loop)
     claim = Claim(name, ".".join(node), kind, limit)
     with interrupts() as stop:
-        return next(_proofs(graph, planned, [(node, [claim])], coordinates, False, seconds, stop))
+        return next(_proofs(graph, planned, [(node, [claim])], coordinates, False, seconds, stop, KnownProofs(())))
 
 
 def _varied(
@@ -196,6 +216,7 @@ def _proofs(
     bounds: bool,
     seconds: float,
     stop: threading.Event,
+    known: KnownProofs,
 ) -> Iterator[MarginProof]:
     """Yield what comes of each claim about the loops through some outputs; all share the time that is left."""
     end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
@@ -209,13 +230,17 @@ def _proofs(
             continue
         straight = _straight(starting, coordinates)
         maps = BoxMaps(starting, straight.parameters)
-        for claim in wanted:
-            now = time.monotonic()
+        attempt = Attempt(graph, maps, straight, stop, known)
+        for wish in wanted:
+            now, claim = time.monotonic(), replace(wish, period=starting.period)
             search_ends = now + (end - now) / left
-            proof = _proof(graph, maps, straight, claim, search_ends, stop)
-            if bounds and proof.status == "proved" and claim.unit:
-                proof = _tightened(graph, maps, straight, proof, search_ends, stop)
             left -= 1
+            if claim.kind == "delay margin" and starting.values > 1:
+                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, _WHOLE_DELAYS), 0.0)
+                continue
+            proof = attempt.at(claim, search_ends)
+            if bounds and proof.status == "proved" and claim.unit:
+                proof = attempt.tightened(proof, search_ends)
             yield proof
 
 
@@ -225,56 +250,76 @@ def _starting(planned: Plan, node: Endpoint) -> StartingLoop:
     return StartingLoop(planned, node)
 
 
-def _proof(
-    graph: Graph, maps: BoxMaps, coordinates: Coordinates, claim: Claim, until: float, stop: threading.Event
-) -> MarginProof:
-    begin = time.monotonic()
-    searched = search(maps, claim.factor, (*coordinates.box(), claim.ends), until, stop)
-    counterexample, text = None, ""
-    if searched.status == "refuted" and searched.at is not None:
-        counterexample = coordinates.named([0.5 * low + 0.5 * high for low, high in searched.at[:-1]])
-        text, fails = _checked(graph, claim, counterexample)
-        if not fails:
-            why = f"a pole lies at the boundary of stability, at margins of {text}"
-            searched, counterexample, text = replace(searched, status="open", why=why), None, ""
-    return MarginProof(claim, searched, time.monotonic() - begin, coordinates, counterexample, text)
+@dataclass(frozen=True)
+class Attempt:
+    """Searches about one loop."""
+
+    graph: Graph
+    maps: BoxMaps
+    coordinates: Coordinates
+    stop: threading.Event
+    known: KnownProofs
+
+    def at(self, claim: Claim, until: float) -> MarginProof:
+        """Return what comes of a claim."""
+        begin = time.monotonic()
+        known = self.known.leaves(claim, self.coordinates.as_data())
+        search = Search(self.maps, claim, lambda box: self._breaks(claim, box), known)
+        searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
+        counterexample, text = None, ""
+        if searched.status == "refuted" and searched.at is not None:
+            counterexample = self._middle(searched.at)
+            text, fails = _checked(self.graph, claim, counterexample)
+            if not fails:
+                why = f"a pole lies at the boundary of stability, at margins of {text}"
+                searched, counterexample, text = replace(searched, status="open", why=why), None, ""
+        return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text)
+
+    def _breaks(self, claim: Claim, box: Sides) -> bool:
+        """Return whether the middle of a box breaks a claim; poles that no disc has say so, but for delays."""
+        return claim.kind != "delay margin" or _checked(self.graph, claim, self._middle(box))[1]
+
+    def _middle(self, box: Sides) -> dict[str, float]:
+        return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])
+
+    def tightened(self, proof: MarginProof, until: float) -> MarginProof:
+        """Return the proof of the largest limit found by halving what lies between it and the least margin found.
+
+        Each attempt has half of the time that is left.
+        """
+        best, least = proof, least_found(self.graph, self.coordinates.ranges, proof.claim)
+        beyond = least.margin  # a limit that was not proved
+        while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
+            now = time.monotonic()
+            if now >= until or self.stop.is_set():
+                break
+            part = 0.9 if beyond == least.margin else 0.5
+            limit = proof.claim.rounded(best.claim.limit + part * (beyond - best.claim.limit))
+            if limit <= best.claim.limit:
+                break
+            claim = replace(proof.claim, limit=limit)
+            tried = self.at(claim, now + 0.5 * (until - now))
+            if tried.status == "proved":
+                best = tried
+                continue
+            beyond = limit
+            if tried.counterexample is not None:
+                margin = margin_of(margins_there(self.graph, claim, tried.counterexample), claim.kind)
+                least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
+        return replace(best, least=least)
 
 
 def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
     """Return the margins of a sensor in words, and whether the claim fails for it."""
     found = margins_there(graph, claim, parameters)
-    gain, phase = (margin_of(found, kind) for kind in ("gain margin", "phase margin"))
-    known = [f"{value:.4g} {unit}" for value, unit in ((gain, "dB"), (phase, "deg")) if math.isfinite(value)]
-    return ", ".join(known) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit
-
-
-def _tightened(
-    graph: Graph, maps: BoxMaps, coordinates: Coordinates, proof: MarginProof, until: float, stop: threading.Event
-) -> MarginProof:
-    """Return the proof of the largest limit found by halving what lies between it and the least margin found.
-
-    Each attempt has half of the time that is left.
-    """
-    best, least = proof, least_found(graph, coordinates.ranges, proof.claim)
-    beyond = least.margin  # a limit that was not proved
-    while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
-        now = time.monotonic()
-        if now >= until or stop.is_set():
-            break
-        part = 0.9 if beyond == least.margin else 0.5
-        limit = math.floor(100.0 * (best.claim.limit + part * (beyond - best.claim.limit))) / 100.0
-        if limit <= best.claim.limit:
-            break
-        claim = replace(proof.claim, limit=limit)
-        tried = _proof(graph, maps, coordinates, claim, now + 0.5 * (until - now), stop)
-        if tried.status == "proved":
-            best = tried
-            continue
-        beyond = limit
-        if tried.counterexample is not None:
-            margin = margin_of(margins_there(graph, claim, tried.counterexample), claim.kind)
-            least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
-    return replace(best, least=least)
+    kinds = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
+    known = [
+        (kind, replace(claim, kind=kind).shown(value))
+        for kind in kinds
+        if math.isfinite(value := margin_of(found, kind))
+    ]
+    words = [text if kind in ("gain margin", "phase margin") else f"{kind} {text}" for kind, text in known]
+    return ", ".join(words) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit
 
 
 def _straight(loop: StartingLoop, coordinates: Coordinates) -> Coordinates:
@@ -294,22 +339,30 @@ def _straight(loop: StartingLoop, coordinates: Coordinates) -> Coordinates:
     return coordinates
 
 
-def _claims(required: Loop | None, name: str, node: Endpoint, gain_margin: str, phase_margin: str) -> Iterator[Claim]:
+def _claims(required: Loop | None, name: str, node: Endpoint, given: Mapping[str, str]) -> Iterator[Claim]:
+    """Yield the claims about a loop: those given, and without them those that it requires, or the usual ones."""
     at = ".".join(node)
-    own = {key: value for key, value in (("gain_margin", gain_margin), ("phase_margin", phase_margin)) if value}
-    read, problems = read_loops({"loop": {"open_at": at, **own}}, lambda _: True)
-    if problems:
-        raise ModelError(
-            [
-                Problem(message=p.message, key=p.key.split(".")[-1], got=p.got, expected=p.expected, hint=p.hint)
-                for p in problems
-            ]
-        )
     yield Claim(name, at, "stable", 0.0)
-    for kind, key, usual in (("gain margin", "gain_margin", 6.0), ("phase margin", "phase_margin", 45.0)):
-        given = getattr(read["loop"], key)
-        limit = given if given is not None else (getattr(required, key) if required else None)
-        yield Claim(name, at, kind, usual if limit is None else limit)
+    for kind, usual in USUAL.items():
+        limit = _limit(kind, given[kind]) if given[kind] else getattr(required, kind.replace(" ", "_"), None)
+        if limit is None:
+            limit = usual
+        if limit is not None:
+            yield Claim(name, at, kind, limit)
+
+
+def _limit(kind: str, given: str) -> float:
+    """Return a limit in the unit of its kind; raises `ModelError`."""
+    unit = UNITS[kind]
+    try:
+        limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
+        if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
+            raise Refusal("must be above zero")
+        if kind == "disk margin" and limit >= MOST_DISK:
+            raise Refusal("must be below 2", "such a disk is a half plane")
+    except Refusal as error:
+        raise ModelError([error.problem(kind.replace(" ", "_"), given)]) from None
+    return limit
 
 
 def _continuous(node: Endpoint) -> Problem:

@@ -1,5 +1,7 @@
 """Search for a proof that a loop is stable everywhere in a box: boxes are halved until each contracts in a norm.
 
+The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved into it.
+
 A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not contract, along the
 one that moves most. Halves begin with the norm of the whole.
 """
@@ -8,7 +10,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import flint
@@ -16,7 +18,8 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
 from proofmass.runner.design.proof.ball_map import BallMap, StartingLoop, coordinate
-from proofmass.runner.design.proof.closed_loop import Factor, Family, OpenCorners, bends, closed_loops, open_loops
+from proofmass.runner.design.proof.claim import Claim
+from proofmass.runner.design.proof.closed_loop import Disc, Factor, Family, OpenCorners, bends, closed_loops, open_loops
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.host.arrays import Array
@@ -26,6 +29,8 @@ MOST_CORNERS = 9  # coordinates whose ends are looked at together
 _SLICES = 8  # in which second derivatives are bounded one by one
 _FINEST = 1e-6  # part of a side of the first box below which none is halved
 _KEPT = 4_096  # maps of boxes
+_FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
+_AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
 
 
@@ -36,6 +41,7 @@ class ProvedRegion:
     box: Sides
     norm: Norm
     loops: OpenCorners  # opened, of the parameters of the box
+    disc: Disc  # in which all poles lie
 
 
 @dataclass(frozen=True)
@@ -92,40 +98,75 @@ class BoxMaps:
         return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]), kept)
 
 
-def search(maps: BoxMaps, factor: Factor, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
-    """Return a proof that all of a box is stable, or where it is not, or how far it came by a time or a wish."""
-    with flint.ctx.workprec(BITS):
-        return _search(maps, factor, whole, until, stop)
+@dataclass(frozen=True)
+class Search:
+    """A search for a proof of a claim."""
 
+    maps: BoxMaps
+    claim: Claim
+    breaks: Callable[[Sides], bool]  # whether the middle of a box breaks the claim: asked where no disc has its poles
+    known: Mapping[Sides, Array] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
 
-def _search(maps: BoxMaps, factor: Factor, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
-    left: list[tuple[Sides, Array | None]] = [(whole, None)]
-    leaves, boxes = list[ProvedRegion](), 0
-    while left:
-        if boxes and (time.monotonic() > until or (stop is not None and stop.is_set())):
-            return Searched("open", tuple(leaves), boxes, _part(leaves, whole), left[-1][0], "the time is up")
-        box, transform = left.pop()
-        boxes += 1
-        try:
-            family = maps.family(box, factor)
-        except UndecidedError as error:
-            halves = _halves(box, _widths(box, whole), whole)
+    def over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
+        """Return a proof for all of a box, or where it fails, or how far it came by a time or a wish."""
+        with flint.ctx.workprec(BITS):
+            return self._over(whole, until, stop)
+
+    def _over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
+        left: list[tuple[Sides, Array | None]] = [(whole, None)]
+        leaves, boxes = list[ProvedRegion](), 0
+        while left:
+            if boxes and (time.monotonic() > until or (stop is not None and stop.is_set())):
+                return Searched("open", tuple(leaves), boxes, _part(leaves, whole), left[-1][0], "the time is up")
+            box, transform = left.pop()
+            halves, why = self._towards_known(box), _AT_THE_BOUNDARY
+            if not halves and box[-1][1] - box[-1][0] > self.claim.factor.widest:
+                halves = _halved(box, len(box) - 1)
             if not halves:
-                return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, str(error))
+                boxes += 1
+                try:
+                    norm, disc = self._norm(box, transform)
+                except UndecidedError as error:
+                    norm, disc, why = None, None, str(error)
+                weights = _widths(box, whole) if norm is None else _weights(norm, box)
+                if norm is not None and disc is not None and norm.contracts():
+                    leaves.append(ProvedRegion(box, norm, self.maps.open(box[:-1]), disc))
+                    continue
+                if disc is not None and (norm is None or radius_of(norm.family) >= 1.0):
+                    if self.breaks(box):
+                        return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), box)
+                    weights[-1] *= _FACTORS_FIRST
+                halves = _halves(box, weights, whole)
+                transform = transform if norm is None else norm.transform
+            if not halves:
+                return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
             left += [(half, transform) for half in halves]
-            continue
-        norm = _norm(family, transform)
-        if norm is not None and norm.contracts():
-            leaves.append(ProvedRegion(box, norm, maps.open(box[:-1])))
-            continue
-        if norm is None or radius_of(norm.family) >= 1.0:
-            return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), box)
-        halves = _halves(box, _weights(norm, box), whole)
-        if not halves:
-            why = "a pole lies too near the boundary of stability"
-            return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
-        left += [(half, norm.transform) for half in halves]
-    return Searched("proved", tuple(leaves), boxes, 1.0)
+        return Searched("proved", tuple(leaves), boxes, 1.0)
+
+    def _norm(self, box: Sides, transform: Array | None) -> tuple[Norm | None, Disc]:
+        """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
+
+        Raises `UndecidedError`.
+        """
+        factor, discs = self.claim.factor, self.claim.discs(box[-1])
+        family = self.maps.family(box, factor)
+        moved = [(family.within(disc, factor.parts), disc) for disc in discs if disc.radius > 0.0]
+        if not moved:
+            return None, discs[0]
+        best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]
+        return _norm(best, self.known.get(box, transform)), disc
+
+    def _towards_known(self, box: Sides) -> list[Sides]:
+        """Return halves of a box of which some parts are known, none if it has no such parts or is one."""
+        within = [one for one in self.known if _is_within(one, box)]
+        if not within or box in self.known:
+            return []
+        for place, (low, high) in enumerate(box):
+            middle = _middle(low, high)
+            ends = [one[place] for one in within]
+            if low < middle < high and all(b <= middle or a >= middle for a, b in ends):
+                return _halved(box, place)
+        return []
 
 
 def _norm(family: Family, transform: Array | None) -> Norm | None:
@@ -178,9 +219,17 @@ def _halves(box: Sides, weights: Sequence[float], whole: Sides) -> list[Sides]:
     place = int(np.argmax(weighted if any(weighted) else wide))
     if not wide[place]:
         return []
+    return _halved(box, place)
+
+
+def _halved(box: Sides, place: int) -> list[Sides]:
     low, high = box[place]
-    middle = 0.5 * low + 0.5 * high
+    middle = _middle(low, high)
     return [(*box[:place], side, *box[place + 1 :]) for side in ((low, middle), (middle, high))]
+
+
+def _is_within(box: Sides, whole: Sides) -> bool:
+    return all(low <= a and b <= high for (a, b), (low, high) in zip(box, whole, strict=True))
 
 
 def _part(leaves: Sequence[ProvedRegion], whole: Sides) -> float:

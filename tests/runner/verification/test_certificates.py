@@ -30,16 +30,25 @@ def test_a_certificate_is_what_its_checker_says(proved: str) -> None:
     ]
 
 
+def same_numbers(text: str, other: str) -> bool:
+    """Whether two texts are read as the same: a last digit may lead to the same double."""
+    try:
+        return bool(json.loads(text) == json.loads(other))
+    except ValueError:
+        return False
+
+
 def test_a_changed_certificate_is_refused(proved: str) -> None:
     draw, seen = random.Random(1), 0
     digits = [i for i, letter in enumerate(proved) if letter.isalnum()]
     for _ in range(300):
         place = draw.choice(digits)
         letter = draw.choice("0123456789")
-        if letter != proved[place]:
+        changed = proved[:place] + letter + proved[place + 1 :]
+        if not same_numbers(changed, proved):
             seen += 1
             with pytest.raises(FalseCertificateError):
-                check_certificate(proved[:place] + letter + proved[place + 1 :])
+                check_certificate(changed)
     assert seen > 200
     for text in ("", "[]", "{}", "null", '{"format": "proofmass proof 1"}', proved[: len(proved) // 2]):
         with pytest.raises(FalseCertificateError):
