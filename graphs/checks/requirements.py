@@ -17,7 +17,9 @@ from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, Y
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
 
-PROVABLE = {"gain_margin": "gain margin", "phase_margin": "phase margin"}  # what may be proved of a loop
+PROVABLE = {  # what may be proved of a loop
+    name: name.replace("_", " ") for name in ("gain_margin", "phase_margin", "disk_margin", "delay_margin")
+}
 _VERDICT = "stable"
 
 

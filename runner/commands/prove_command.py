@@ -13,6 +13,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
+from proofmass.runner.design.proof.known import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole
@@ -30,9 +31,13 @@ def show_proofs(request: ProveRequest) -> int:
             tolerances=dict(map(read_tolerance, request.tolerances)),
             gain_margin=request.gain_margin,
             phase_margin=request.phase_margin,
+            disk_margin=request.disk_margin,
+            delay_margin=request.delay_margin,
+            decay_rate=request.decay_rate,
             bounds=request.bounds,
             seconds=request.seconds,
             progress=bar,
+            known=_known(request, source),
         )
     print_answer(request.as_json, proofs.as_data, [proofs_text(proofs)])
     if request.target is not None:
@@ -60,6 +65,14 @@ def check_proof(request: CheckProofRequest) -> int:
 
 def _same(text: str, graph: Graph) -> bool:
     return graph_of_certificate(text) == graph_digest(graph)
+
+
+def _known(request: ProveRequest, source: Graph | Study) -> KnownProofs | None:
+    """Return what the certificate has already that is to be written."""
+    if request.target is None or not request.target.is_file():
+        return None
+    graph = source.graph if isinstance(source, Study) else source
+    return known_proofs(request.target.read_text(encoding="utf-8", errors="replace"), graph_digest(graph))
 
 
 def _source(request: ProveRequest) -> Graph | Study:

@@ -1,7 +1,7 @@
 """Random sampled loops with tolerances, as graphs and as equations of a tick written down by hand.
 
-A loop is a chain: minus, a gain, some elements, and back. In each tick every element that ticks puts out, then moves on;
-what an element of a slower rate put out is held. The matrix of a period is what these equations do to unit vectors.
+A loop is a chain: minus, a gain, some elements, and back. In each tick every element that ticks puts out, then moves
+on; what an element of a slower rate put out is held. The matrix of a period is what these equations do to unit vectors.
 With T the period of the element, u its input and y its output:
 
     integrator   y = x,   x' = x + g T u
@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
+import scipy.optimize
 
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
@@ -184,6 +185,40 @@ class Loop:
                 if tick % element.every == 0:
                     states[element.name] = list(element.update(values, states[element.name], given[element.name]))
         return [number for element in self.elements for number in (*states[element.name], held[element.name])]
+
+    def gain(self, values: Values, angles: Any) -> Any:
+        """Return L(z) at z = exp(j angle), with 1 + L = 0 at a pole: its polynomial is linear in factors.
+
+        That holds where the wire has one value in a period.
+        """
+        ends = [np.linalg.eigvals(self.matrix(values, factor)) for factor in (0.0, 1.0)]
+        opened, closed = (np.prod(np.exp(1j * angles)[:, None] - poles, axis=1) for poles in ends)
+        return closed / opened - 1.0
+
+    def delay_margin(self, values: Values) -> float:
+        """Return the least delay in s that puts a pole of a stable loop on the circle: exp(-j w m) L = -1."""
+        angles = np.geomspace(1e-5, math.pi, 3000)
+        sizes = np.log(np.abs(self.gain(values, angles)))
+        delays = [math.inf]
+        for place in np.flatnonzero(np.diff(np.sign(sizes))):
+            angle = scipy.optimize.brentq(
+                lambda w: math.log(abs(self.gain(values, np.array([w]))[0])),
+                angles[place],
+                angles[place + 1],
+                xtol=1e-14,
+            )
+            turn = float(np.angle(-self.gain(values, np.array([angle]))[0])) % (2.0 * math.pi)
+            delays.append(turn / angle * self.ticks / RATE)
+        return min(delays)
+
+    def disk_margin(self, values: Values) -> float:
+        """Return 2 / max |(1 - L) / (1 + L)| of a stable loop."""
+        gain = self.gain(values, np.geomspace(1e-5, math.pi, 3000))
+        return 2.0 / float(np.max(np.abs((1.0 - gain) / (1.0 + gain))))
+
+    def decay_rate(self, values: Values) -> float:
+        """Return the rate in 1/s at which the slowest pole decays."""
+        return -math.log(self.radius(values)) * RATE / self.ticks
 
     def radius(self, values: Values, factor: complex = 1.0) -> float:
         """Return the size of the largest pole over a period."""

@@ -113,13 +113,16 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
-    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is proved.
+    6 dB and 45 deg. Exit code 1 if a claim is not proved. Ctrl-C ends the search with what is proved. With --out it is
+    kept in the certificate, and the same command goes on from there.
 
     \b
     proofmass prove library:closed_loop_accelerometer
     proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=10 %" \\
         --tolerance "pendulum.inertia=10 %" --gain-margin "20 dB" --out proof.json
     proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --bounds
+    proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --disk-margin 0.5 \\
+        --delay-margin "300 us" --decay-rate "50 1/s"
     """
 
     source: Path = file_argument(library=True)
@@ -127,11 +130,18 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     loop: str = option("Prove this loop alone, by its name or an output at which it is opened.", default="", **PORT)
     gain_margin: str = option("Prove this gain margin, up and down (default: 6 dB).", default="", metavar="DB")
     phase_margin: str = option("Prove this phase margin (default: 45 deg).", default="", metavar="DEG")
+    disk_margin: str = option(
+        "Prove this disk margin, of gain and phase at once, below 2.", default="", metavar="NUMBER"
+    )
+    delay_margin: str = option("Prove that no delay up to this makes a loop unstable.", default="", metavar="TIME")
+    decay_rate: str = option('Prove that the slowest pole decays this fast, as "50 1/s".', default="", metavar="RATE")
     bounds: bool = flag("Also look for the largest margins that can be proved, and for the least there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
     )
-    target: Path | None = file_option("Write a certificate that check-proof verifies.", "-o", "--out", "--output")
+    target: Path | None = file_option(
+        "Write a certificate that check-proof verifies, and go on from what is there.", "-o", "--out", "--output"
+    )
     changes: tuple[str, ...] = SET
     quiet: bool = QUIET
 

@@ -41,7 +41,15 @@ class BallMap:
 
     order: int
     rows: MatrixRows
-    kept: tuple[int, ...]  # numbers of the states that lie between the input and the output
+    kept: "Kept"
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Numbers of the states that lie between the input and the output, and of the values of the wire that matter."""
+
+    states: tuple[int, ...]
+    values: tuple[int, ...]
 
 
 def coordinate(value: Any, number: int) -> Any:
@@ -72,10 +80,10 @@ class StartingLoop:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
         if between.order > _MOST_STATES or len(between.outputs) > _MOST_VALUES:
             raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
-        self.period, self.values = between.period, len(between.outputs)  # s, and values of the wire in it
+        self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
-    def map(self, parameters: Mapping[str, Any], kept: Sequence[int] | None = None) -> BallMap:
-        """Return the map for parameters that hold balls, dual in the coordinates of a box, with the states `kept`.
+    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
+        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
@@ -95,10 +103,9 @@ class StartingLoop:
         values += engine.recorded[self._node]
         columns = [*entries, *sorted(engine.injected, key=lambda key: key[2])]
         rows = [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values]
-        kept = _between(rows, len(entries)) if kept is None else kept
-        rows = [[rows[i][j] for j in (*kept, *range(len(entries), len(columns)))]
-                for i in (*kept, *range(len(entries), len(values)))]  # fmt: skip
-        return BallMap(len(kept), rows, tuple(kept))
+        kept = _kept(rows, len(entries)) if kept is None else kept
+        places = [*kept.states, *(len(entries) + value for value in kept.values)]
+        return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
 
 def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
@@ -142,6 +149,15 @@ def _seed(memory: Memory, place: Any, entry: Any) -> None:
         memory.buffers[of][number] = value  # type: ignore[index]
     else:
         memory.wires[of] = value
+
+
+def _kept(rows: MatrixRows, order: int) -> Kept:
+    """Return what matters: a value that nothing reads, or that follows nothing, is not a part of the loop."""
+    states = _between(rows, order)
+    wire = range(order, len(rows))
+    enter = {j for i in (*states, *wire) for j in wire if not _is_zero(rows[i][j])}
+    leave = {i for i in wire for j in (*states, *wire) if not _is_zero(rows[i][j])}
+    return Kept(tuple(states), tuple(sorted(place - order for place in enter & leave)))
 
 
 def _between(rows: MatrixRows, order: int) -> list[int]:

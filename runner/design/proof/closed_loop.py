@@ -197,7 +197,7 @@ def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
         for rows in (slice(None, n), slice(n, None))
         for columns in (slice(None, n), slice(n, None))
     )
-    e = power = Enclosed.of_balls([np.eye(k).tolist()])
+    e = power = Enclosed(np.zeros_like(d.middle), np.zeros_like(d.middle)).moved(np.eye(k))
     for _ in range(k - 1):
         power = d @ power
         e = e + power

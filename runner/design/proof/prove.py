@@ -276,8 +276,8 @@ class Attempt:
         return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text)
 
     def _breaks(self, claim: Claim, box: Sides) -> bool:
-        """Return whether the middle of a box breaks a claim; poles that no disc has say so, but for delays."""
-        return claim.kind != "delay margin" or _checked(self.graph, claim, self._middle(box))[1]
+        """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""
+        return claim.kind not in ("delay margin", "disk margin") or _checked(self.graph, claim, self._middle(box))[1]
 
     def _middle(self, box: Sides) -> dict[str, float]:
         return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])

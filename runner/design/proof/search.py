@@ -17,7 +17,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
-from proofmass.runner.design.proof.ball_map import BallMap, StartingLoop, coordinate
+from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.closed_loop import Disc, Factor, Family, OpenCorners, bends, closed_loops, open_loops
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
@@ -93,8 +93,8 @@ class BoxMaps:
         middle = tuple((_middle(*side), _middle(*side)) for side in sides)
         return bends(self._dual(middle), [_half(*side) for side in sides])
 
-    def _dual(self, sides: Sides, kept: Sequence[int] | None = None) -> BallMap:
-        """Return the map over a box, with its derivatives, of the states `kept`."""
+    def _dual(self, sides: Sides, kept: Kept | None = None) -> BallMap:
+        """Return the map over a box, with its derivatives, of what is `kept`."""
         return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]), kept)
 
 
@@ -114,12 +114,14 @@ class Search:
 
     def _over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
         left: list[tuple[Sides, Array | None]] = [(whole, None)]
-        leaves, boxes = list[ProvedRegion](), 0
+        leaves, boxes, late = list[ProvedRegion](), 0, list[Sides]()
         while left:
-            if boxes and (time.monotonic() > until or (stop is not None and stop.is_set())):
-                return Searched("open", tuple(leaves), boxes, _part(leaves, whole), left[-1][0], "the time is up")
             box, transform = left.pop()
             halves, why = self._towards_known(box), _AT_THE_BOUNDARY
+            is_late = boxes and (time.monotonic() > until or (stop is not None and stop.is_set()))
+            if is_late and not halves and box not in self.known:  # what is known is kept all the same
+                late.append(box)
+                continue
             if not halves and box[-1][1] - box[-1][0] > self.claim.factor.widest:
                 halves = _halved(box, len(box) - 1)
             if not halves:
@@ -141,6 +143,8 @@ class Search:
             if not halves:
                 return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
             left += [(half, transform) for half in halves]
+        if late:
+            return Searched("open", tuple(leaves), boxes, _part(leaves, whole), late[0], "the time is up")
         return Searched("proved", tuple(leaves), boxes, 1.0)
 
     def _norm(self, box: Sides, transform: Array | None) -> tuple[Norm | None, Disc]:

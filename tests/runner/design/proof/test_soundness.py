@@ -1,4 +1,4 @@
-"""Proofs against the truth: random loops whose matrices are written down by hand, and boxes that exact fractions decide."""
+"""Proofs against the truth: loops whose matrices are written down by hand, boxes that exact fractions decide."""
 
 import itertools
 import math
@@ -12,12 +12,15 @@ import scipy.optimize
 
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.design.proof.prove import MarginProof, prove
+from proofmass.runner.verification.certificates import certificate
+from proofmass.runner.verification.proof_checker import check_certificate
 from tests.by_hand.amounts import chosen
 from tests.by_hand.toleranced_loops import RATE, Loop, random_loop
 
 Factors = Callable[[float], complex]  # by a number from -1 to 1
 SECONDS = 6.0  # of a search
-SAMPLE = (1, 6, 13, 21, 22, 34, 40, 53, 58, 77)
+SAMPLE = (1, 8, 10, 13, 21, 22, 34, 40, 77, 82)
+OTHERS = (0, 4, 8, 9)  # for other claims than gain and phase margins
 _BORDER = 1e-9  # of a pole, by which eigenvalues in doubles may be wrong
 
 
@@ -87,6 +90,44 @@ def test_no_proof_and_no_refutation_is_false(seed: int) -> None:
                 abs(broken[n] / loop.values[n] - 1.0) <= loop.tolerances[n] + 1e-12 for n in proof.counterexample
             )
             assert largest_factor(loop, broken, factor) > 1.0 - _BORDER, proof.claim
+
+
+MEASURED = {"disk margin": Loop.disk_margin, "delay margin": Loop.delay_margin, "decay rate": Loop.decay_rate}
+UNITS = {"disk margin": "", "delay margin": " s", "decay rate": " 1/s"}
+
+
+@pytest.mark.parametrize("seed", chosen(OTHERS, [seed for seed in range(200) if seed not in OTHERS]))
+def test_no_proof_of_other_figures_is_false(seed: int) -> None:
+    """The least of each figure at all corners and at random places, and at the sensor that is named."""
+    loop, draw = random_loop(seed), random.Random(seed)
+    if loop.radius(loop.values) > 0.9999 or loop.ticks > 1:
+        return
+    kinds = {
+        kind: min(measure(loop, loop.values), 1.8 if kind == "disk margin" else 1.0)
+        for kind, measure in MEASURED.items()
+    }
+    limits = {kind: value * draw.choice((0.5, 0.8, 0.95, 1.05)) for kind, value in kinds.items()}
+    found = prove(
+        loop.graph(),
+        tolerances={name: f"{100.0 * width} %" for name, width in loop.tolerances.items()},
+        seconds=SECONDS,
+        **{kind.replace(" ", "_"): f"{limit!r}{UNITS[kind]}" for kind, limit in limits.items()},
+    )
+    places = list(itertools.product((-1.0, 1.0), repeat=len(loop.tolerances)))
+    places += [tuple(draw.uniform(-1.0, 1.0) for _ in loop.tolerances) for _ in range(10)]
+    sensors = [sensor(loop, dict(zip(loop.tolerances, place, strict=True))) for place in places]
+    for proof in found.proofs[3:]:
+        kind, limit = proof.claim.kind, limits[proof.claim.kind]
+        if proof.status == "proved":
+            assert all(loop.radius(one) < 1.0 for one in sensors)
+            assert min(MEASURED[kind](loop, one) for one in sensors) > limit * (1.0 - 1e-9), proof.claim
+        if proof.status == "refuted":
+            broken = loop.values | dict(proof.counterexample or {})
+            assert loop.radius(broken) > 1.0 - _BORDER or MEASURED[kind](loop, broken) < limit * (1.0 + 1e-4), (
+                proof.claim
+            )
+    if any(proof.status == "proved" for proof in found.proofs):
+        assert len(check_certificate(certificate(found))) == sum(proof.status == "proved" for proof in found.proofs)
 
 
 # -- the border of a loop of second order, in exact fractions ----------------------------------------------------------
