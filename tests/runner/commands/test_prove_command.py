@@ -6,9 +6,11 @@ from pathlib import Path
 import pytest
 
 from proofmass.runner.command_line import main
+from proofmass.runner.design.proof.contraction import Norm
 from tests.by_hand.design_texts import INTEGRATING
 
 Captured = pytest.CaptureFixture[str]
+Patch = pytest.MonkeyPatch
 
 
 @pytest.fixture
@@ -62,6 +64,20 @@ def test_bounds_have_the_least_that_was_found_beside_them(loop: str, capsys: Cap
     setting = line.split('--set "')[1].rstrip('"')
     assert main(["margins", loop, "--at", "0 s", "--loop", "main", "--set", setting]) == 0
     assert f"{found:.2f} dB" in capsys.readouterr().out
+
+
+def test_other_claims_and_a_second_call_that_goes_on(loop: str, capsys: Captured, monkeypatch: Patch) -> None:
+    others = ["--disk-margin", "1", "--delay-margin", "5 ms", "--decay-rate", "50 1/s"]
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", *others, "--out", "proof.json", "--quiet"]
+    assert main(words) == 0
+    shown = capsys.readouterr().out
+    assert "delay margin of at least 5 ms" in shown
+    assert "decay rate of at least 50 1/s" in shown
+    assert shown.count(" proved ") == 6
+    monkeypatch.setattr(Norm, "improved", lambda norm: pytest.fail("what is proved is searched again"))
+    assert main(words) == 0
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "main, disk margin of at least 1: 1 box" in capsys.readouterr().out
 
 
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
