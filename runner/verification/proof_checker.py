@@ -109,7 +109,7 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
             right = factor == "phase" and low <= 0.0 and Decimal(high) >= limit * _PI / 180
         elif kind == "delay margin":
             samples = limit / Decimal(float(claim["period"]))
-            right = factor == "phase" and low <= 0.0 and Decimal(high) >= _PI * min(samples, 2)
+            right = factor == "phase" and low <= 0.0 and Decimal(high) >= _PI * min(samples, Decimal(2))
         elif kind == "disk margin":
             right = factor == "disk" and low == high and Decimal(low) >= limit
         else:
@@ -138,7 +138,7 @@ def _check_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tupl
             context.prec = _DIGITS
             rate = Decimal(limit) * Decimal(period) if kind == "decay rate" else Decimal(0)
             most = (-rate).exp() * (1 - Decimal(10) ** -45) if rate else 1
-            right = (real, imaginary) == (0, 0) and 0 < Decimal(float(radius)) <= most
+            right = real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
     if not right:
         raise FalseCertificateError(f"{where}: a disc is not that of the claim")
 
@@ -239,7 +239,7 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     """
     low, high = map(Fraction, ends)
     if kind != "phase":
-        turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high) if kind == "gain" else (1,))]
+        turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high) if kind == "gain" else [Fraction(1)])]
     else:
         turns = [_turn(place) for place in dict.fromkeys((low, high))]
         if not high - low < 3:

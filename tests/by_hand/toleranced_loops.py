@@ -170,7 +170,8 @@ class Loop:
             held[element.name] = memory[place + element.size]
             place += element.size + 1
         for tick in range(self.ticks):
-            wire = inputs = None
+            wire: Any = None
+            inputs: Any = None
             given: dict[str, Any] = {}
             ordered = self.elements  # the first puts out its state alone: from there all others follow
             for place, element in enumerate(ordered):
@@ -201,7 +202,7 @@ class Loop:
         sizes = np.log(np.abs(self.gain(values, angles)))
         delays = [math.inf]
         for place in np.flatnonzero(np.diff(np.sign(sizes))):
-            angle = scipy.optimize.brentq(
+            angle: Any = scipy.optimize.brentq(
                 lambda w: math.log(abs(self.gain(values, np.array([w]))[0])),
                 angles[place],
                 angles[place + 1],

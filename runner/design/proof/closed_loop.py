@@ -116,7 +116,7 @@ class Family:
         if (disc.real, disc.imaginary, disc.radius) == (0.0, 0.0, 1.0):
             return self
         turned = [[disc.real, -disc.imaginary], [disc.imaginary, disc.real]] if parts == 2 else [[disc.real]]
-        centre = np.kron(turned, np.eye(self.corners.middle.shape[-1] // parts))
+        centre = np.asarray(np.kron(turned, np.eye(self.corners.middle.shape[-1] // parts)), dtype=np.float64)
         moved = self.corners.moved(-centre).scaled(1.0 / disc.radius)
         scale = UP / disc.radius
         return replace(self, corners=moved, shares={i: share * scale for i, share in self.shares.items()})

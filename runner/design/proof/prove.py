@@ -312,7 +312,7 @@ class Attempt:
 def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
     """Return the margins of a sensor in words, and whether the claim fails for it."""
     found = margins_there(graph, claim, parameters)
-    kinds = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
+    kinds: dict[str, None] = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
     known = [
         (kind, replace(claim, kind=kind).shown(value))
         for kind in kinds

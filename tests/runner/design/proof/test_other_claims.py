@@ -90,7 +90,7 @@ def test_a_wire_with_several_values_has_a_disk_margin_and_no_delay() -> None:
     text = INTEGRATING.replace("[blocks.hold]", '[blocks.hold]\nrate = "500 Hz"')
     text = text.replace('open_at = "hold', 'open_at = "plant')
     graph = read_graph_text(text)
-    figure = margins(graph, at="0 s").disk_margin
+    figure = margins(graph, at="0 s").disk_margin or 0.0
     assert figure == pytest.approx(2.0 * (2.0 - 0.2) / (2.0 + 0.2))
     for part, expected in ((0.97, "proved"), (1.03, "refuted")):
         found = prove(graph, disk_margin=f"{part * figure}", delay_margin="1 ms", decay_rate="1 1/s")
