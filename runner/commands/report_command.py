@@ -1,6 +1,7 @@
 """The command `report`: a study, ended or under way, as one HTML file."""
 
 import time
+from pathlib import Path
 
 from proofmass.runner.commands.answers import print_json, print_text
 from proofmass.runner.commands.declarations.graphs import ReportRequest
@@ -10,6 +11,8 @@ from proofmass.runner.commands.progress import working
 from proofmass.runner.commands.study_data import study_data
 from proofmass.runner.output.times import time_text
 from proofmass.runner.studies.kept.folder import find_folder, kept_result
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.proved import ProvedBound
 from proofmass.runner.studies.shown.report import FILE, save_study_report
 
 
@@ -20,10 +23,19 @@ def report_study(request: ReportRequest) -> int:
     result = kept_result(folder, blocks)
     began = time.perf_counter()
     with working(request.as_json, "writing the report"):
-        path = save_study_report(result, request.output or folder / FILE)
+        proved = [] if request.proof is None else _proved(request.proof, result)
+        path = save_study_report(result, request.output or folder / FILE, proved=proved)
     seconds = time_text(time.perf_counter() - began)
     wrote = f"wrote {path}: {len(result.numbers):,} of {result.planned_runs:,} runs, in {seconds}"
     print_text([wrote], err=request.as_json)
     if request.as_json:
         print_json(study_data(result) | {"report": str(path)})
     return DONE
+
+
+def _proved(certificate: Path, result: StudyResult) -> list[ProvedBound]:
+    # start-up time: only reports with a proof need it
+    from proofmass.runner.verification.proved_bounds import proved_bounds
+
+    text = certificate.read_text(encoding="utf-8", errors="replace")
+    return proved_bounds(text, result.study, [measure.name for measure in result.measures])

@@ -21,6 +21,7 @@ from proofmass.runner.commands.declarations.options import (
     argument,
     engine_option,
     file_argument,
+    file_option,
     flag,
     option,
     out_option,
@@ -245,6 +246,7 @@ class ReportRequest(Answered, does="report_command.report_study"):
 
     study: Path = argument(type=LibraryFile(path_type=Path))
     output: Path | None = output_option("report.html in the folder of the study")
+    proof: Path | None = file_option("Show what this certificate of prove has proved of the same graph.", "--proof")
 
 
 class RtlRequest(Changed, does="rtl_command.write_rtl"):

@@ -40,6 +40,7 @@ MOST_COLUMNS = 4  # points of a sweep beside each other
 LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
 MARKED = 24  # epochs up to which each has a dot
 FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
+_PROVED = "proved within tolerances"
 _WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
 _LETTERS = 16  # of a line below a panel of points
 _BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
@@ -80,12 +81,17 @@ def save_study_plots(result: StudyResult, path: Path, endings: Sequence[str]) ->
     return names
 
 
-def plot_distribution(result: StudyResult, measure: PlannedMeasure) -> "Figure":
-    """Histograms of a measure at the first and the last epoch, and beside them the fans over the epochs."""
+def plot_distribution(result: StudyResult, measure: PlannedMeasure, proved: Sequence[float] = ()) -> "Figure":
+    """Histograms of a measure at the first and the last epoch, and beside them the fans over the epochs.
+
+    What is `proved` of it for every sensor is a line in the histograms.
+    """
     fans = aged(result, measure) if len(result.study.epochs) > 1 else []
     with sheet(_WIDTH, _HEIGHT) as figure:
         first, *others = figure.subplots(1, 1 + len(fans), squeeze=False)[0]
         _histograms(first, result, measure)
+        for bound in near(proved, result[measure.name]):
+            first.axvline(bound, color=INK, linestyle="-.", label=_PROVED)
         for panel, fan in zip(others, fans, strict=True):
             _fans(panel, result, fan)
         _legend(figure)
@@ -197,7 +203,7 @@ def _legend(figure: "Figure") -> None:
     """Draw one legend for all panels, below them so that it hides nothing."""
     found = [panel.get_legend_handles_labels() for panel in figure.axes]
     entries = {label: handle for handles, labels in found for handle, label in zip(handles, labels, strict=True)}
-    if len(entries) > 1 or LIMIT in entries:
+    if len(entries) > 1 or LIMIT in entries or _PROVED in entries:
         widths = [len(label) + SPACE for label in entries]
         columns = len(entries) if sum(widths) <= LETTERS else max(1, LETTERS // max(widths))
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)

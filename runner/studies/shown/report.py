@@ -23,6 +23,7 @@ from proofmass.runner.studies.shown.curves import sweep_picture
 from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
 from proofmass.runner.studies.shown.plot import plot_distribution, plot_influences, plot_shares
 from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
+from proofmass.runner.studies.shown.proved import ProvedBound, bounds_of, proved_section
 from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
 from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
@@ -35,10 +36,15 @@ _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
 
 
-def save_study_report(result: StudyResult, path: str | Path, influences: StudyInfluences | None = None) -> Path:
+def save_study_report(
+    result: StudyResult,
+    path: str | Path,
+    influences: StudyInfluences | None = None,
+    proved: Sequence[ProvedBound] = (),
+) -> Path:
     """Write the report; its commands replay runs of the study in the same folder.
 
-    `influences` are computed if they are not known already.
+    `influences` are computed if they are not known already. What is `proved` stands beside the runs.
     """
     shown = as_shown(result)
     known = influences if influences and shown is result else StudyInfluences(shown)
@@ -47,7 +53,8 @@ def save_study_report(result: StudyResult, path: str | Path, influences: StudyIn
         *([("Lifetimes", lives)] if (lives := lifetimes_section(shown)) else []),
         *([("What calibrations buy", bought)] if (bought := calibrations_section(shown)) else []),
         ("Measures", _measures(shown)),
-        ("Distributions", _distributions(shown)),
+        *([("Proved", proved_section(shown, proved))] if proved else []),
+        ("Distributions", _distributions(shown, proved)),
         *([("Curves over the sweep", curves)] if (curves := _curves(shown)) else []),
         *([("What scatters them", tables)] if (tables := _influences(shown, known)) else []),
         *([("Sobol indices", indices)] if (indices := _indices(shown)) else []),
@@ -119,13 +126,17 @@ def _with_interval(row: dict[str, object], key: str) -> Html:
     return Html(f"{concise(value, (low, high))}{bound}")
 
 
-@at_each(swept_parts)
-def _distributions(result: StudyResult) -> str:
-    return "\n".join(f'<div class="wide">{_distribution(result, m)}</div>' for m in result.measures)
+def _distributions(result: StudyResult, proved: Sequence[ProvedBound]) -> str:
+    @at_each(swept_parts)
+    def shown(part: StudyResult) -> str:
+        return "\n".join(f'<div class="wide">{_distribution(part, m, proved)}</div>' for m in part.measures)
+
+    return shown(result)
 
 
-def _distribution(result: StudyResult, measure: PlannedMeasure) -> str:
-    return picture(plot_distribution(result, measure), f"distribution of {measure.name}")
+def _distribution(result: StudyResult, measure: PlannedMeasure, proved: Sequence[ProvedBound]) -> str:
+    drawn = plot_distribution(result, measure, bounds_of(proved, measure.name))
+    return picture(drawn, f"distribution of {measure.name}")
 
 
 def _curves(result: StudyResult) -> str:

@@ -1,0 +1,63 @@
+"""Bounds that a certificate proves, for the report of a study of the same graph."""
+
+import json
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.graphs.model.loops import VERDICTS
+from proofmass.graphs.studies.study import Study
+from proofmass.runner.design.proof.claim import Claim
+from proofmass.runner.design.worst.box import box_of
+from proofmass.runner.studies.shown.proved import ProvedBound
+from proofmass.runner.verification.certificates import graph_digest
+from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
+
+_ROUNDING = 1e-12  # of the ends of a box, relative
+
+
+def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> list[ProvedBound]:
+    """Return what a certificate proves about the sensors of a study, with which of its measures.
+
+    Raises `ModelError` for one that proves nothing, or is that of another graph.
+    """
+    try:
+        check_certificate(certificate)
+    except FalseCertificateError as error:
+        raise ModelError([_refused(str(error))]) from None
+    data = json.loads(certificate)
+    if data["graph_sha256"] != graph_digest(study.graph):
+        raise ModelError([_refused("is that of another graph")])
+    return list(_bounds(data["claims"], study, measures))
+
+
+def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
+    varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
+    for one in claims:
+        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"])
+        measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
+        sides = {side["name"]: _ends(side) for side in one["coordinates"]}
+        words = [
+            f"{side['name']} from {' to '.join(in_print(end, side['unit'], 6) for end in sides[side['name']])}"
+            for side in one["coordinates"]
+        ]
+        beyond = tuple(name for name, ends in varied.items() if name not in sides or not _within(ends, sides[name]))
+        shown = measure if measure in measures else ""
+        limit = claim.limit if claim.unit else VERDICTS["stable"]
+        yield ProvedBound(shown, f"{claim.loop}: {claim}", limit, ", ".join(words) or "nothing varies", beyond)
+
+
+def _ends(side: Mapping[str, Any]) -> tuple[float, float]:
+    low, high = float(side["low"]), float(side["high"])
+    return (1.0 / high, 1.0 / low) if side["inverse"] else (low, high)
+
+
+def _within(ends: tuple[float, float], whole: tuple[float, float]) -> bool:
+    room = _ROUNDING * max(map(abs, whole))
+    return whole[0] - room <= ends[0] and ends[1] <= whole[1] + room
+
+
+def _refused(why: str) -> Problem:
+    hint = "prove the study's graph: proofmass prove STUDY --out proof.json"
+    return Problem(message=f"the certificate {why}", key="proof", hint=hint)
