@@ -1,4 +1,4 @@
-"""What an earlier search proved, from its certificate: boxes with their norms, each of which is proved anew."""
+"""Parts that an earlier search proved, from its certificate: boxes with their norms, each of which is proved anew."""
 
 import json
 from collections.abc import Mapping, Sequence

@@ -28,7 +28,7 @@ from proofmass.runner.design.proof.claim import UNITS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides, coordinates_of
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import LeastFound, least_found, margin_of, margins_there
-from proofmass.runner.design.proof.search import BoxMaps, Search, Searched
+from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
@@ -141,10 +141,11 @@ def prove(
     `source` is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     `tolerances` maps parameters to "5 %", to a width with a unit or to a list of two values. `loop` names one loop;
     unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
-    given, those that a loop requires, else 6 dB and 45 deg. With `bounds` the largest margins that can be proved are
-    looked for beyond these, beside the least that are found. The search ends after so many `seconds`; `progress` is
-    called with the claims that are done and all claims. `known` has what an earlier search proved, and which is not
-    searched again.
+    given, those that a loop requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as
+    "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given. With `bounds`
+    the largest limits that can be proved are looked for beyond these, beside the least that are found. The search ends
+    after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has what an
+    earlier search proved, which is not searched again.
 
     Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
     after the start, or lies among continuous blocks, is open, with the reason. Raises `ModelError` for what is wrong
@@ -264,7 +265,7 @@ class Attempt:
         """Return what comes of a claim."""
         begin = time.monotonic()
         known = self.known.leaves(claim, self.coordinates.as_data())
-        search = Search(self.maps, claim, lambda box: self._breaks(claim, box), known)
+        search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
         searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
         counterexample, text = None, ""
         if searched.status == "refuted" and searched.at is not None:

@@ -99,7 +99,7 @@ class BoxMaps:
 
 
 @dataclass(frozen=True)
-class Search:
+class ProofSearch:
     """A search for a proof of a claim."""
 
     maps: BoxMaps

@@ -169,11 +169,12 @@ def is_stable(gain: Fraction, back: Fraction, first: Fraction, second: Fraction)
 
 
 BORDERS = [
-    Fraction(sign * mantissa, 10**digits) for digits in (3, 6, 9, 12, 15) for sign in (-1, 1) for mantissa in (1, 3)
+    Fraction(sign * mantissa, 10**digits) for digits in (1, 3, 6, 9, 12, 15) for sign in (-1, 1) for mantissa in (1, 3)
 ]
+NEAR = (Fraction(3, 10), Fraction(-1, 1000), Fraction(-1, 10**9))
 
 
-@pytest.mark.parametrize("off", chosen(BORDERS[::5], [one for one in BORDERS if one not in BORDERS[::5]]), ids=str)
+@pytest.mark.parametrize("off", chosen(NEAR, [one for one in BORDERS if one not in NEAR]), ids=str)
 def test_a_box_that_ends_at_the_border_is_proved_where_all_of_it_is_stable(off: Fraction) -> None:
     """It oscillates at q = 1, second gain T = back: all of the box is stable if its worst corner is."""
     draw = random.Random(off.numerator)
@@ -183,7 +184,7 @@ def test_a_box_that_ends_at_the_border_is_proved_where_all_of_it_is_stable(off: 
     graph = read_graph_text(SECOND).with_parameters(
         {"gain.gain": gain, "back.gain": back, "first.gain": first, "second.gain": 0.9 * end}
     )
-    seconds = 60.0 if abs(off) >= Fraction(1, 1000) else SECONDS  # these have an answer
+    seconds = 60.0 if off <= Fraction(-1, 1000) or off >= Fraction(1, 10) else SECONDS  # these have an answer
     (proof, *_) = prove(
         graph, tolerances={"second.gain": [0.8 * end, end], "first.gain": "10 %"}, seconds=seconds
     ).proofs
@@ -196,7 +197,7 @@ def test_a_box_that_ends_at_the_border_is_proved_where_all_of_it_is_stable(off: 
         assert proof.counterexample is not None
         at = {name: Fraction(value) for name, value in proof.counterexample.items()}
         assert not is_stable(Fraction(gain), Fraction(back), at["first.gain"], at["second.gain"])
-    if off >= Fraction(1, 1000):
+    if off >= Fraction(1, 10):
         assert proof.status == "proved"
     if off <= Fraction(-1, 1000):
         assert proof.status == "refuted"
