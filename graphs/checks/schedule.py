@@ -189,10 +189,9 @@ def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], phases: Mapping[str
 
 
 def block_rate(graph: FlatGraph, name: str) -> Fraction:
-    """The rate of a discrete block: its own or the graph's."""
+    """The rate of a discrete block: its own or the graph's, one of which a checked graph has."""
     rate = graph.rates.get(name, graph.rate)
-    if rate is None:
-        raise ModelError([Problem(message="has no rate, and neither has the graph", key=f"blocks.{name}")])
+    assert rate is not None
     return rate
 
 

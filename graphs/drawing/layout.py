@@ -2,6 +2,7 @@
 
 from bisect import bisect_left, insort
 from collections.abc import Collection, Mapping, Sequence
+from itertools import accumulate
 
 from proofmass.graphs.drawing.breaks import (
     ASPECT,
@@ -290,9 +291,7 @@ def _weight(first: Pin, second: Pin) -> float:
 
 
 def _median(wants: list[tuple[int, float]]) -> int:
-    half, total = sum(weight for _, weight in wants) / 2, 0.0
-    for value, weight in sorted(wants):
-        total += weight
-        if total >= half:
-            return value
-    return sorted(wants)[-1][0]
+    half = sum(weight for _, weight in wants) / 2
+    wants = sorted(wants)
+    reached = accumulate(weight for _, weight in wants)
+    return next(value for (value, _), total in zip(wants, reached, strict=True) if total >= half)

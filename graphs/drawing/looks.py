@@ -1,6 +1,6 @@
 """Looks of blocks: summing circles, gain triangles, boxes with their ports, and subgraphs opened up."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import NamedTuple
 
@@ -124,7 +124,7 @@ def _tab(name: str, box: Box, room: _Room) -> Look:
 
 def _triangle(of: _Drawn, kind: str) -> Look:
     inside = _TRIANGLES[kind]
-    value = "" if inside else next(iter(of.box.settings(())), "") or next(_numbers(of.box), "")
+    value = "" if inside else next(iter(of.box.settings(())), "") or of.box.shown("gain")
     return _symbol(of, "triangle", SYMBOL, value, {of.needed[0]: inside})
 
 
@@ -198,13 +198,6 @@ def kind_text(box: Box) -> str:
 
 def _kind(box: Box, rate: str) -> str:
     return kind_text(box) + "  " * bool(rate) + rate
-
-
-def _numbers(box: Box) -> Iterator[str]:
-    """Yield the numbers of a block, also those that are defaults."""
-    for name, parameter in box.parameters.items():
-        if parameter.kind in (float, int):
-            yield box.shown(name)
 
 
 def _along(driven: list[str], tabs: Mapping[str, tuple[int, int]]) -> tuple[int, dict[str, int]]:

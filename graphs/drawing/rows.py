@@ -153,7 +153,7 @@ def _corridor(
         heights = [first + GRID * bar.track for bar in own] or [first]
         for y, bar in zip(heights, own, strict=False):
             add_line(tree, *((x, y) for x in bar.heights))
-        if len(own) > 1 and own[0].join is not None:
+        if own and own[0].join is not None:
             add_line(tree, *((own[0].join, y) for y in heights))
         levels[number][True, name], levels[number + 1][False, name] = heights[0], heights[-1]
     return first + GRID * tracks + 2 * GRID

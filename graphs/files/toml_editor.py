@@ -8,6 +8,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.locate_keys import locate_keys
+from proofmass.graphs.files.toml_writer import quoted
 from proofmass.graphs.model.graph import split
 
 _VALUE = r"""(?:"(?:[^"\\]|\\.)*"|'[^']*'|[^"'\[{#\s][^"'\[{#\n]*?)"""
@@ -26,7 +27,7 @@ def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<te
     for key, value in changes.items():
         path = _path(tables, key)
         number = str(value).lower() if isinstance(value, bool | int | str) else repr(float(value))
-        written = f'"{value}"' if isinstance(value, str) else number
+        written = quoted(value) if isinstance(value, str) else number
         table = tables
         for step in path[:-1]:
             if not isinstance(table.get(step), dict):

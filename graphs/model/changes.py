@@ -89,9 +89,9 @@ def settled(graph: AnyGraph, numbers: Mapping[str, object]) -> AnyGraph:
     entries: dict[str, dict[str, Any]] = {}  # of measures, by their names
     for target, formula in graph.formulas.items():
         name, entry = split(target)
-        path: tuple[str, ...] = (
-            ("blocks", name, entry) if name in graph.blocks else ("formulas", target) if name else (target,)
-        )
+        path: tuple[str, ...] = ("formulas", target)
+        if not graph.place.has(path):  # it stands where the number would
+            path = ("blocks", name, entry) if name in graph.blocks else path if name else (target,)
         try:
             if is_of_measure(graph, target):
                 path = (*name.split("."), entry)

@@ -46,11 +46,6 @@ class FlatGraph:
         return _flat, (thawed(self),)
 
     @property
-    def name(self) -> str:
-        """Name of the graph."""
-        return self.root.name
-
-    @property
     def rate(self) -> Fraction | None:
         """Rate of the blocks without one of their own, in hertz."""
         return self.root.rate

@@ -81,6 +81,10 @@ class Place:
             path = path[:-1]
         return self.lines.get(path, 0)
 
+    def has(self, path: tuple[str, ...]) -> bool:
+        """Return whether the key itself stands in the file."""
+        return self.top + path in self.lines
+
     def find(self, path: tuple[str, ...]) -> tuple[str, int]:
         """File and line of the key, or of the nearest key above it."""
         return self.file, self.line(path)

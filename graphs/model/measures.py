@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.units import same_dimension, unit
 from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
-from proofmass.graphs.model.rates import Clock, read_duration
+from proofmass.graphs.model.rates import Clock, read_duration, write_seconds
 from proofmass.graphs.model.statistics import ELSEWHERE, LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # path of the blocks that measure
@@ -171,7 +171,12 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         except Refusal as error:
             yield _problem(str(error), name, key, got=shown(table[key]), hint=error.hint)
     if "until" in table and {"from", "until"} <= times.keys() and times["until"] <= times["from"]:
-        yield _problem("ends before it begins", name, "until", got=shown(table["until"]), expected="after from")
+        yield _problem("ends before it begins", name, "until", got=_time(table["until"]), expected="after from")
+
+
+def _time(entry: object) -> str:
+    """Return a time as it is written, or of a graph that is read already."""
+    return write_seconds(entry) if isinstance(entry, Fraction) else shown(entry)
 
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:

@@ -239,7 +239,7 @@ def _response(table: Mapping[str, Any], output: str, source: str, ratio: str) ->
         hertz = convert(frequency, "Hz") if isinstance(frequency, str) else float(frequency)  # type: ignore[arg-type]
     except Refusal as error:
         raise error.under("frequency", frequency, "a frequency") from None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise Refusal("must be a frequency", hint, key="frequency", got=shown(frequency)) from None
     if isinstance(frequency, bool) or not 0.0 <= hertz < math.inf:
         raise Refusal("must be a frequency", hint, key="frequency", got=shown(frequency))
@@ -270,7 +270,7 @@ def _band(table: Mapping[str, Any]) -> tuple[float, float] | None:
         low, high = (convert(end, "Hz") if isinstance(end, str) else float(end) for end in band)
     except Refusal as error:
         raise error.under("band", band, "two frequencies") from None
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise Refusal("must be two frequencies", hint, key="band", got=shown(band)) from None
     if not (0.0 <= low < high < math.inf):
         raise Refusal("the band is empty", hint, key="band", got=shown(band))

@@ -261,7 +261,7 @@ class StudyTables:
     def _unit(self, name: str) -> str:
         """Unit of a measure; raises `Refusal`."""
         if name not in self._units:
-            hint = f"{did_you_mean(name, self._units, 'the measures')} else add {name} to [measures]"
+            hint = f"{did_you_mean(name, self._units, 'the measures')} Otherwise add {name} to [measures]"
             raise Refusal("there is no such measure", got=shown(name), hint=hint)
         return self._units[name]
 

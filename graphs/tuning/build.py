@@ -57,9 +57,9 @@ def tuning_of(
         name: read.parameters(f"points.{name}", table, _value) for name, table in read.entries("points", points)
     }
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
-    for key, entries, example in (("free", frees, _FREE), ("goals", wanted, _GOAL)):
+    for key, entries, what, example in (("free", frees, "parameter", _FREE), ("goals", wanted, "goal", _GOAL)):
         if not entries and not read.problems:
-            read.refuse(Refusal(f"names no {key}", example), key)
+            read.refuse(Refusal(f"names no {what}", example), key)
     moment = read.moment(at)
     given = {"starts": starts, "samples": samples, "seed": seed}
     numbers = {key: read.count(key, given[key], form) for key, form in TUNE_INTEGERS.items()}

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from proofmass.blocks import AnalogToDigital, Constant, Gain, MassSpringDamper, ShiftRegister
+from proofmass.blocks import AnalogToDigital, Constant, Gain, MassSpringDamper, ShiftRegister, SquareRoot
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check, checked
@@ -323,6 +323,14 @@ def test_units_too_long_to_compare_are_a_problem_and_no_crash() -> None:
     graph = Graph(name="", rate=1, blocks=blocks, wires=["a.output -> b.input", "b.square -> c.input"])
     assert [problem.message for problem in check(graph)] == [
         "the units cannot be compared: a unit of over 200 characters"
+    ]
+
+
+def test_an_input_in_a_unit_too_long_to_compare_is_not_connected_either() -> None:
+    blocks = {"root": SquareRoot(unit="*".join(["kg/kg"] * 33)), "squared": SquareRoot(unit="m")}
+    told = check(Graph(name="", rate=1, blocks=blocks, probes=["root.output"]))
+    assert [(p.key, p.message) for p in told] == [
+        (f"blocks.{name}", "the input input is not connected") for name in ("root", "squared")
     ]
 
 

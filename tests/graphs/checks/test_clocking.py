@@ -109,6 +109,14 @@ def test_an_integrator_before_a_decimator_is_right() -> None:
 RELAY: dict[str, Block] = {"step": Step(amplitude=2.0, offset=-1.0, start_time=2e-3), "relay": Relay()}
 
 
+def test_relays_of_one_block_with_memory_are_late_each() -> None:
+    blocks = {"step": Step(), "delay": UnitDelay(), "one": Relay(), "other": Relay()}
+    wires = ["step.output -> delay.input", "delay.output -> one.input", "delay.output -> other.input"]
+    late = notes(blocks, *wires, rate="1 kHz", probes=["one.output", "other.output"])
+    assert [note.key for note in late] == ["blocks.one", "blocks.other"]
+    assert all(note.got == "delay.output, held from tick to tick" for note in late)
+
+
 @pytest.mark.defect("S9", before="a Relay read at ticks is late, silently", after="a note names the Comparator")
 def test_a_relay_of_a_held_signal_that_is_read_at_ticks() -> None:
     (note,) = notes(RELAY, "step.output -> relay.input", rate="1 kHz", probes=["relay.output"])

@@ -11,7 +11,16 @@ from typing import Any, NamedTuple
 
 import pytest
 
-from proofmass.blocks import Constant, Gain, MassSpringDamper, Sum, UnitDelay
+from proofmass.blocks import (
+    Constant,
+    DotProduct,
+    Gain,
+    MassSpringDamper,
+    SamplingNoise,
+    Sum,
+    UnitDelay,
+    VectorJoin,
+)
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
@@ -351,6 +360,18 @@ def test_random_loops_come_apart_at_their_tears(first: int) -> None:
             ["g.output -> h.input", "h.output -> g.input"],
             {"h": 2},
             "its outputs have different rates",
+        ),
+        (
+            {"g": SamplingNoise(), "h": Gain(input_unit="V", output_unit="V")},
+            ["g.output -> h.input", "h.output -> g.voltage"],
+            {},
+            "g.output draws noise",
+        ),
+        (
+            {"g": VectorJoin(), "h": DotProduct(weights=(1.0, 1.0))},
+            ["g.output -> h.vector", "h.output -> g.first", "c.output -> g.second"],
+            {},
+            "g.output is not a single number of type float",
         ),
     ],
 )

@@ -1,6 +1,7 @@
 """Lists of numbers from files: columns with units, grids, and matrices as SciPy writes them; and what is refused."""
 
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -100,6 +101,20 @@ def test_matrices_as_scipy_writes_them(tmp_path: Path, layout: str) -> None:
         ('{ file = "curve.csv" }', "%%MatrixMarket matrix array real general\n1 1\nx\n", "holds no values"),
         ('{ file = "curve.csv" }', "%%MatrixMarket matrix coordinate real general\n1 1 1\n2 1 5\n", "out of range"),
         ('{ file = "curve.csv" }', "%%MatrixMarket matrix array real general\n1000 1000\n", "whose size must lie"),
+        (
+            '{ file = "curve.csv" }',
+            "%%MatrixMarket vector array real general\n1 1\n1\n",
+            "not a matrix of",
+        ),
+        ('{ file = "curve.csv" }', "%%MatrixMarket matrix coordinate real general\n1 2 1\n1 1\n", "one entry a row"),
+        (
+            '{ file = "curve.csv", part = "rest" }',
+            "%%MatrixMarket matrix array real general\n1 1\n1\n",
+            "no column",
+        ),
+        ('{ file = "curve.csv" }', '"a"b,2\n', "curve.csv is not CSV"),
+        ('{ file = "curve.csv" }', "1," * (1 << 19) + "1\n", "curve.csv is larger than 1 MiB"),
+        ('{ file = "' + "a" * 300 + '" }', "1\n", "cannot be read: File name too long"),
     ],
 )
 def test_what_cannot_be_read_is_refused_at_its_line(tmp_path: Path, values: str, rows: str, words: str) -> None:
@@ -109,3 +124,16 @@ def test_what_cannot_be_read_is_refused_at_its_line(tmp_path: Path, values: str,
     assert words in str(caught.value)
     assert "graph.toml:14: blocks.table.values" in str(caught.value)
     assert len(caught.value.problems) == 1
+
+
+def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path, opened = written(tmp_path, curve('{ file = "curve.csv" }'), curve_csv="1,2\n"), Path.open
+
+    def forbidden(file: Path, *arguments: Any) -> Any:
+        if file.suffix == ".csv":
+            raise PermissionError(13, "Permission denied")
+        return opened(file, *arguments)
+
+    monkeypatch.setattr(Path, "open", forbidden)  # root may read everything
+    with pytest.raises(ModelError, match=r"curve\.csv cannot be read: Permission denied"):
+        read_graph(path)

@@ -1,11 +1,13 @@
 """Parameters set in a text: what was asked for is there, and nothing else has changed."""
 
+import math
 import tomllib
+from pathlib import Path
 
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.files.toml_editor import edited
+from proofmass.graphs.files.toml_editor import edit_file, edited
 
 TEXT = """\
 name = "a graph"  # of two blocks
@@ -67,3 +69,26 @@ def test_values_and_what_lies_inside_a_graph_that_is_a_block() -> None:
     assert '"adc.offset" = 0.5' in written
     with pytest.raises(ModelError):
         edited(text, {"other.gain": 2.0})
+
+
+@pytest.mark.defect(
+    "S707",
+    before='a text with a quotation mark was refused: "write every parameter on its own line"',
+    after="it is written as TOML has it",
+)
+@pytest.mark.parametrize("text", ['5 "V"', "a\\b", "two\nlines"])
+def test_a_text_is_written_whatever_is_in_it(text: str) -> None:
+    assert tomllib.loads(edited(TEXT, {"model.b1": text}))["blocks"]["model"]["b1"] == text
+
+
+@pytest.mark.parametrize("changes", [{"model.a1": math.nan}, {"model.a b": 1.0}])
+def test_a_text_that_would_not_say_what_was_asked_for_is_not_written(changes: dict[str, float]) -> None:
+    with pytest.raises(ModelError, match=r"graph\.toml: cannot be edited in place"):
+        edited(TEXT, changes, "graph.toml")
+
+
+def test_a_file_is_not_written(tmp_path: Path) -> None:
+    file = tmp_path / "graph.toml"
+    file.write_bytes(TEXT.replace("\n", "\r\n").encode())
+    assert edit_file(file, {"other.gain": 3.0}) == TEXT.replace("gain = 2.0", "gain = 3.0").replace("\n", "\r\n")
+    assert file.read_bytes() == TEXT.replace("\n", "\r\n").encode()

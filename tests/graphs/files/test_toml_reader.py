@@ -10,8 +10,9 @@ import pytest
 from proofmass.blocks import MassSpringDamper
 from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
+from proofmass.graphs.files.toml_reader import graph_from, read_graph, read_graph_text
 from proofmass.graphs.model.graph import Probe, Wire
+from proofmass.graphs.model.limits import FILE_BYTES
 from tests.by_hand.graph_texts import LIBRARY, SMALL, changed, line_of, problems_of
 
 
@@ -217,6 +218,52 @@ def test_a_file_that_is_not_there_and_a_folder(tmp_path: Path) -> None:
         assert str(caught.value) == f"{path}: cannot be read: {message}"
     with pytest.raises(ModelError, match="cannot be read: embedded null byte"):
         read_graph("a\0b.toml")
+
+
+def told(source: object) -> str:
+    with pytest.raises(ModelError) as caught:
+        graph_from(source)  # type: ignore[type-var]
+    (problem,) = caught.value.problems
+    return str(problem)
+
+
+@pytest.mark.parametrize(
+    ("missing", "hint"),
+    [
+        ("grap.toml", "did you mean {}/graph.toml?"),
+        ("template.toml", "one of this name comes along: library:template"),
+        ("nowhere/graph.toml", "there is no folder {}/nowhere"),
+    ],
+)
+def test_a_missing_file_is_told_what_was_meant(missing: str, hint: str, tmp_path: Path) -> None:
+    (tmp_path / "graph.toml").write_text(SMALL)
+    assert graph_from(tmp_path / "graph.toml").name == "a mass and a converter"
+    assert told(tmp_path / missing).endswith(f"No such file or directory\n  hint:     {hint.format(tmp_path)}")
+
+
+def test_a_file_of_another_kind_is_told_which_graph_lies_beside_it(tmp_path: Path) -> None:
+    data = tmp_path / "recorded.csv"
+    data.write_text("time,force\n0,1\n")
+    refused = f"{data}:1: this is not a graph file: it is not TOML\n  hint:     "
+    assert told(data) == f"{refused}proofmass new sensor.toml writes a graph to start from"
+    for name, meant in (("aa", "aa"), ("record", "record")):
+        (tmp_path / f"{name}.toml").write_text(SMALL)
+        assert told(data) == f"{refused}did you mean {tmp_path}/{meant}.toml?"
+
+
+@pytest.mark.parametrize("data", [b"#" * (FILE_BYTES + 1), b"\xff" * (FILE_BYTES + 1), "# µ".encode() * FILE_BYTES])
+def test_a_file_that_is_too_large(data: bytes, tmp_path: Path) -> None:
+    file = tmp_path / "large.toml"
+    file.write_bytes(data)
+    hint = "put recorded data into a file of its own"
+    assert told(file) == f"{file}: larger than 1024 KiB\n  hint:     {hint}"
+
+
+def test_what_is_not_a_graph() -> None:
+    assert told(5).startswith("this is not a graph\n  got:      5\n  hint:     name its file, or write Graph(")
+    with pytest.raises(ModelError, match="this is a study, not a graph") as caught:
+        read_graph_text('graph = "sensor.toml"\n[study]\nruns = 4\n')
+    assert "proofmass montecarlo runs it; its graph is sensor.toml" in str(caught.value)
 
 
 def test_own_blocks_are_used_only_when_they_are_given(tmp_path: Path) -> None:

@@ -2,8 +2,10 @@
 
 import pytest
 
+from proofmass.blocks import Constant, Sum
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.differences import GraphDifference, differences
 from proofmass.graphs.model.flatten import flatten
 
@@ -177,3 +179,18 @@ def test_what_makes_no_difference() -> None:
     flat = flatten(GRAPH).as_graph()
     assert {d.what for d in differences(GRAPH, flat)} <= {"removed", "changed"}  # the values alone
     assert not [d for d in differences(GRAPH, flat) if not d.key.startswith(("values", "blocks"))]
+
+
+def test_blocks_that_look_alike_bear_another_name_only_where_its_end_says_which() -> None:
+    def graph(first: str, second: str) -> Graph:
+        wires = [f"{first}.output -> sum.first", f"{second}.output -> sum.second"]
+        return Graph(name="", rate=1, blocks={first: Constant(), second: Constant(), "sum": Sum()}, wires=wires)
+
+    old = graph("one", "other")
+    into_a_part = differences(old, graph("part.one", "part.other"))
+    assert [(d.key, d.before, d.after) for d in into_a_part] == [
+        ("blocks", "one", "part.one"),
+        ("blocks", "other", "part.other"),
+    ]
+    blocks = [d.key for d in differences(old, graph("left", "right")) if d.key.startswith("blocks")]
+    assert blocks == ["blocks.left", "blocks.one", "blocks.other", "blocks.right"]

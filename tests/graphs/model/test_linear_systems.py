@@ -8,7 +8,15 @@ import pytest
 from scipy import signal
 
 from proofmass import Graph, ModelError, from_control, from_scipy, simulate
-from proofmass.blocks import DiscreteStateSpace, Gain, MatrixStateSpace, StateSpace, Step, TransferFunction
+from proofmass.blocks import (
+    DiscreteMatrixStateSpace,
+    DiscreteStateSpace,
+    Gain,
+    MatrixStateSpace,
+    StateSpace,
+    Step,
+    TransferFunction,
+)
 from proofmass.blocks.declaration.declare import Block
 
 RATE, TICKS = 1000.0, 60
@@ -118,3 +126,21 @@ def test_bare_coefficients_are_refused() -> None:
 
 def test_a_system_without_a_time_step_of_its_own_runs_at_any_rate() -> None:
     assert isinstance(from_control(control.ss([[0.5]], [[1.0]], [[1.0]], [[0.0]], True)), DiscreteStateSpace)
+
+
+def test_a_direct_part_alone_is_a_gain() -> None:
+    system = control.ss(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), [[2.5]])
+    assert from_control(system, input_unit="m", output_unit="V") == Gain(gain=2.5, input_unit="m", output_unit="V")
+
+
+def test_a_discrete_system_of_several_ports_keeps_its_matrices() -> None:
+    a, b, c, d = [[0.5, 0.1], [0.0, 0.8]], [[1.0, 2.0], [3.0, 4.0]], [[5.0, 6.0], [7.0, 8.0]], [[0.0, 9.0], [1.0, 0.0]]
+    system = control.ss(a, b, c, d, 1e-3)
+    block = from_control(system, rate="1 kHz")
+    assert isinstance(block, DiscreteMatrixStateSpace)
+    assert (block.order, block.input_size, block.output_size) == (2, 2, 2)
+    rows = [tuple(np.ravel(matrix)) for matrix in (a, b, c, d)]
+    assert [block.transition, block.entry, block.readout, block.direct] == rows
+    with pytest.raises(ModelError, match="several inputs or outputs, for which a block has no units") as caught:
+        from_control(system, rate="1 kHz", input_unit="m")
+    assert "leave the units out" in str(caught.value)

@@ -8,7 +8,7 @@ import pytest
 
 import proofmass
 from proofmass import Block, Graph, Input, ModelError, block, check, param, simulate
-from proofmass.blocks import Gain, MassSpringDamper, Step
+from proofmass.blocks import Chirp, Gain, MassSpringDamper, Step
 
 GRAPH = Graph(
     name="a gain",
@@ -154,3 +154,32 @@ def test_a_decorator_is_answered_by_its_line(decorator: str, words: str) -> None
     if "block" not in decorator:
         cure = "@" + words.partition("@")[2].partition(",")[0]
         exec(text.replace(decorator, cure), {**known})
+
+
+@pytest.mark.parametrize(
+    ("name", "cure"),
+    [
+        ("duration", 'graph.with_parameters({"duration": ...})'),
+        ("blocks", "graph.changed(blocks=...)"),
+        ("gain", 'graph.with_parameters({"block.parameter": ...})'),
+    ],
+)
+def test_an_assignment_is_told_its_cure(name: str, cure: str) -> None:
+    with pytest.raises(AttributeError, match=f"cannot assign to {name}: a graph is a frozen value") as wrong:
+        setattr(GRAPH, name, 1)
+    assert str(wrong.value).endswith(f"; graph = {cure}")
+
+
+@pytest.mark.parametrize(
+    ("wire", "message", "hint"),
+    [
+        ("step.output -> chirp.start_frequency", "chirp.start_frequency cannot be driven", "the phase would not be"),
+        ("part.a -> gain.input", "part.a is not an output", "a is a block inside: name its port too, part.a.PORT"),
+    ],
+)
+def test_a_wire_to_what_cannot_be_driven_and_from_a_block_inside(wire: str, message: str, hint: str) -> None:
+    part = Graph(name="", exports={"out": "a.output"}, blocks={"a": Step()})
+    blocks = {"step": Step(), "gain": Gain(), "part": part, "chirp": Chirp()}
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=[wire], probes=["gain.output"])
+    (problem,) = (problem for problem in check(graph) if problem.message == message)
+    assert problem.hint.startswith(hint)

@@ -85,3 +85,20 @@ def test_too_few_samples_are_refused() -> None:
     line = 'allan_deviation = { signal = "sum.output", statistic = "allan_deviation", from = "20 ms", until = '
     with pytest.raises(ModelError, match="too short"):
         simulate(read_graph_text(TEXT.replace(line + '"200 ms"', line + '"30 ms"')))
+
+
+@pytest.mark.defect(
+    "S708",
+    before="a value that moved the begin of a measure past its end was refused with the end as Fraction(1, 50)",
+    after="the end is named as 20 ms",
+)
+def test_a_value_that_moves_the_begin_past_the_end_is_refused() -> None:
+    text = 'rate = "1 kHz"\n[values]\nsettling = "10 ms"\n[blocks.a]\nkind = "Constant"\n[measures]\n'
+    text += 'mean = { signal = "a.output", statistic = "mean", from = "= settling", until = "20 ms" }\n'
+    graph = read_graph_text(text)
+    assert graph.with_parameters({"settling": "15 ms"}).measures["mean"].start == Fraction(15, 1000)
+    with pytest.raises(ModelError) as caught:
+        graph.with_parameters({"settling": "30 ms"})
+    assert str(caught.value) == (
+        "measures.mean.until: ends before it begins\n  got:      20 ms\n  expected: after from"
+    )

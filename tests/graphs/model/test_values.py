@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
+from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import flatten
@@ -253,9 +254,43 @@ def test_wires_and_probes_do_not_reach_values() -> None:
         ({"sensor.mass": "= q"}, "sensor.mass: is a plain number, not kg"),
         ({"mass": "-1 kg"}, "sensor.mass: must be > 0"),
         ({"axis.singel": 2}, "axis.singel: the subgraph exports no such parameter"),
+        ({"sensor.mass": "= 2 *"}, "sensor.mass: the formula ends too early"),
+        ({"mass": [5]}, "values.mass: must be a number, or a text with a unit"),
+        ({"mass": True}, "values.mass: must be a number, or a text with a unit"),
     ],
 )
 def test_what_is_said_of_changes(change: dict[str, object], message: str) -> None:
     with pytest.raises(ModelError) as error:
         GRAPH.with_parameters(change)
     assert [f"{p.key}: {p.message}" for p in error.value.problems][:1] == [message]
+
+
+def test_values_may_have_any_number_and_parameters_those_of_their_block() -> None:
+    adjustable = Adjustable(flatten(GRAPH))
+    assert adjustable.nominal("mass") == GRAPH.values["mass"].number
+    assert (adjustable.unit_of("mass"), adjustable.unit_of("sensor.mass")) == ("kg", "kg")
+    assert adjustable.takes("mass", -1.0)
+    assert not adjustable.takes("sensor.mass", -1.0)
+    assert adjustable.moved_by("sensor.mass", {}) == {"sensor.mass": 1.0}
+
+
+def test_measures_of_a_part_are_not_those_of_the_whole() -> None:
+    part = read_graph_text(
+        'rate = "1 kHz"\nexports = { out = "a.output" }\n[values]\nsettling = "10 ms"\n[blocks.a]\nkind = "Constant"\n'
+        '[measures]\nmean = { signal = "a.output", statistic = "mean", from = "= settling" }\n'
+    )
+    whole = Graph(name="", rate="1 kHz", blocks={"part": part}, probes=["part.out"])
+    assert [step.target for step in Dependence(part).steps] == ["measures.mean.from"]
+    assert Dependence(whole).steps == ()
+    assert check(whole) == []
+
+
+def test_an_offset_of_a_part_that_follows_from_a_value_is_written_once() -> None:
+    part = Graph(name="", exports={"out": "a.output"}, blocks={"a": Constant()})
+    values, formulas = {"delay": "10 us"}, {"part.clock_offset": "= delay"}
+    blocks = {"part": part}
+    whole = Graph(name="", rate="1 kHz", blocks=blocks, values=values, formulas=formulas, probes=["part.out"])
+    text = write_graph(whole)
+    assert text.count("clock_offset") == 1
+    assert '"part.clock_offset" = "= delay"' in text
+    assert read_graph_text(text) == whole

@@ -1,0 +1,66 @@
+"""Wires between layers and rows: no two share a line, also where many or those in a circle meet."""
+
+import random
+from itertools import combinations
+from typing import NamedTuple
+
+import pytest
+
+from proofmass.graphs.drawing.routing import GRID, LARGEST_SIFTED, Bar, Heights, WireTree, channel
+from proofmass.graphs.drawing.rows import _corridor
+
+
+def dealt(seed: int, count: int) -> dict[int, Heights]:
+    """Nets of one pin on each side, at heights at random."""
+    draw, heights = random.Random(seed), range(0, 2 * count * GRID, GRID)
+    left, right = draw.sample(heights, count), draw.sample(heights, count)
+    return {net: ([left[net]], [right[net]]) for net in range(count)}
+
+
+def shared(bars: dict[int, list[Bar]]) -> list[tuple[Bar, Bar]]:
+    """Bars that lie on top of each other, and those of other nets whose wires to the sides do."""
+    every = [(net, bar) for net, of_net in bars.items() for bar in of_net]
+    upright = [
+        (one, other)
+        for (_, one), (_, other) in combinations(every, 2)
+        if one.track == other.track and one.low < other.high + GRID and other.low < one.high + GRID
+    ]
+    return upright + [
+        (one, other)
+        for net, one in every
+        for of, other in every
+        if net != of and one.track >= other.track and set(one.left) & set(other.right)
+    ]
+
+
+@pytest.mark.parametrize(("seed", "count"), [(639, 14), (1, LARGEST_SIFTED + 20)])
+def test_no_two_wires_of_a_gap_share_a_line(seed: int, count: int) -> None:
+    tracks, bars = channel(dealt(seed, count))
+    assert shared(bars) == []
+    assert tracks == 1 + max(bar.track for of_net in bars.values() for bar in of_net)
+
+
+class Row(NamedTuple):
+    """A row whose nets leave it at known places."""
+
+    places: dict[str, int]
+
+    @property
+    def leaves(self) -> dict[bool, dict[str, int]]:
+        return {True: self.places, False: self.places}
+
+    def across(self, name: str, _down: bool) -> int:
+        return self.places[name]
+
+
+def test_two_wires_that_change_places_between_rows_get_a_line_more() -> None:
+    trees: dict[str, WireTree] = {}
+    levels: list[dict[tuple[bool, str], int]] = [{}, {}]
+    bottom = _corridor(trees, [Row({"a": 0, "b": 100}), Row({"a": 100, "b": 0})], levels, 0, 0)  # type: ignore[arg-type]
+    lines = {name: {tuple(sorted((a, b))) for a, near in tree.items() for b in near} for name, tree in trees.items()}
+    assert lines["a"].isdisjoint(lines["b"])
+    assert {name: len(own) for name, own in lines.items()} == {"a": 3, "b": 1}, "one goes by way of a line between"
+    heights = [y for tree in trees.values() for _, y in tree]
+    assert min(heights) > 0
+    assert max(heights) < bottom
+    assert [set(level) for level in levels] == [{(True, "a"), (True, "b")}, {(False, "a"), (False, "b")}]
