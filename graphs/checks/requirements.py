@@ -113,9 +113,6 @@ class StabilityVerdict:
     loop: str
     unit: str = "1"
 
-    def __str__(self) -> str:
-        return f"{self.loop}.{_VERDICT}"
-
 
 def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | StabilityVerdict:
     """Return the quantity of a requirement, whose name or table it has; raises `Refusal`."""

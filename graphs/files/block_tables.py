@@ -277,8 +277,7 @@ def _unknown(kind: type[Block], name: str, key: str) -> Problem:
 
 def note_line(place: Place, path: KeyPath, other: KeyPath) -> None:
     """Note the line of a key that has another name in the graph than in the file."""
-    if isinstance(place.lines, dict):
-        place.lines.setdefault(place.top + path, place.line(other))
+    place.lines.setdefault(place.top + path, place.line(other))
 
 
 def _leaves(table: Mapping[str, object], path: KeyPath) -> Iterator[tuple[KeyPath, object]]:

@@ -69,7 +69,7 @@ class Place:
     """The place from which a graph was read: file, line of each key, and the folder that file names start from."""
 
     file: str = ""
-    lines: Mapping[tuple[str, ...], int] = dataclasses.field(default_factory=dict)
+    lines: dict[tuple[str, ...], int] = dataclasses.field(default_factory=dict)
     folder: str = "."
 
     top: tuple[str, ...] = ()  # keys above a graph that is a table inside another

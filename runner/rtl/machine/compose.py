@@ -24,7 +24,7 @@ def compose(planned: Plan, only: Sequence[str] = (), name: str = "") -> Machine:
     read; of named blocks, all outputs.
     """
     paths = _chosen(planned, only)
-    return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.name)
+    return _Composer(planned, BlockModules(planned, paths).named(), bool(only)).machine(name or planned.graph.root.name)
 
 
 def digital_blocks(planned: Plan) -> tuple[str, ...]:

@@ -10,6 +10,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.reader import read_tuning
+from proofmass.graphs.tuning.tuning import Free
 from tests.by_hand.design_texts import INTEGRATING, TUNE
 from tests.by_hand.graph_schema import VALIDATOR
 from tests.by_hand.graph_texts import changed, problems_of
@@ -45,6 +46,17 @@ def test_it_is_read_with_units(tmp_path: Path) -> None:
         ('loop = "main", figure = "bandwidth"', 'noise = "plant.output", band = ["5 Hz", "1 Hz"]', "empty"),
         ('loop = "main", figure = "bandwidth"', 'measure = "botom"', "no such measure"),
         ('"60 deg"', '"60 deg", gain = 3', "unknown key"),
+        ("maximise = true", "maximise = true, soft = true", "leave soft out, or give a limit"),
+        ("maximise = true", 'at_least = "5 Hz", at_most = "1 Hz"', "nothing can meet it"),
+        ('"bandwidth", maximise', '"settling_time", maximise', "a settling time has no upper end"),
+        ('"phase_margin", at_least = "60 deg"', '"gain_margin", at_least = "6 V"', 'write it as "6 dB"'),
+        ("at_most = 1000.0", 'at_most = 1000.0, scale = "logaritmic"', "did you mean logarithmic?"),
+        ("at_least = 1.0, at_most", 'scale = "logarithmic", at_least = -1.0, at_most', "needs positive bounds"),
+        ("[tune.goals]", '[tune.tolerances]\n"plant.gain" = 1.5\n[tune.goals]', 'write a part of the value, as "5 %"'),
+        ("[tune.free]", '[tune]\nages = ["1 V"]\n[tune.free]', 'write ages = ["0 h", "15 year"]'),
+        ("[tune.free]", '[tune]\nages = "1 h"\n[tune.free]', "must be a list of ages"),
+        ('"controller.gain" = { at_least = 1.0', '"hiss.density" = { at_least = -1.0', "the block does not take it"),
+        ("[tune.free]", '[tune]\nat = "soon"\n[tune.free]', "not a number followed by a unit"),
     ],
 )
 def test_a_mistake_is_named_with_its_line(old: str, new: str, words: str) -> None:
@@ -114,3 +126,52 @@ limits = { end = { at_least = 0.9 } }
     assert read == tuning
     assert (read.at, read.seed, read.study) == ("5 ms", 3, tuning.study)
     assert VALIDATOR.is_valid(tomllib.loads(again.read_text()))
+
+
+@pytest.mark.parametrize(
+    ("table", "said"),
+    [
+        ("[tune]\nstarts = 3\n", "free: names no parameter"),
+        ('[tune.free]\n"controller.gain" = { at_least = 1.0, at_most = 2.0 }\n', "goals: names no goal"),
+    ],
+)
+def test_a_table_without_parameters_or_goals_says_what_to_add(table: str, said: str) -> None:
+    (problem,) = problems_of(f"{INTEGRATING}\n{table}")
+    assert f"{problem.key}: {problem.message}" == said
+    assert problem.hint.startswith(f"add [tune.{problem.key}] and below it ")
+
+
+def test_axes() -> None:
+    """Halfway between 1 and 100 lies 10 on a logarithmic axis, and 50.5 on a linear one; slopes by differences."""
+    for free, half in ((Free(1.0, 100.0, True), 10.0), (Free(1.0, 100.0, False), 50.5)):
+        assert free.value(0.5) == pytest.approx(half)
+        assert free.part(half) == pytest.approx(0.5)
+        assert (free.part(0.1), free.part(1e3)) == (0.0, 1.0)
+        assert free.slope(half) == pytest.approx((free.value(0.5 + 1e-6) - free.value(0.5 - 1e-6)) / 2e-6)
+
+
+def test_ages_multiply_the_cases_and_drift_moves_them(tmp_path: Path) -> None:
+    drift = '[tune]\nages = ["0 h", "1 year"]\n[study]\nruns = 4\nepochs = { ages = ["0 h", "1 year"] }\n'
+    drift += 'drift = { "plant.gain" = { ramp = "10 %/year", relative = true } }\n'
+    drift += 'spread = { "hiss.density" = { uniform = 1e-4 } }\n'
+    path = tmp_path / "loop.toml"
+    path.write_text(INTEGRATING + drift.replace("[study]", f"{TUNE}[study]"))
+    tuning = read_tuning(path)
+    assert {name: age for name, (_, _, age) in tuning.aged_cases().items()} == {"0 h": 0.0, "1 year": 31557600.0}
+    now, slopes = tuning.aged({"plant.gain": 2.0}, 31557600.0)
+    assert now == pytest.approx({"plant.gain": 2.2})
+    assert slopes == pytest.approx({"plant.gain": 1.1})
+    new, _ = tuning.aged({}, 0.0)
+    assert new == {"plant.gain": 1.0}
+    assert [goal.wanted for goal in tuning.goals.values()] == ["at least 60 deg", "as high as possible"]
+
+
+def test_a_yield_has_the_ages_of_its_study() -> None:
+    goal = "[tune.goals]\ngood = { yield = true, maximise = true }\n"
+    text = changed(TUNE, "[tune.goals]\n", goal).replace("[tune.free]", '[tune]\nages = ["1 year"]\n[tune.free]')
+    study = '[study]\nruns = 4\nepochs = { ages = ["0 h", "1 year"] }\nlimits = { end = { at_least = 0.9 } }\n'
+    study += 'drift = { "plant.gain" = { ramp = "10 %/year", relative = true } }\n'
+    (problem,) = problems_of(INTEGRATING + text + study)
+    assert str(problem).endswith(
+        "ages: a yield has the ages of its study\n  got:      ['1 year']\n  hint:     leave ages out"
+    )
