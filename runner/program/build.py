@@ -219,7 +219,7 @@ class Builder:
 
 
 class WrittenNumber:
-    """A value of a function that is being written: arithmetic with it writes operations and computes nothing."""
+    """A value of a function that is being written: sums and products of it are written down, not computed."""
 
     def __init__(self, builder: Builder, value: form.Operand) -> None:
         self.builder, self.value = builder, value
@@ -227,29 +227,11 @@ class WrittenNumber:
     def __add__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("add", self, other)
 
-    def __radd__(self, other: float) -> "WrittenNumber":
-        return self._with("add", other, self)
-
-    def __sub__(self, other: "WrittenNumber | float") -> "WrittenNumber":
-        return self._with("subtract", self, other)
-
-    def __rsub__(self, other: float) -> "WrittenNumber":
-        return self._with("subtract", other, self)
-
     def __mul__(self, other: "WrittenNumber | float") -> "WrittenNumber":
         return self._with("multiply", self, other)
 
     def __rmul__(self, other: float) -> "WrittenNumber":
         return self._with("multiply", other, self)
-
-    def __truediv__(self, other: "WrittenNumber | float") -> "WrittenNumber":
-        return self._with("divide", self, other)
-
-    def __rtruediv__(self, other: float) -> "WrittenNumber":
-        return self._with("divide", other, self)
-
-    def __neg__(self) -> "WrittenNumber":
-        return self._with("negate", self)
 
     def _with(self, operation: str, *given: "WrittenNumber | float") -> "WrittenNumber":
         operands = (each.value if isinstance(each, WrittenNumber) else float(each) for each in given)

@@ -65,7 +65,7 @@ class Frame:
         if isinstance(target, tuple):
             for place, part in zip(target, value, strict=True):
                 self.set(place, part)
-        elif isinstance(target, Variable):
+        else:
             self.builder.set(target, as_kind(self.builder, value, target.kind))
 
     def put(self, node: Endpoint, value: Lowered) -> None:

@@ -259,8 +259,6 @@ class TangentWriter:
 
     def chosen(self, condition: form.Operand, slope: form.Operand, other: form.Operand) -> form.Operand:
         """One slope or the other."""
-        if slope is _NONE and other is _NONE:
-            return _NONE
         return self.builder.compute("select", condition, slope, other)
 
     def undefined(self, *slopes: form.Operand) -> form.Operand:

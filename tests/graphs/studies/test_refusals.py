@@ -34,7 +34,7 @@ def only_problem(text: str, at: str) -> str:
 @pytest.mark.parametrize(
     ("old", "new", "at", "said", "words"),
     [
-        ("{ ramp =", '{ mission = "car", ramp =', "mission =", 'drift."adc.reference".mission: no law', "arrhenius or cycles"),
+        ("{ ramp =", '{ mission = "car", ramp =', "mission =", 'drift."adc.reference".mission: no law', "cycles"),
         ("runs = 6", "runs = 4000000000", "runs =", "runs: too large", "at most 4.29497e+09 runs"),
         ("runs = 6", 'margins = "0 s"', "margins =", "margins: the graph names no loops", "add [loops.main] to it"),
         ("runs = 6", 'margins = "soon"', "margins =", "margins: not a number followed by a unit", "soon"),

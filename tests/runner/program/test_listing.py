@@ -100,3 +100,11 @@ def test_long_expressions_are_broken() -> None:
         value = w.do("add", value, x, name="sum")
     w.leave(value)
     assert max(map(len, listing(program(w.function)).splitlines())) < 120
+
+
+def test_a_loop_without_statements_in_its_test_has_one_line() -> None:
+    x = Value(TRUTH, "x")
+    w = Writer("f", x)
+    with w.loop([], x):
+        w.stop()
+    assert listing(program(w.function)) == "def f(x: bool):\n    while x:\n        break\n"

@@ -3,6 +3,7 @@
 import inspect
 import itertools
 import math
+import operator
 import random
 import struct
 from collections.abc import Callable
@@ -22,6 +23,7 @@ from proofmass.runner.fixed.step_formats import SteadyValue, bounds, filled, hel
 from proofmass.runner.plan.constants import constants_of, typed
 from proofmass.runner.program.form import FLOAT, INTEGER, Value
 from proofmass.runner.program.lower import lower
+from tests.by_hand.evaluate_program import evaluate
 from tests.by_hand.integer_code import Code
 from tests.by_hand.lowered import KINDS, run
 
@@ -327,6 +329,51 @@ def promoted(n: int) -> float:
     return x * n
 
 
+def extremes(a: float, b: float) -> float:
+    return max((a, b)) - min((a, b, 1.0)) + operator.neg(a) + (+b)
+
+
+def known_beforehand(a: float, n: int) -> float:
+    known = int(2.7) + math.trunc(-2.7) + (+True)
+    x = a if FACTOR > 2.0 else missing  # type: ignore[name-defined]  # noqa: F821
+    if FACTOR > 5.0 and a > 0.0:
+        x = x + 1.0
+    if (n, n):  # noqa: F634
+        x = x + 1.0
+    return x * known if () or FACTOR else a
+
+
+def of_integers(n: int) -> int:
+    return math.floor(n) + 3 * math.ceil(n) + 5 * round(n)  # noqa: RUF057
+
+
+def found_by_the_larger(n: int) -> float:
+    return TABLE[max(n % 3, 1)] + TABLE[min(n % 2, 1)]
+
+
+def written_late(a: float) -> float:
+    x: float
+    if a > 0.0:
+        return a
+        a = 2.0 * a
+    x = 3.0 * a
+    pass
+    return x
+
+
+def both_of(a: float) -> tuple[float, float]:
+    return a, 2.0 * a
+
+
+def turned(a: float, n: int) -> float:
+    pair, doubled, total = Pair(a, 0), both_of, 0.0
+    for i in range(n):
+        pair, doubled = Pair(0.5 * pair.first, i), both_of
+        for each in doubled(pair.first):
+            total += each
+    return total + pair.second
+
+
 CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     *((f, (float, float, float)) for f in (chained, branches, shorts)),
     (values_of_shorts, (int, int)),
@@ -338,6 +385,10 @@ CASES: list[tuple[Callable[..., Any], tuple[Any, ...]]] = [
     (infinite, (float,)),
     (exactly, (int, float)),
     (promoted, (int,)),
+    (extremes, (float, float)),
+    *((f, (float, int)) for f in (known_beforehand, turned)),
+    *((f, (int,)) for f in (of_integers, found_by_the_larger)),
+    (written_late, (float,)),
 ]
 SOME_NUMBERS = [0.0, -0.0, 1.0, -1.0, 0.25, 2.5, -3.5, 1e300, math.inf, -math.inf, math.nan]
 SOME_INTEGERS = [0, 1, 2, 3, 5, 8, 11, -1, -4, -9]
@@ -367,6 +418,59 @@ def test_an_overflow_is_an_operation_of_programs() -> None:
 
 def overflows(a: int, b: int) -> tuple[bool, bool, bool]:
     return arithmetic.add_fails(a, b), arithmetic.subtract_fails(a, b), arithmetic.multiply_fails(a, b)
+
+
+def turned_bits(n: int) -> int:
+    return n ^ 0x8000_0000_0000_0001
+
+
+def too_many_bits(n: int) -> int:
+    return n ^ 0x1_0000_0000_0000_0000
+
+
+def test_integers_of_64_bits_are_those_of_a_machine() -> None:
+    for n in HOSTILE_INTEGERS:
+        assert run(turned_bits, n) % 2**64 == (n % 2**64) ^ (2**63 + 1)
+    with pytest.raises(OverflowError, match="more than 64 bits"):  # refused before, where files are checked
+        run(too_many_bits, 1)
+
+
+def fails_below_zero(a: float) -> float:
+    if a < 0.0:
+        raise ValueError
+    return math.sqrt(a)
+
+
+def counts_until_it_fails(a: float) -> int:
+    n = 0
+    while n < 1000:
+        a = fails_below_zero(a) - 0.5
+        n += 1
+    return n
+
+
+@pytest.mark.parametrize("a", [4.0, 0.25, -1.0])
+def test_what_fails_says_so_to_its_callers_and_ends_their_loops(a: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(fails_below_zero, "checked", {}, raising=False)  # as of a function of an own block
+    lowered = lower(counts_until_it_fails, [Value(FLOAT)])
+    turns, fault = evaluate(lowered.function, a)
+    expected, x = 0, a
+    while x >= 0.0:
+        x, expected = math.sqrt(x) - 0.5, expected + 1
+    assert (turns, fault) == (expected + 1, True), "the turn that fails is the last"
+
+
+@pytest.mark.parametrize("n", [0, 2])
+def test_a_name_of_a_list_may_be_set_to_it_again(n: int) -> None:
+    assert run(named_again, [1.0, 5.0], n) == named_again([1.0, 5.0], n)
+
+
+def named_again(cells: list[float], n: int) -> float:
+    some, total = cells, 0.0
+    for i in range(n):
+        some = cells if total >= 0.0 else cells  # noqa: RUF034
+        total += some[i]
+    return total + some[0]
 
 
 @pytest.mark.parametrize("n", [0, 1, 4])

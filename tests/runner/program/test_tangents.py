@@ -19,6 +19,7 @@ from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
 from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.machine_code import load
+from tests.by_hand.evaluate_program import evaluate
 
 KINDS = {float: form.FLOAT, int: form.INTEGER}
 
@@ -235,3 +236,58 @@ def f_corner(x: float, y: float) -> float:
 def test_what_has_no_derivative_has_no_finite_slope(function: Callable[..., float], x: tuple[float, float]) -> None:
     assert slope(function, x, (0.0, 0.0))[1] == 0.0
     assert not math.isfinite(slope(function, x, (1.0, 1.0))[1])
+
+
+# -- arrays, loops and calls that do not move --------------------------------------------------------------------------
+
+
+def sloped(builder: Builder, *moving: bool) -> form.Function:
+    """The function with slopes of some parameters, verified."""
+    function = tangents.Tangents().of(builder.function(), moving)
+    verify(form.Program({**program(function).functions, "entry": form.Function("entry", (), ())}))
+    return function
+
+
+def test_an_array_that_does_not_move_is_written_and_read() -> None:
+    """x + a[1] with a[1] := 3: the slope is that of x."""
+    builder = Builder("written")
+    x, a = builder.parameter(form.FLOAT, "x"), builder.array(form.FLOAT, 2, "a", True)
+    half = builder.view(a, 1, 1, "half")
+    builder.store(half, 0, 3.0)
+    builder.give(builder.compute("add", x, builder.load(half, 0)))
+    cells = [0.0, 0.0]
+    assert evaluate(sloped(builder, True, False), 2.0, 0.5, cells) == (5.0, 0.5)
+    assert cells == [0.0, 3.0]
+
+
+def test_a_loop_that_is_left_has_the_slope_of_the_turns_made() -> None:
+    """x^4 by three multiplications, with the loop left after the third."""
+    builder = Builder("power")
+    x = builder.parameter(form.FLOAT, "x")
+    total = builder.variable(form.FLOAT, "total", x)
+    with builder.counted(0, 9, 1, "turn") as turn:
+        with builder.when(builder.compute("equal_integers", turn, 3)):
+            builder.leave()
+        builder.set(total, builder.compute("multiply", builder.get(total), x))
+    builder.give(builder.get(total))
+    assert evaluate(sloped(builder, True), 3.0, 0.5) == (81.0, 4 * 27.0 * 0.5)
+
+
+def test_a_call_gives_slopes_of_its_numbers_alone() -> None:
+    """A sine of what does not move has none; a truth value has none; a function that nobody knows has NaN."""
+    inner = Builder("inner")
+    y = inner.parameter(form.FLOAT, "y")
+    inner.give(inner.compute("multiply", y, y), inner.compute("less", 0.0, y))
+    builder = Builder("outer")
+    x, z = builder.parameter(form.FLOAT, "x"), builder.parameter(form.FLOAT, "z")
+    squared, positive = builder.call(inner.function(), x)
+    (sine,) = builder.call(LIBRARY[math.sin], z)
+    (bessel,) = builder.call(form.External("j0", (form.FLOAT,), form.FLOAT), x)
+    chosen = builder.compute("select", positive, squared, builder.compute("negate", squared))
+    builder.give(builder.compute("add", chosen, sine), bessel)
+    function = sloped(builder, True, False)
+    value, slope, unknown, undefined = evaluate(function, -2.0, 0.5, 1.0)
+    assert (value, slope) == (math.sin(1.0) - 4.0, 2.0)
+    assert unknown == pytest.approx(float(mpmath.besselj(0, 2)), rel=1e-12)
+    assert math.isnan(undefined)
+    assert evaluate(function, -2.0, 0.0, 1.0)[3] == 0.0

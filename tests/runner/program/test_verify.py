@@ -239,3 +239,30 @@ def test_a_good_program_passes() -> None:
         w.set(v, w.do("integer_of_truth", more))
     w.say(While([], Immediate(TRUTH, True), [Set(v, n), Return((n,))]))
     verify(program(inner.function, w.function))
+
+
+def test_an_array_that_is_fixed_is_not_written() -> None:
+    fixed = Storage(FLOAT, 4, False, "fixed")
+    w = Writer("f", fixed)
+    w.store(fixed, 0, 1.0)
+    assert problems(w.function) == ("f: array fixed is not writable",)
+
+
+@pytest.mark.parametrize("nested", [False, True])
+def test_a_loop_that_is_left_does_not_return(nested: bool) -> None:
+    def looped(leaves: bool) -> Function:
+        x = Value(FLOAT, "x")
+        w = Writer("f", x, results=(FLOAT,))
+        with w.loop([], YES):
+            small = w.do("less", x, 0.0)
+            with w.when(small):
+                w.leave(x)
+            if leaves and nested:
+                with w.when(w.do("not", small)):
+                    w.stop()
+            elif leaves:
+                w.stop()
+        return w.function
+
+    verify(program(looped(False)))
+    assert problems(looped(True)) == ("f: the body can end without Return, and the function has results",)
