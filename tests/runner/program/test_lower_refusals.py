@@ -262,6 +262,7 @@ REFUSED: list[tuple[Any, tuple[Any, ...], str]] = [
     (made("def spread(a):\n    return max(*a, 1.0)"), (1.0,), "* in a call"),
     (made("def ranged(a):\n    for n in range((1, 2)): pass"), (1.0,), "a tuple of 2, where a number is needed"),
     (made("def empty(n):\n    return ()[n]"), (1,), "a tuple of 0 has no entries that an index may choose"),
+    (made("def adds_a_list(a):\n    return a + 1.0"), ([1.0],), "a list of values, where a number is needed"),
     (made("def asserting(a):\n    assert a"), (1.0,), "assert is not compiled"),
 ]
 

@@ -106,6 +106,69 @@ def test_a_function_that_leaves_a_loop_stays_whole(monkeypatch: pytest.MonkeyPat
     assert parts.in_parts(builder.function(), {}, memory, 0) is None
 
 
+def bounds_and_views() -> tuple[Function, Storage]:
+    """Loops whose ends stand in a view of a table or are computed before, views that move, and loops without an end."""
+    builder = Builder("long")
+    first = builder.parameter(INTEGER, "first")
+    table = builder.array(INTEGER, 4, "table")
+    memory = builder.array(FLOAT, 40, "memory", True)
+    out = builder.array(FLOAT, 8, "out", True)
+    ends = builder.view(table, 2, 2, "ends")
+    turns = builder.load(ends, 1, "turns")
+    begin = builder.compute("add_integers", first, 1)
+    with builder.counted(begin, turns, 1, "turn") as turn:
+        left = builder.variable(INTEGER, "left", 3)
+        number = builder.compute("float_of_integer", turn)
+        with builder.when(builder.compute("less_integers", turn, turns)):
+            pair = builder.view(out, turn, 2, "pair")
+            builder.store(pair, 1, builder.compute("add", builder.load(pair, 0), 1.0))
+            builder.store(pair, 0, number)
+            with builder.repeated(lambda: builder.compute("less_integers", 0, builder.get(left))):
+                builder.set(left, builder.compute("subtract_integers", builder.get(left), 1))
+                builder.store(pair, 1, builder.compute("add", builder.load(pair, 1), 0.25))
+    builder.store(out, 7, builder.compute("float_of_integer", turns))
+    return builder.function(), memory
+
+
+@pytest.mark.parametrize("length", [1, 4, 30])
+def test_bounds_and_views_find_their_way(length: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parts, "LONG", 1)
+    monkeypatch.setattr(parts, "PART", length)
+    function, memory = bounds_and_views()
+    assert parts.in_parts(function, {}, memory, 0) is not None
+    verify(program(function))
+    for first in (-1, 1):
+        out = [0.0] * 8
+        evaluate(function, first, [9, 9, 9, 4], [float("nan")] * 40, out)
+        expected = [0.0] * 8
+        for turn in range(first + 1, 4):
+            expected[turn + 1] = expected[turn] + 1.0 + 0.75
+            expected[turn] = float(turn)
+        expected[7] = 4.0
+        assert out == expected
+
+
+def test_a_view_that_moves_is_not_handed_from_part_to_part(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parts, "LONG", 1)
+    monkeypatch.setattr(parts, "PART", 1)
+    builder = Builder("moves")
+    first = builder.parameter(INTEGER, "first")
+    memory = builder.array(FLOAT, 9, "memory", True)
+    pair = builder.view(memory, first, 2, "pair")
+    builder.store(pair, 0, 1.0)
+    assert parts.in_parts(builder.function(), {}, memory, 0) is None
+
+
+def test_a_function_that_returns_from_a_loop_without_an_end_stays_whole(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(parts, "LONG", 1)
+    builder = Builder("returns")
+    memory = builder.array(FLOAT, 9, "memory", True)
+    with builder.repeated(lambda: True):
+        builder.store(memory, 0, 1.0)
+        builder.give()
+    assert parts.in_parts(builder.function(), {}, memory, 0) is None
+
+
 def behind(planned: Plan, compiled: CompiledPlan, calls: tuple[int, ...]) -> list[np.ndarray]:
     """What the probes recorded in some calls of the loop, and everything that moves, behind them."""
     kinds = {float: np.float64, int: np.int64, bool: np.bool_}
