@@ -53,8 +53,7 @@ def rate_of(formula: Formula, values: Mapping[str, NamedValue]) -> Fraction:
     """Return the rate in hertz that a formula of a frequency or a period gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     if dimension == unit("s").exponents:
-        period = _exactly(formula, values, "s")
-        return 1 / period if period > 0 else Fraction(0)
+        return 1 / _exactly(formula, values, "s")
     return _exactly(formula, values, "Hz")
 
 

@@ -5,7 +5,7 @@ from typing import Any
 
 import pytest
 
-from proofmass.blocks import AnalogToDigital, Constant, Gain, MassSpringDamper, ShiftRegister, SquareRoot
+from proofmass.blocks import AnalogToDigital, Constant, Gain, MassSpringDamper, Product, ShiftRegister, SquareRoot
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check, checked
@@ -327,10 +327,18 @@ def test_units_too_long_to_compare_are_a_problem_and_no_crash() -> None:
 
 
 def test_an_input_in_a_unit_too_long_to_compare_is_not_connected_either() -> None:
-    blocks = {"root": SquareRoot(unit="*".join(["kg/kg"] * 33)), "squared": SquareRoot(unit="m")}
-    told = check(Graph(name="", rate=1, blocks=blocks, probes=["root.output"]))
-    assert [(p.key, p.message) for p in told] == [
-        (f"blocks.{name}", "the input input is not connected") for name in ("root", "squared")
+    long = "*".join(["kg/kg"] * 33)
+    blocks = {
+        "root": SquareRoot(unit=long),
+        "other": SquareRoot(unit="m"),
+        "times": Product(first_unit=long, second_unit=long),
+    }
+    told = check(Graph(name="", rate=1, blocks=blocks, probes=["root.output", "times.output"]))
+    assert sorted((p.key, p.message) for p in told) == [
+        ("blocks.other", "the input input is not connected"),
+        ("blocks.root", "the input input is not connected"),
+        ("blocks.times", "the input first is not connected"),
+        ("blocks.times", "the input second is not connected"),
     ]
 
 

@@ -8,7 +8,7 @@ import pytest
 
 import proofmass
 from proofmass import Block, Graph, Input, ModelError, block, check, param, simulate
-from proofmass.blocks import Chirp, Gain, MassSpringDamper, Step
+from proofmass.blocks import Chirp, Gain, MassSpringDamper, SquareRoot, Step
 
 GRAPH = Graph(
     name="a gain",
@@ -183,3 +183,10 @@ def test_a_wire_to_what_cannot_be_driven_and_from_a_block_inside(wire: str, mess
     graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=[wire], probes=["gain.output"])
     (problem,) = (problem for problem in check(graph) if problem.message == message)
     assert problem.hint.startswith(hint)
+
+
+def test_a_wire_without_ports_is_completed_where_units_are_too_long_to_compare() -> None:
+    blocks = {"root": SquareRoot(unit="*".join(["kg/kg"] * 33)), "gain": Gain()}
+    with pytest.raises(ModelError) as wrong:
+        Graph(name="", rate="1 kHz", blocks=blocks, wires=["gain -> root"])
+    assert wrong.value.problems[0].hint == 'write "gain.output -> root.input"'

@@ -189,7 +189,7 @@ def test_a_wire_into_a_part_of_a_block() -> None:
 
 def test_names_that_are_none_are_told_what_wires_call_them() -> None:
     text = SMALL.replace("[blocks.adc]", "[blocks.adc__]").replace("[blocks.mass]", "[blocks.mass__]")
-    text = text.replace("wires = [", 'wires = [\n    5,\n    "a..b -> adc.voltage",')
+    text = text.replace("wires = [", 'wires = [\n    5,\n    "a..b -> adc.voltage",\n    "B__.x -> adc.voltage",')
     names = [problem for problem in problems_of(text) if problem.message == "not a name"]
     assert [(problem.got, problem.hint) for problem in names] == [
         ("'mass__'", "did you mean mass?"), ("'adc__'", "did you mean adc?")

@@ -294,3 +294,15 @@ def test_an_offset_of_a_part_that_follows_from_a_value_is_written_once() -> None
     assert text.count("clock_offset") == 1
     assert '"part.clock_offset" = "= delay"' in text
     assert read_graph_text(text) == whole
+
+
+def test_clocks_follow_from_values_also_inside_a_part() -> None:
+    part = Graph(name="", exports={"out": "a.output"}, blocks={"a": Constant()})
+    values = {"delay": "10 us", "period": "20 us"}
+    formulas = {"part.a.clock_offset": "= delay", "b.rate": "= period"}
+    blocks = {"part": part, "b": Constant()}
+    whole = Graph(name="", rate="1 kHz", blocks=blocks, values=values, formulas=formulas)
+    assert flatten(whole).offsets == {"part.a": Fraction(1, 100_000)}
+    assert whole.rates == {"b": 50_000}
+    later = whole.with_parameters({"delay": "30 us"})
+    assert flatten(later).offsets == {"part.a": Fraction(3, 100_000)}
