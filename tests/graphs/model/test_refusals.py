@@ -149,6 +149,12 @@ def test_a_quantity(quantity: str, key: str, said: str, words: str) -> None:
     assert words in told
 
 
+@pytest.mark.parametrize("frequency", ["0", "0.5", '"0.1 Hz"'])
+def test_a_frequency_may_be_low(frequency: str) -> None:
+    quantity = f"{{ {RESPONSE}, frequency = {frequency} }}"
+    assert problems_of(f"{MEASURED}\n[requirements.one]\nat_least = 1\nquantity = {quantity}\n") == []
+
+
 @pytest.mark.defect(
     "S706",
     before='a wrong formula below [formulas] was reported at the line of the block, where "adc.bitz" does not stand',
