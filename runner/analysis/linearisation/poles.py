@@ -123,15 +123,17 @@ def judge(
         poles.append(Pole(complex(root), distance, uncertainty))
     if variation is not None:  # what moves a pole hides what roundings do
         return poles
-    doubtful = (pole.uncertainty > _EPSILON * abs(pole.value) for pole in poles)
-    return [_with_those_beside(pole, poles) if own else pole for pole, own in zip(poles, doubtful, strict=True)]
+    values, moved = np.array([pole.value for pole in poles]), np.array([pole.uncertainty for pole in poles])
+    doubtful = moved > _EPSILON * np.abs(values)
+    return [_with_those_beside(poles, i, values, moved) if own else poles[i] for i, own in enumerate(doubtful)]
 
 
-def _with_those_beside(pole: Pole, poles: Sequence[Pole]) -> Pole:
+def _with_those_beside(poles: Sequence[Pole], place: int, values: Complex, moved: Array) -> Pole:
     """Return a pole that may be where another is, from which roundings can hardly tell it: their shifts add up then."""
-    apart = ((abs(pole.value - other.value), other.uncertainty) for other in poles if other is not pole)
-    near = [far for far, moved in apart if far <= 2.0 * (pole.uncertainty + moved)]
-    return replace(pole, uncertainty=pole.uncertainty + max(near)) if near else pole
+    pole, apart = poles[place], np.abs(values - values[place])
+    near = apart <= 2.0 * (pole.uncertainty + moved)
+    near[place] = False
+    return replace(pole, uncertainty=pole.uncertainty + float(apart[near].max())) if near.any() else pole
 
 
 def _distance(root: Any, sampled: bool) -> float:
