@@ -108,7 +108,7 @@ class CertifiedAxis:
         return first_fall(self._axis, self._axis.numerator, self._axis.closed)
 
     def outwards(self, factor: float, w: float) -> float:
-        """Return how a pole z of f N + D moves, by -N / (f N' + D') times the change of f; NaN where it has no speed."""
+        """Return how a pole z of f N + D moves: by -N / (f N' + D') times the change of f; NaN if it has no speed."""
         precise()
         place = flint.acb.exp(flint.acb(0, w)) if self.sampled else flint.acb(0, w)
         slope = factor * self._loop.numerator.derivative()(place) + self._loop.denominator.derivative()(place)

@@ -12,16 +12,16 @@ from proofmass.runner.host.arrays import Array
 
 RealCurve = Callable[[Array], Array]
 _STEPS = 120
-_EXACT = 1e-14  # relative and absolute accuracy of a zero
+_EXACT = 1e-15  # relative accuracy of a zero
 _LOWEST = 1e-10  # relative accuracy of a minimum's place
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 
 
-def zeros_between(function: RealCurve, low: Array, high: Array) -> Array:
+def zeros_between(function: RealCurve, low: Array, high: Array, scale: float = 1.0) -> Array:
     """The zeros of a function that changes its sign between two places, for many pairs, but for rounding.
 
-    Inverse quadratic interpolation where it is safe, else bisection (Chandrupatla, Advances in Engineering Software
-    28, 1997, 145).
+    It is that of a place, or of the `scale` where that is more. The way there is inverse quadratic interpolation where
+    that is safe, else bisection (Chandrupatla, Advances in Engineering Software 28, 1997, 145).
     """
     if not len(low):
         return np.zeros(0)
@@ -40,7 +40,7 @@ def zeros_between(function: RealCurve, low: Array, high: Array) -> Array:
         x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
         x1, f1 = x, f
         found[live] = np.where(np.abs(f2) < np.abs(f1), x2, x1)
-        least = (_EXACT * (1.0 + np.abs(found[live]))) / np.abs(x2 - x1)
+        least = (_EXACT * np.maximum(scale, np.abs(found[live]))) / np.abs(x2 - x1)
         with np.errstate(divide="ignore", invalid="ignore"):
             xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
             curved = f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
@@ -72,11 +72,13 @@ def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) 
         x = np.where(wide, x, b)
         f = np.where(wide, function(x), fb)
         lower, right = f < fb, x > b
-        a, fa = np.where(lower & right, b, np.where(~lower & ~right & wide, x, a)), np.where(
-            lower & right, fb, np.where(~lower & ~right & wide, f, fa)
+        a, fa = (
+            np.where(lower & right, b, np.where(~lower & ~right & wide, x, a)),
+            np.where(lower & right, fb, np.where(~lower & ~right & wide, f, fa)),
         )
-        c, fc = np.where(lower & ~right, b, np.where(~lower & right & wide, x, c)), np.where(
-            lower & ~right, fb, np.where(~lower & right & wide, f, fc)
+        c, fc = (
+            np.where(lower & ~right, b, np.where(~lower & right & wide, x, c)),
+            np.where(lower & ~right, fb, np.where(~lower & right & wide, f, fc)),
         )
         b, fb = np.where(lower, x, b), np.where(lower, f, fb)
     return b, fb

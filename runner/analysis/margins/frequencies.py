@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -143,7 +142,7 @@ def crossings(samples: Samples, measure: RealFunction, most: int = MOST_CROSSOVE
     )  # the sign of the others is rounding
     w, values = w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1]).tolist())[:most]
+    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1], 0.0).tolist())[:most]
 
 
 def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:

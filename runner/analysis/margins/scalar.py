@@ -89,7 +89,7 @@ def _stable_gains(axis: Axis, limits: list[_Limit]) -> tuple[FactorInterval, ...
     """
     edges = [0.0, *dict.fromkeys(limit.factor for limit in limits), math.inf]
     intervals = list(pairwise(edges))
-    moved = {edge: 0.0 for edge in edges[1:-1]}
+    moved = dict.fromkeys(edges[1:-1], 0.0)
     for limit in limits:
         moved[limit.factor] += _crossing(axis, limit)
     counts = list(accumulate(moved.values(), initial=float(_outside(axis, intervals[0]))))

@@ -23,7 +23,8 @@ from proofmass.runner.host.arrays import Array, Complex
 
 _A_TURN = 16  # points of the grid in each turn of the longest delay
 _A_DECADE = 60
-_LEAST = 1e-3  # of the angle of the slowest pole, from which the grid begins
+_LEAST = 1e-7  # of the angle of the slowest pole, from which the grid begins
+_BEFORE_THE_END = 60  # points after the last step
 _SHARP = 4.0  # points of the grid, within which the width of a pole gets points of its own
 _AROUND = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 _FLAT = 1e-9  # distance of |L| from 1 at rest within which it counts as 1 there
@@ -93,27 +94,28 @@ class SweptAxis:
 
     def outwards(self, factor: float, w: float) -> float:
         """Return how a pole exp(j w) moves, which turns by dw = -L / L'(w) df / f; L is -1 / factor there."""
-        slope = self._circle.turning(cmath.exp(1j * w))
+        slope = self._circle.turning(w)
         return (1.0 / slope).imag * abs(slope) if slope else math.nan
 
     def outside(self, factor: float) -> int:
         """Return the number of poles that are not inside, by the turns of f N + D as z goes around the circle."""
-        w, values = np.array([0.0, *self._samples.w]), self._closed(np.array([0.0, *self._samples.w]), factor)
+        w = np.array([*self._samples.w])
+        values = self._closed(w, factor)
         for _ in range(_HALVED):
             turns = np.angle(values[1:] / values[:-1])
             wide = np.flatnonzero(~(np.abs(turns) < _WIDE))
             if not len(wide):
                 around = float(np.sum(turns)) / math.pi
-                return self._degree - round(around)
+                return int(self._degree) - round(around)
             between = 0.5 * (w[wide] + w[wide + 1])
             w = np.insert(w, wide + 1, between)
             values = np.insert(values, wide + 1, self._closed(between, factor))
         return poles_outside(self._loop, factor, True)
 
     def _closed(self, w: Array, factor: float) -> Complex:
-        """Return (f N + D) / z^k, k being how often D has the root 0."""
-        top, bottom = self._circle.parts(w)
-        return np.asarray(factor * top + bottom)
+        """Return (f N + D) / (z^k |D|), k being how often D has the root 0."""
+        values, turns = self._circle.values_and_turns(w)
+        return np.asarray((1.0 + factor * values) * turns)
 
     def _largest(self, measure: RealFunction) -> tuple[float, float]:
         ends = [(crossing.w, crossing) for crossing in (self.rest(), self.end()) if crossing is not None]
@@ -142,6 +144,7 @@ class SweptAxis:
         points = [
             np.geomspace(lowest, math.pi, 2 + int(_A_DECADE * math.log10(math.pi / lowest))),
             np.arange(step, math.pi, step),
+            math.pi - np.geomspace(1e-9, step, _BEFORE_THE_END),
             np.array([math.pi]),
         ]
         for log in logs[(np.abs(logs.real) < _SHARP * step) & (logs.imag >= 0.0)]:

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.margins.bracketed import lowest_between, zeros_between
+from proofmass.runner.analysis.margins.bracketed import zeros_between
 from proofmass.runner.analysis.margins.frequencies import Samples, crossings, highest
 
 

@@ -14,10 +14,10 @@ from proofmass.blocks import Constant, Difference, Gain, TransferFunction
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.rational import transfer
+from proofmass.runner.analysis.margins.axis import CertifiedAxis
 from proofmass.runner.analysis.margins.delays import only_counted
 from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.plot import plot_margins
-from proofmass.runner.analysis.margins.axis import CertifiedAxis
 from proofmass.runner.analysis.margins.scalar import figures_of
 from proofmass.runner.command_line import main
 from tests.by_hand.lifted_loops import MOST_DELAYED
