@@ -29,7 +29,7 @@ _INSIDE = 0.25  # size of roots that are not told from each other
 _ON_CIRCLE = 1e-30  # radius of a ball on the circle
 
 
-class Values:
+class PolynomialValues:
     """Values and derivatives of a polynomial with integer coefficients, to rounding, near z = 1 too."""
 
     def __init__(self, polynomial: Polynomial) -> None:
@@ -92,7 +92,7 @@ def many_roots(polynomial: Polynomial, bits: int) -> list[Any] | None:
     simple = flint.fmpz_poly(left)
     if simple.degree() < 1:
         return [flint.acb(0)] * zeros
-    values = Values(simple)
+    values = PolynomialValues(simple)
     apart_of_one, errors = _iterated(values, _starts(left) - 1.0)
     balls = _balls(simple, apart_of_one, values.degree * errors, bits)
     told = all(ball.is_finite() and _is_told(ball) for ball in balls) and _are_all(simple, balls)
@@ -106,7 +106,7 @@ def _are_all(polynomial: Polynomial, balls: list[Any]) -> bool:
     return _are_apart([ball for ball in balls if abs(ball.mid()) > _INSIDE]) and bool(abs(missing) < 0.5 * _INSIDE)
 
 
-def _iterated(values: Values, less_one: Complex) -> tuple[Complex, Array]:
+def _iterated(values: PolynomialValues, less_one: Complex) -> tuple[Complex, Array]:
     """Return all roots less 1, and the last steps with what rounding adds to them."""
     moving, errors = np.ones(len(less_one), dtype=bool), np.zeros(len(less_one))
     for _ in range(_MOST_STEPS):

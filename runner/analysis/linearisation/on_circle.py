@@ -1,7 +1,7 @@
 """An exact quotient N / D on the unit circle, to rounding: also next to its poles and where those lie close to 1.
 
 Polynomials of a moderate degree are products: z less a root has all its digits, since both are known less 1. Those of
-long filters, which have many zeros, are sums of powers of z, or of z - 1 next to 1 (`Values`).
+long filters, which have many zeros, are sums of powers of z, or of z - 1 next to 1 (`PolynomialValues`).
 """
 
 import math
@@ -10,7 +10,7 @@ from typing import Protocol
 import flint
 import numpy as np
 
-from proofmass.runner.analysis.linearisation.many_roots import Values
+from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, precise, roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.host.arrays import Array, Complex
@@ -73,7 +73,7 @@ class _Product:
 
 class _Sum:
     def __init__(self, polynomial: Polynomial) -> None:
-        self._values = Values(polynomial)
+        self._values = PolynomialValues(polynomial)
 
     def logarithm(self, w: Array, less_one: Complex) -> Complex:
         return np.asarray(np.log(self._values(np.exp(1j * w), less_one)) + self._values.octaves * math.log(2.0))

@@ -1,4 +1,4 @@
-"""What figures ask of a loop on its frequency axis, and the answers by polynomials that are known exactly."""
+"""The questions of figures to a loop on its frequency axis, and their answers by polynomials that are known exactly."""
 
 import math
 from typing import Protocol
