@@ -139,8 +139,9 @@ def _apart(first: Bar, second: Bar) -> bool:
 def add_line(tree: WireTree, *points: GridPoint) -> None:
     """Add a line through points to a tree."""
     for a, b in pairwise(points):
-        tree.setdefault(a, set()).add(b)
-        tree.setdefault(b, set()).add(a)
+        if a != b:
+            tree.setdefault(a, set()).add(b)
+            tree.setdefault(b, set()).add(a)
 
 
 def walked(tree: WireTree, start: GridPoint) -> dict[GridPoint, GridPoint]:

@@ -35,7 +35,7 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
     varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
     for one in claims:
-        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"])
+        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one.get("period", 0.0))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [

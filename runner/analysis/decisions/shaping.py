@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg
-import scipy.stats
+import scipy.special
 
 from proofmass.runner.analysis.linearisation.state_space import Matrices
 from proofmass.runner.analysis.spectrum.welch import spectrum
@@ -126,7 +126,7 @@ def is_white(values: Array) -> bool:
     edges = np.concatenate([[0], edges[edges < len(lines) - _LEAST], [len(lines)]]).astype(np.intp)
     power = np.add.reduceat(lines / lines.mean(), edges[:-1].tolist())
     m = np.diff(edges)
-    likely = scipy.stats.gamma.cdf(power, m)
+    likely = scipy.special.gammainc(m, power)  # the chance of no more power than that
     return bool(np.all(np.minimum(likely, 1.0 - likely) > 0.5 * _DOUBT / len(m)))
 
 

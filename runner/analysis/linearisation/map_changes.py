@@ -29,6 +29,8 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     """Return the largest relative change between two maps of the effect of one block on another, in balanced units."""
     if (first.states, first.inputs, first.outputs) != (second.states, second.inputs, second.outputs):
         return math.inf
+    if np.array_equal(first.matrix[:, :-1], second.matrix[:, :-1]):
+        return 0.0
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
     n, eye = first.order, np.zeros_like(first.matrix[:, :-1])

@@ -15,8 +15,11 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.on_circle import OnCircle
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Variation
+from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, roots, transfer
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_lifted
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -77,6 +80,12 @@ class OpenLoop:
             return a, b @ column, row[: len(a)], float(row[len(a) :] @ column)
         return None
 
+    @cached_property
+    def quotient(self) -> Transfer | None:
+        """The one L as an exact quotient; None where there is none, or where too many states act on each other."""
+        single = self.single()
+        return None if single is None else transfer(*single)
+
     def closed(self, factor: complex = 1.0) -> npt.NDArray[Any]:
         """The transition matrix over a period of the loop closed through an extra factor at the wire."""
         if self.map.ticks is not None and not self.hidden:
@@ -92,13 +101,26 @@ class OpenLoop:
     @cached_property
     def poles(self) -> Complex:
         """Poles of the closed loop over its period, the slowest first."""
-        poles = np.linalg.eigvals(self.closed()).astype(complex)
+        closed = self._sparse and self._sparse.closed
+        poles = _roots(closed) if closed else np.linalg.eigvals(self.closed()).astype(complex)
         return poles[np.argsort(-np.abs(poles))]
 
     @cached_property
     def open_poles(self) -> Complex:
         """Poles of the open loop over its period."""
+        if self._sparse:
+            return _roots(self._sparse.denominator)
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
+
+    @cached_property
+    def _sparse(self) -> Transfer | None:
+        """The exact quotient of a loop of many states, whose roots are found sooner than eigenvalues."""
+        return self.quotient if not self.continuous and len(self.map.states) > LARGEST_CERTIFIED else None
+
+    @cached_property
+    def _circle(self) -> OnCircle | None:
+        """L of many states with one value of the wire in a period."""
+        return OnCircle(self._sparse) if self._sparse is not None and self.per_period == 1 else None
 
     def growths(self, factors: npt.NDArray[Any]) -> Array:
         """Logarithms of what the slowest mode grows by in a period, for each of some factors at the wire."""
@@ -110,10 +132,15 @@ class OpenLoop:
 
     def response(self, w: Array | float) -> Complex:
         """Return the response at the input's own frequency, as a network analyser measures it; w in rad/s."""
+        if self._circle is not None:
+            return self._circle.values(np.asarray(w * self.map.period))
         return self._at_own_frequency(self._open_transfer, w)
 
     def closed_response(self, w: Array | float) -> Complex:
         """Return the response of T at the input's own frequency; w in rad/s."""
+        if self._circle is not None:
+            open_response = self.response(w)
+            return np.asarray(open_response / (1.0 + open_response))
         return self._at_own_frequency(self._closed_transfer, w)
 
     def _at_own_frequency(self, transfer: "TransferMatrix", w: Array | float) -> Complex:
@@ -139,6 +166,10 @@ class OpenLoop:
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
         return TransferMatrix(self.closed(), b @ inverse, inverse @ c, d @ inverse)
+
+
+def _roots(polynomial: Polynomial) -> Complex:
+    return np.array([complex(root) for root in roots(polynomial, sampled=True)], dtype=complex)
 
 
 def _turns(angles: Array, count: int) -> Complex:

@@ -152,13 +152,15 @@ class PeriodMap:
 
 def _reached(edges: Array, order: int) -> set[int]:
     """States from which the entries behind the states can be reached, where row i depends on column j."""
-    reached = np.zeros(len(edges), dtype=bool)
-    reached[order:] = True
-    while True:
-        grown = reached | (edges[reached] != 0.0).any(axis=0)
-        if (grown == reached).all():
-            return set(np.flatnonzero(reached[:order]).tolist())
-        reached = grown
+    rows, columns = np.nonzero(edges)
+    causes = [part.tolist() for part in np.split(columns, np.searchsorted(rows, np.arange(1, len(edges))))]
+    seen = set(range(order, len(edges)))
+    waiting = [*seen]
+    while waiting:
+        new = [cause for cause in causes[waiting.pop()] if cause not in seen]
+        seen.update(new)
+        waiting += new
+    return {state for state in seen if state < order}
 
 
 def period_map(

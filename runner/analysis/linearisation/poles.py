@@ -19,7 +19,13 @@ import scipy.linalg
 
 from proofmass.graphs.model.digraph import parts_in_order
 from proofmass.runner.analysis.linearisation.balance import balanced
-from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, characteristic, precise, roots
+from proofmass.runner.analysis.linearisation.rational import (
+    LARGEST_CERTIFIED,
+    LARGEST_ORDER,
+    characteristic,
+    precise,
+    roots,
+)
 from proofmass.runner.host.arrays import Array, Complex
 
 Verdict = Literal["stable", "marginal", "unstable"]
@@ -31,6 +37,7 @@ _LARGEST = 1e-12  # largest distance by which roundings move a pole
 _SLOWEST = 1e-5  # distance from the boundary of stability above which a mode lets the operating point settle
 _MOVING = 1e-2  # largest distance by which a moving operating point moves a pole
 _APART = 2.0**-150  # offset from a pole at which its vectors are solved for
+_APART_IN_DOUBLES = 1e-11
 _eig: Any = scipy.linalg.eig
 
 
@@ -123,15 +130,17 @@ def judge(
         poles.append(Pole(complex(root), distance, uncertainty))
     if variation is not None:  # what moves a pole hides what roundings do
         return poles
-    doubtful = (pole.uncertainty > _EPSILON * abs(pole.value) for pole in poles)
-    return [_with_those_beside(pole, poles) if own else pole for pole, own in zip(poles, doubtful, strict=True)]
+    values, moved = np.array([pole.value for pole in poles]), np.array([pole.uncertainty for pole in poles])
+    doubtful = moved > _EPSILON * np.abs(values)
+    return [_with_those_beside(poles, i, values, moved) if own else poles[i] for i, own in enumerate(doubtful)]
 
 
-def _with_those_beside(pole: Pole, poles: Sequence[Pole]) -> Pole:
+def _with_those_beside(poles: Sequence[Pole], place: int, values: Complex, moved: Array) -> Pole:
     """Return a pole that may be where another is, from which roundings can hardly tell it: their shifts add up then."""
-    apart = ((abs(pole.value - other.value), other.uncertainty) for other in poles if other is not pole)
-    near = [far for far, moved in apart if far <= 2.0 * (pole.uncertainty + moved)]
-    return replace(pole, uncertainty=pole.uncertainty + max(near)) if near else pole
+    pole, apart = poles[place], np.abs(values - values[place])
+    near = apart <= 2.0 * (pole.uncertainty + moved)
+    near[place] = False
+    return replace(pole, uncertainty=pole.uncertainty + float(apart[near].max())) if near.any() else pole
 
 
 def _distance(root: Any, sampled: bool) -> float:
@@ -167,11 +176,27 @@ def _solved(a: Array, shift: Any, parts: Sequence[Sequence[int]], vector: Sequen
     for part in parts:
         others = [[j for j in np.flatnonzero(a[i]).tolist() if j not in part] for i in part]
         known = [vector[i] - sum(a[i, j] * solved[j] for j in own) for i, own in zip(part, others, strict=True)]
+        if len(part) > LARGEST_CERTIFIED:
+            for i, value in zip(part, _solved_in_doubles(a[np.ix_(part, part)], shift, known), strict=True):
+                solved[i] = value
+            continue
         matrix = [[flint.acb(a[i, j]) - (shift if i == j else 0) for j in part] for i in part]
         made = flint.acb_mat(matrix).solve(flint.acb_mat(len(part), 1, known))
         for i, value in zip(part, made.entries(), strict=True):
             solved[i] = value.mid()
     return solved
+
+
+def _solved_in_doubles(a: Array, shift: Any, known: Sequence[Any]) -> list[Any]:
+    """Return the same of a part of many states, with the shift a little further from the pole."""
+    # start-up time: this part of SciPy takes 0.1 s
+    import scipy.sparse.linalg
+
+    offset = complex(shift) + _APART_IN_DOUBLES * (1.0 + 1.0j)
+    less = scipy.sparse.csc_array(a - offset * np.eye(len(a)))
+    largest = max(abs(complex(value)) for value in known) or 1.0
+    solved = scipy.sparse.linalg.splu(less).solve(np.array([complex(value) / largest for value in known]))
+    return [flint.acb(value.real, value.imag) * largest for value in solved.tolist()]
 
 
 def _inexact(matrix: Array) -> Array:

@@ -18,10 +18,13 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.elimination import eliminated
+from proofmass.runner.analysis.linearisation.many_roots import many_roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial, isolated
 from proofmass.runner.host.arrays import Array
 
-LARGEST_ORDER = 160  # of systems whose polynomials are used; that takes ten seconds
+LARGEST_ORDER = 160  # of systems whose polynomials are those of dense matrices
+LARGEST_CERTIFIED = 64  # degree of polynomials whose roots are separated by certified arithmetic
 BITS = 512  # of inexact numbers; far beyond the cancellation in loops of some hundred states
 
 
@@ -60,21 +63,38 @@ class Transfer:
         return Rational(_turned(self.numerator, degree), _turned(self.denominator, degree), degree, True)
 
 
-def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer:
-    """Return the quotient of a single input and output; common factors stay in it."""
+def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer | None:
+    """Return the quotient of a single input and output; common factors stay in it.
+
+    None where more states are left than `LARGEST_ORDER` once those are taken out that only pass on what they get.
+    """
     n = len(a)
-    scaled, into, out = _scaled(a, b.reshape(n), c.reshape(n))
-    matrix, below = _integers(scaled)
-    column, below_column = _integers(into.reshape(n, 1))
-    row, below_row = _integers(out.reshape(1, n))
+    a, b, c = _scaled(a, b.reshape(n), c.reshape(n))
+    sparse = eliminated(a, b, c, d)
+    if sparse is not None:
+        return _in_z(*sparse, n)
+    if n > LARGEST_ORDER:
+        return None
+    matrix, below = _integers(a)
+    column, below_column = _integers(b.reshape(n, 1))
+    row, below_row = _integers(c.reshape(1, n))
     bits = max(below, below_column + below_row)
     matrix *= 2 ** (bits - below)
     product = column * row * 2 ** (bits - below_column - below_row)
-    denominator = _unscaled(matrix.charpoly() if n else flint.fmpz_poly([1]), bits)
-    closed = _unscaled((matrix - product).charpoly() if n else flint.fmpz_poly([1]), bits)
+    denominator, closed = (_unscaled(each.charpoly(), bits) for each in (matrix, matrix - product))
     passed, below_passed = fraction_of(d)
     unit = 2**below_passed
-    numerator, denominator = unit * (closed - denominator) + passed * denominator, unit * denominator
+    return _coprime_to_numbers(unit * (closed - denominator) + passed * denominator, unit * denominator)
+
+
+def _in_z(above: Any, below: Any, order: int) -> Transfer:
+    """Return the quotient of polynomials in 1 / z as one in z, with the degree of the number of states below."""
+    unit = math.lcm(int(above.denom()), int(below.denom()))
+    parts = ((part * unit).numer().coeffs() for part in (above, below))
+    return _coprime_to_numbers(*(flint.fmpz_poly([*[0] * (order + 1 - len(part)), *part[::-1]]) for part in parts))
+
+
+def _coprime_to_numbers(numerator: Polynomial, denominator: Polynomial) -> Transfer:
     content = math.gcd(int(numerator.content()), int(denominator.content()))
     return Transfer(_divided(numerator, content), _divided(denominator, content))
 
@@ -110,11 +130,18 @@ def positive_roots(polynomial: Polynomial) -> list[Any]:
     return isolated(polynomial, BITS) if polynomial.degree() > 0 else []
 
 
-def roots(polynomial: Polynomial) -> list[Any]:
-    """Return all roots with their multiplicity, as balls proved to hold them."""
+def roots(polynomial: Polynomial, sampled: bool = False) -> list[Any]:
+    """Return all roots with their multiplicity, as balls that hold them.
+
+    Those of a `sampled` loop of many states are sharp enough to lie on one side of the unit circle, if they do.
+    """
     if polynomial.degree() < 1:
         return []
     precise()
+    if sampled and polynomial.degree() > LARGEST_CERTIFIED:
+        balls = many_roots(polynomial, BITS)
+        if balls is not None:
+            return balls
     return [root for root, times in polynomial.complex_roots() for _ in range(times)]
 
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.runner.analysis.margins.frequencies import zeros_between
+from proofmass.runner.analysis.margins.bracketed import zeros_between
 from proofmass.runner.host.arrays import Array
 
 _QUIET = 0.5  # part of itself by which a growth may change in a step

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -11,8 +10,8 @@ import numpy.typing as npt
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.linearisation.rational import Rational
-from proofmass.runner.analysis.margins.crossings import value_at
+from proofmass.runner.analysis.margins.axis import Axis
+from proofmass.runner.analysis.margins.bracketed import RealCurve, lowest_between, zeros_between
 from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -21,12 +20,13 @@ _PER_DECADE = 60
 _MOST_TURNS = 64  # of the circle that a picture shows in detail
 _DENSITIES = (4, 16)  # points for each pole and turn, evenly spaced: of many turns and of few
 _TOLD = 1e8  # condition number up to which floating point gives L reliably
+_AGREEING = 1e-6  # of a response by columns and by rows
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _MOST_CHECKED = 32  # frequencies
+_SPARSE = 64  # states, from which on a matrix is taken as sparse
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 RealFunction = Callable[[Complex], Array]
-RealCurve = Callable[[Array], Array]
 
 
 def sweep(system: OpenLoop) -> Array:
@@ -54,7 +54,7 @@ def sweep(system: OpenLoop) -> Array:
     return far
 
 
-def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures, hidden: Sequence[Pole] = ()) -> None:
+def check_by_sweep(system: OpenLoop, name: str, axis: Axis, figures: Figures, hidden: Sequence[Pole] = ()) -> None:
     """Compare the polynomials of a loop with its state space; raises `ArithmeticError` if they disagree.
 
     They are compared between the crossovers, at frequencies where floating point gives L reliably. What `hidden` poles
@@ -72,16 +72,10 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
     angles = np.sqrt(marks[:-1] * marks[1:])
     angles = angles[:: 1 + len(angles) // _MOST_CHECKED]
     z = 1j * angles if system.continuous else np.exp(1j * angles)
-    matrices = z[:, None, None] * np.eye(len(a)) - a
-    reliable = np.linalg.cond(matrices, 1) < _TOLD
-    if not np.any(reliable):
-        return
-    swept = np.linalg.solve(matrices[reliable], np.broadcast_to(b.reshape(-1, 1), (int(reliable.sum()), len(a), 1)))
-    states = swept[:, :, 0]
-    values = states @ c + d
-    for angle, value in zip(angles[reliable], values, strict=True):
-        t = angle if system.continuous else math.tan(0.5 * angle)
-        exact = value_at(axis, t)
+    values, reliable = (_sparse_response if len(a) > _SPARSE else _dense_response)(a, b, c, z)
+    values = values + d
+    exacts = axis.values(angles[reliable])
+    for angle, value, exact in zip(angles[reliable].tolist(), values.tolist(), exacts.tolist(), strict=True):
         place = 1j * angle if system.continuous else np.exp(1j * angle)
         left = sum(4.0 * pole.uncertainty / abs(place - pole.value) for pole in hidden)
         if abs(exact - value) > (_DISAGREEING + left) * max(abs(value), abs(exact), 1e-3):
@@ -89,6 +83,32 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Rational, figures: Figures
                 f"margins of {name}: L at {angle / period / (2.0 * math.pi):.6g} Hz is {value:.6g} by its state space, "
                 f"{exact:.6g} by its polynomials"
             )
+
+
+_Told = tuple[Complex, npt.NDArray[np.bool_]]
+
+
+def _dense_response(a: Array, b: Array, c: Array, z: Complex) -> _Told:
+    """Return c (z - a)^-1 b at places where floating point gives it reliably, and which places these are."""
+    matrices = z[:, None, None] * np.eye(len(a)) - a
+    reliable = np.linalg.cond(matrices, 1) < _TOLD
+    solved = np.linalg.solve(matrices[reliable], np.broadcast_to(b.reshape(-1, 1), (int(reliable.sum()), len(a), 1)))
+    return np.asarray(solved[:, :, 0] @ c), reliable
+
+
+def _sparse_response(a: Array, b: Array, c: Array, z: Complex) -> _Told:
+    """Return the same of a sparse matrix: places are reliable at which columns and rows, solved apart, agree."""
+    # start-up time: this part of SciPy takes 0.1 s
+    import scipy.sparse.linalg
+
+    matrix, eye = scipy.sparse.csc_array(a), scipy.sparse.eye_array(len(a), format="csc")
+    pairs = []
+    for place in z:
+        solver = scipy.sparse.linalg.splu(place * eye - matrix)
+        pairs.append((c @ solver.solve(b.astype(complex)), b @ solver.solve(c.astype(complex), trans="T")))
+    by_columns, by_rows = np.array(pairs).T
+    reliable = np.abs(by_columns - by_rows) < _AGREEING * np.abs(by_columns)
+    return by_columns[reliable], reliable
 
 
 @dataclass(frozen=True)
@@ -122,7 +142,7 @@ def crossings(samples: Samples, measure: RealFunction, most: int = MOST_CROSSOVE
     )  # the sign of the others is rounding
     w, values = w[told], values[told]
     places = np.flatnonzero(np.sign(values[:-1]) != np.sign(values[1:]))
-    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1]).tolist())[:most]
+    return list(zeros_between(_curve(samples, measure), w[places], w[places + 1], 0.0).tolist())[:most]
 
 
 def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
@@ -157,26 +177,5 @@ def _lowest(curve: RealCurve, w: Array, inner: npt.NDArray[np.intp], signs: Arra
     """Return places and values of the minima of a curve, times a sign, between neighbours of points of a grid."""
     if not len(inner):
         return np.zeros(0), np.zeros(0)
-    brackets = w[inner - 1], w[inner], w[inner + 1]
-    precise = {"xrtol": 1e-10, "frtol": 1e-16}
-    found = _elementwise().find_minimum(lambda v, sign: sign * curve(v), brackets, args=(signs,), tolerances=precise)
-    told = np.isfinite(found.x)  # none where rounding makes the middle of a bracket no lower than its ends
-    return found.x[told], found.f_x[told]
-
-
-def zeros_between(function: RealCurve, low: Array, high: Array) -> Array:
-    """The zeros of a function that changes its sign between two places, for many pairs, but for rounding."""
-    if not len(low):
-        return np.zeros(0)
-    ends = function(low), function(high)
-    found = _elementwise().find_root(function, (low, high), tolerances={"xrtol": 1e-14, "xatol": 1e-14})
-    nearest = np.where(np.abs(ends[0]) < np.abs(ends[1]), low, high)
-    return np.where(ends[0] * ends[1] < 0.0, found.x, nearest)
-
-
-def _elementwise() -> Any:
-    """scipy.optimize, imported late: half of what the command `margins` would take to start, and few loops want it."""
-    # start-up time: this part of SciPy takes 0.15 s
-    import scipy.optimize.elementwise
-
-    return scipy.optimize.elementwise
+    bracket = w[inner - 1], w[inner], w[inner + 1]
+    return lowest_between(lambda v: signs * curve(v), *bracket)

@@ -25,7 +25,6 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
-from proofmass.runner.analysis.linearisation.rational import LARGEST_ORDER, transfer
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import Figures, decibels
@@ -127,31 +126,26 @@ class Margins(Figures, Plotted):
 
 def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
     """All margins of an open loop."""
-    closed, sampled, period = np.real(system.closed()), not system.continuous, system.map.period
+    sampled, period = not system.continuous, system.map.period
     hidden: tuple[Mode, ...] = ()
-    single = system.single()
-    if single is None or len(closed) > LARGEST_ORDER:
+    single, quotient = system.single(), system.quotient
+    if single is None or quotient is None:
         system, verdict, poles, hidden = lifted_modes.seen(system)
         figures = lifted.figures_of(system, verdict == "stable")
         if system.map.others and verdict == "stable":
             system, figures = over_stretches(system, figures)
     else:
-        a, b, c, d = single
+        closed = np.real(system.closed())
         visible = seen(
-            transfer(a, b, c, d),
-            system.matrices[:3],
-            closed,
-            system.map.states,
-            sampled,
-            system.variation,
-            system.ticks,
+            quotient, system.matrices[:3], closed, system.map.states, sampled, system.variation, system.ticks
         )
         verdict, poles, hidden = visible.verdict, visible.poles, visible.hidden
-        figures = scalar.figures_of(visible.transfer, sampled, period, verdict == "stable")
+        axis = scalar.axis_of(visible.transfer, sampled, [pole.value for pole in poles])
+        figures = scalar.figures_of(axis, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
             figures = figures.with_values(delay_margin=delay_margin(system))
         poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
-        check_by_sweep(system, loop, visible.transfer.on_axis(sampled), figures, poles_apart)
+        check_by_sweep(system, loop, axis, figures, poles_apart)
     return Margins(
         **vars(figures),
         loop=loop,

@@ -74,25 +74,28 @@ def seen(
     many ticks a period has.
     """
     numerator, denominator, common = coprime(whole.numerator, whole.denominator)
-    unseen = [root for root in roots(common) if not (sampled and root.is_zero())]
-    every = judge([*unseen, *roots(numerator + denominator)], closed, sampled, variation, ticks)
+    unseen = [root for root in roots(common, sampled) if not (sampled and root.is_zero())]
+    every = judge([*unseen, *roots(numerator + denominator, sampled)], closed, sampled, variation, ticks)
     hidden, visible = every[: len(unseen)], every[len(unseen) :]
-    numerator, denominator, neutral = _without_shared(numerator, denominator, visible)
+    numerator, denominator, neutral = _without_shared(numerator, denominator, visible, sampled)
     verdict, poles = together(pole for pole in visible if not any(pole is other for other in neutral))
     modes = tuple(_modes([*hidden, *neutral], opened, states, sampled))
     return Seen(Transfer(numerator, denominator), verdict, poles, modes)
 
 
 def _without_shared(
-    numerator: Polynomial, denominator: Polynomial, closed: Sequence[Pole]
+    numerator: Polynomial, denominator: Polynomial, closed: Sequence[Pole], sampled: bool
 ) -> tuple[Polynomial, Polynomial, list[Pole]]:
     """Return both without the zeros next to poles on the boundary at which both have one, and these poles."""
-    ends = roots(numerator), roots(denominator)
+    marginal = [pole for pole in closed if pole.verdict == "marginal"]
+    if not marginal:
+        return numerator, denominator, []
+    ends = roots(numerator, sampled), roots(denominator, sampled)
     removed: tuple[list[Any], list[Any]] = ([], [])
     neutral = []
-    for pole in closed:
+    for pole in marginal:
         near = [[root for root in end if _is_at(root, pole)] for end in ends]
-        if pole.verdict == "marginal" and all(near):
+        if all(near):
             neutral.append(pole)
             for end, gone, found in zip(ends, removed, near, strict=True):
                 nearest = min(found, key=lambda root: abs(complex(root) - pole.value))

@@ -3,7 +3,8 @@
 python-control gets the loop as a `StateSpace`. The verdict is that of the poles of `feedback`. Its polynomial search
 for margins loses its digits beyond a few states, so `stability_margins` gets the response over a grid that is dense at
 the poles, then over one that is dense at the crossovers found. A grid shows no crossover at its ends, so the
-response at 0 Hz, half the rate, and our crossovers counts too where it crosses there.
+response at 0 Hz, half the rate, and our crossovers counts too where it crosses there. A loop with a
+long delay crosses with every turn of it: the grid ends after the first of these, and there are only our crossovers on.
 """
 
 import math
@@ -12,6 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.linearise import to_control
+from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.host.arrays import Array
@@ -20,6 +22,8 @@ _POINTS = 3000  # over all decades
 _AT_A_POLE = 200  # on each side of it
 _AT_A_CROSSOVER = 100
 _DECIBELS, _DEGREES = 0.01, 0.01  # what counts as agreement
+_CROSSOVERS = 8  # of each kind, up to which `stability_margins` looks: it takes 20 ms for each
+_MOST_STATES = 400  # of a loop whose poles it finds in a second
 _ROUNDING = 1e-6  # of a response where it crosses
 
 
@@ -69,13 +73,18 @@ def second_opinion(margins: Margins) -> SecondOpinion:
         return SecondOpinion(loop, reason=f"a period holds {margins.system.per_period:,} values of the wire")
     if margins.verdict == "marginal":
         return SecondOpinion(loop, reason="its poles lie on the boundary of stability, but for rounding")
+    states = len(margins.system.map.states)
+    if states > _MOST_STATES:
+        return SecondOpinion(loop, reason=f"it would take long to find {states:,} poles")
     system = to_control(margins.system.map, negated=True)
     closed: Any = control.feedback(system, 1)
-    stable = _stable(closed.poles() if system.nstates else [], margins)
+    stable = _stable(closed.poles() if states else [], margins)
     verdict = () if stable == margins.stable else (f"we say {margins.verdict}",)
     if not (stable and margins.stable):
         return SecondOpinion(loop, stable, differences=verdict)
-    gains, phases = _crossovers(system, margins)
+    quotient = margins.system.quotient
+    many = quotient is not None and states > LARGEST_CERTIFIED and not margins.system.continuous
+    gains, phases = _crossovers(_transfer(quotient, margins) if quotient and many else system, margins)
     gain = min((abs(20.0 * math.log10(factor)) for factor in gains), default=None)
     phase = min(map(abs, phases), default=None)
     ours = [abs(decibels(factor) or 0.0) for factor in (margins.gain_margin, margins.gain_reduction) if factor]
@@ -90,6 +99,18 @@ def second_opinion(margins: Margins) -> SecondOpinion:
             *_difference("phase margin", phase, our_phase, "deg", _DEGREES),
         ),
     )
+
+
+def _transfer(quotient: Transfer, margins: Margins) -> Any:
+    """Return a loop of many states by its coefficients: their state space takes seconds over a grid."""
+    # start-up time: control takes 0.9 s
+    import control
+
+    unit = int(quotient.denominator[quotient.denominator.degree()])
+    parts = [
+        [int(value) / unit for value in part.coeffs()[::-1]] for part in (quotient.numerator, quotient.denominator)
+    ]
+    return control.TransferFunction(*parts, margins.period)
 
 
 def _difference(name: str, theirs: float | None, ours: float | None, unit: str, most: float) -> tuple[str, ...]:
@@ -149,6 +170,8 @@ def _grid(system: Any, margins: Margins) -> Array:
     known = np.concatenate([sizes, ours[(ours > 0.0) & np.isfinite(ours)]])
     top = math.pi / system.dt if system.dt else 1e3 * max(known, default=1.0)
     low = 1e-2 * min([1e-3 * top, *known[known > 1e-9 * top]])
+    if len(ours) > 2 * _CROSSOVERS:
+        top = min(top, 1.05 * float(np.sort(ours)[2 * _CROSSOVERS]))
     parts = [np.geomspace(low, top, _POINTS)]
     for pole in poles[(poles.imag > 0.0) & (poles.imag < top)]:
         away = np.geomspace(max(abs(pole.real), 1e-9 * pole.imag) / 100.0, pole.imag, _AT_A_POLE)

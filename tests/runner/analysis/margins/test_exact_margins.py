@@ -25,6 +25,7 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
 from proofmass.runner.analysis.linearisation.rational import Rational, transfer
+from proofmass.runner.analysis.margins.axis import CertifiedAxis
 from proofmass.runner.analysis.margins.crossings import gain_crossings, largest_ratio
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.scalar import figures_of
@@ -337,9 +338,9 @@ def test_gain_range_of_a_sampled_servo_in_textbooks() -> None:
 def test_disk_margin_of_a_published_loop() -> None:
     """25 / (s^3 + 10 s^2 + 10 s + 10): 0.46 at 1.94 rad/s (Seiler, Packard and Gahinet, 2020, and python-control)."""
     a = np.array([[-10.0, -10.0, -10.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
-    found = figures_of(
-        transfer(a, np.array([[1.0], [0.0], [0.0]]), np.array([[0.0, 0.0, 25.0]]), 0.0), False, 0.0, True
-    )
+    loop = transfer(a, np.array([[1.0], [0.0], [0.0]]), np.array([[0.0, 0.0, 25.0]]), 0.0)
+    assert loop is not None
+    found = figures_of(CertifiedAxis(loop, False), 0.0, True)
     assert found.gain_margin == pytest.approx(3.6, rel=1e-12)
     assert math.degrees(found.phase_margin or 0.0) == pytest.approx(29.1, abs=0.05)
     assert found.disk_margin == pytest.approx(0.46, abs=0.005)
@@ -351,7 +352,9 @@ def test_largest_gain_of_the_example_of_slicot() -> None:
     for i, (stiffness, damping) in enumerate([(0.5, 2e-4), (1.0, 2e-5), (2.0, 2e-6)]):
         a[2 * i, 2 * i + 1], a[2 * i + 1, 2 * i], a[2 * i + 1, 2 * i + 1] = 1.0, -stiffness, -damping
     b, c = np.array([[1.0], [0.0]] * 3), np.array([[1.0, 0.0] * 3])
-    loop = transfer(a, b, c, 0.0).on_axis(False)
+    quotient = transfer(a, b, c, 0.0)
+    assert quotient is not None
+    loop = quotient.on_axis(False)
     w, gain = largest_ratio(loop, loop.numerator, loop.denominator)
     assert gain == pytest.approx(5.0e5, rel=1e-6)
     assert w == pytest.approx(1.4142, abs=5e-5)

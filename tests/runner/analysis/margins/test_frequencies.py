@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.margins.frequencies import Samples, crossings, highest, zeros_between
+from proofmass.runner.analysis.margins.bracketed import zeros_between
+from proofmass.runner.analysis.margins.frequencies import Samples, crossings, highest
 
 
 def measured(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]

@@ -14,6 +14,7 @@ from proofmass.blocks import Constant, Difference, Gain, TransferFunction
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.rational import transfer
+from proofmass.runner.analysis.margins.axis import CertifiedAxis
 from proofmass.runner.analysis.margins.delays import only_counted
 from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.analysis.margins.plot import plot_margins
@@ -79,7 +80,8 @@ def test_a_first_order_lag() -> None:
 def through(direct: float) -> Figures:
     """L = direct + 1 / (s + 1) in continuous time."""
     loop = transfer(np.array([[-1.0]]), np.array([1.0]), np.array([1.0]), direct)
-    return figures_of(loop, False, 0.0, True)
+    assert loop is not None
+    return figures_of(CertifiedAxis(loop, False), 0.0, True)
 
 
 def test_loops_with_a_direct_path() -> None:

@@ -1,0 +1,92 @@
+"""An exact quotient N / D on the unit circle, to rounding: also next to its poles and where those lie close to 1.
+
+Polynomials of a moderate degree are products: z less a root has all its digits, since both are known less 1. Those of
+long filters, which have many zeros, are sums of powers of z, or of z - 1 next to 1 (`PolynomialValues`).
+"""
+
+import math
+from typing import Protocol
+
+import flint
+import numpy as np
+
+from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues
+from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer, precise, roots
+from proofmass.runner.analysis.linearisation.real_roots import Polynomial
+from proofmass.runner.host.arrays import Array, Complex
+
+
+class OnCircle:
+    """L = N / D = z^-late N' / D', neither of N' and D' with the root 0."""
+
+    def __init__(self, loop: Transfer) -> None:
+        """Take a quotient in z."""
+        self._above, self._below = _part(loop.numerator), _part(loop.denominator)
+        self._late = zeros(loop.denominator) - zeros(loop.numerator)
+
+    def values(self, w: Array) -> Complex:
+        """Return L at angles."""
+        return self.values_and_turns(w)[0]
+
+    def values_and_turns(self, w: Array) -> tuple[Complex, Complex]:
+        """Return L, and D' over its size, at angles."""
+        less_one = 2j * np.sin(0.5 * w) * np.exp(0.5j * w)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            above, below = self._above.logarithm(w, less_one), self._below.logarithm(w, less_one)
+            values = np.exp(above - below - 1j * w * self._late)
+        return np.asarray(values), np.exp(1j * below.imag)
+
+    def turning(self, w: float) -> complex:
+        """Return the derivative of the logarithm of L by the angle."""
+        z = complex(math.cos(w), math.sin(w))
+        less_one = 2j * math.sin(0.5 * w) * complex(math.cos(0.5 * w), math.sin(0.5 * w))
+        slopes = self._above.slope(z, less_one), self._below.slope(z, less_one)
+        return 1j * (z * (slopes[0] - slopes[1]) - self._late)
+
+
+class _Part(Protocol):
+    def logarithm(self, w: Array, less_one: Complex) -> Complex:
+        """Return the logarithm at angles, of which z - 1 is given too."""
+        ...
+
+    def slope(self, z: complex, less_one: complex) -> complex:
+        """Return p' / p at a place."""
+        ...
+
+
+class _Product:
+    def __init__(self, polynomial: Polynomial) -> None:
+        precise()
+        self._roots = np.array([complex(root - 1) for root in roots(polynomial)], dtype=complex)
+        lead = flint.arb(polynomial[max(polynomial.degree(), 0)])
+        self._lead = complex(float(abs(lead).log()), math.pi if lead < 0 else 0.0) if lead != 0 else complex(-math.inf)
+
+    def logarithm(self, w: Array, less_one: Complex) -> Complex:
+        total = np.full(len(w), self._lead)
+        for root in self._roots.tolist():
+            total += np.log(less_one - root)
+        return total
+
+    def slope(self, z: complex, less_one: complex) -> complex:
+        return complex(np.sum(1.0 / (less_one - self._roots)))
+
+
+class _Sum:
+    def __init__(self, polynomial: Polynomial) -> None:
+        self._values = PolynomialValues(polynomial)
+
+    def logarithm(self, w: Array, less_one: Complex) -> Complex:
+        return np.asarray(np.log(self._values(np.exp(1j * w), less_one)) + self._values.octaves * math.log(2.0))
+
+    def slope(self, z: complex, less_one: complex) -> complex:
+        return complex(1.0 / self._values.ratio(np.array([less_one]))[0][0])
+
+
+def _part(polynomial: Polynomial) -> _Part:
+    left = flint.fmpz_poly(polynomial.coeffs()[zeros(polynomial) :])
+    return (_Product if left.degree() <= LARGEST_CERTIFIED else _Sum)(left)
+
+
+def zeros(polynomial: Polynomial) -> int:
+    """Return how often a polynomial has the root 0."""
+    return next((k for k, value in enumerate(polynomial.coeffs()) if value != 0), 0)

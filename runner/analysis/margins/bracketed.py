@@ -1,0 +1,84 @@
+"""Zeros and minima of a function between places, for many pairs at once.
+
+scipy.optimize has them too, but takes as long to import as the margins of most loops.
+"""
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+
+from proofmass.runner.host.arrays import Array
+
+RealCurve = Callable[[Array], Array]
+_STEPS = 120
+_EXACT = 1e-15  # relative accuracy of a zero
+_LOWEST = 1e-10  # relative accuracy of a minimum's place
+_GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
+
+
+def zeros_between(function: RealCurve, low: Array, high: Array, scale: float = 1.0) -> Array:
+    """The zeros of a function that changes its sign between two places, for many pairs, but for rounding.
+
+    It is that of a place, or of the `scale` where that is more. The way there is inverse quadratic interpolation where
+    that is safe, else bisection (Chandrupatla, Advances in Engineering Software 28, 1997, 145).
+    """
+    if not len(low):
+        return np.zeros(0)
+    x1, x2 = np.array(high, dtype=float), np.array(low, dtype=float)
+    f1, f2 = (np.array(function(x), dtype=float) for x in (x1, x2))
+    found = np.where(np.abs(f1) < np.abs(f2), x1, x2)
+    live, part = np.flatnonzero(f1 * f2 < 0.0), np.full(len(low), 0.5)
+    x1, x2, f1, f2, part = (of[live] for of in (x1, x2, f1, f2, part))
+    for _ in range(_STEPS):
+        if not len(live):
+            break
+        x = x1 + part * (x2 - x1)
+        f = np.array(function(x), dtype=float)
+        same = np.sign(f) == np.sign(f1)
+        x3, f3 = np.where(same, x1, x2), np.where(same, f1, f2)
+        x2, f2 = np.where(same, x2, x1), np.where(same, f2, f1)
+        x1, f1 = x, f
+        found[live] = np.where(np.abs(f2) < np.abs(f1), x2, x1)
+        least = (_EXACT * np.maximum(scale, np.abs(found[live]))) / np.abs(x2 - x1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            xi, phi = (x1 - x2) / (x3 - x2), (f1 - f2) / (f3 - f2)
+            curved = f1 / (f2 - f1) * f3 / (f2 - f3) + (x3 - x1) / (x2 - x1) * f1 / (f3 - f1) * f2 / (f3 - f2)
+        safe = (phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi)
+        part = np.clip(np.where(safe, curved, 0.5), least, 1.0 - least)
+        on = (least <= 0.5) & (np.minimum(np.abs(f1), np.abs(f2)) > 0.0)
+        live, x1, x2, f1, f2, part = (of[on] for of in (live, x1, x2, f1, f2, part))
+    return found
+
+
+def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) -> tuple[Array, Array]:
+    """Return places and values of the minima within brackets, the middle of each lower than its ends.
+
+    Parabolas through three places, and every third time the golden section of the longer part.
+    """
+    a, b, c = (np.array(x, dtype=float) for x in (low, middle, high))
+    fa, fb, fc = (np.array(function(x), dtype=float) for x in (a, b, c))
+    for step in range(_STEPS):
+        wide = (c - a > _LOWEST * np.abs(b)) & (np.maximum(fa, fc) > fb)
+        if not wide.any():
+            break
+        golden = np.where(c - b > b - a, b + _GOLDEN * (c - b), b - _GOLDEN * (b - a))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            up, down = (b - a) * (fb - fc), (b - c) * (fb - fa)
+            vertex = b - 0.5 * ((b - a) * up - (b - c) * down) / (up - down)
+        least = 0.25 * _LOWEST * np.abs(b)
+        vertex = np.where(np.abs(vertex - b) < least, b + np.where(c - b > b - a, least, -least), vertex)
+        x = np.where((vertex > a) & (vertex < c) & (step % 3 != 2), vertex, golden)
+        x = np.where(wide, x, b)
+        f = np.where(wide, function(x), fb)
+        lower, right = f < fb, x > b
+        a, fa = (
+            np.where(lower & right, b, np.where(~lower & ~right & wide, x, a)),
+            np.where(lower & right, fb, np.where(~lower & ~right & wide, f, fa)),
+        )
+        c, fc = (
+            np.where(lower & ~right, b, np.where(~lower & right & wide, x, c)),
+            np.where(lower & ~right, fb, np.where(~lower & right & wide, f, fc)),
+        )
+        b, fb = np.where(lower, x, b), np.where(lower, f, fb)
+    return b, fb
