@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import pytest
 
-from proofmass.graphs.drawing.routing import GRID, LARGEST_SIFTED, Bar, Heights, WireTree, channel
+from proofmass.graphs.drawing.routing import GRID, LARGEST_SIFTED, Bar, Heights, WireTree, add_line, channel, walked
 from proofmass.graphs.drawing.rows import _corridor
 
 
@@ -64,3 +64,9 @@ def test_two_wires_that_change_places_between_rows_get_a_line_more() -> None:
     assert min(heights) > 0
     assert max(heights) < bottom
     assert [set(level) for level in levels] == [{(True, "a"), (True, "b")}, {(False, "a"), (False, "b")}]
+
+
+def test_a_line_from_a_point_to_itself_leads_nowhere() -> None:
+    tree: WireTree = {}
+    add_line(tree, (0, 0), (0, 0), (10, 0))
+    assert walked(tree, (0, 0)) == {(10, 0): (0, 0)}
