@@ -60,7 +60,7 @@ def test_an_integrator_behind_a_delay(ticks: int) -> None:
     crossings = [2.0 * math.pi * f / RATE for f in found.phase_crossovers]
     expected = [(0.5 + 2 * k) * math.pi / whole for k in range((ticks + 1) // 2 + 1)]
     assert crossings == pytest.approx([w for w in expected if w <= math.pi + 1e-9], rel=1e-12)
-    angles = np.linspace(1e-5, math.pi, 400 * ticks)
+    angles = np.linspace(1e-5, math.pi, 1600 * ticks)
     response = 0.4 * limit * np.exp(-1j * whole * angles) / (2j * np.sin(0.5 * angles))
     assert found.sensitivity_peak == pytest.approx(float(np.max(1.0 / np.abs(1.0 + response))), rel=1e-5)
     assert len(found.poles) == ticks + 1
