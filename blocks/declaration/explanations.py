@@ -37,7 +37,7 @@ EXPLANATIONS = (
         r"|too few rows|in row|time does not grow|there is no block in the file|edited in place|says no file"
         r"|no such graph|cells where|holds (one|no) rows?|columns? |is not (a )?CSV|time axis|equally spaced"
         r"|no variable"
-        r"|not a finite number|columns look|of its columns",
+        r"|not a finite number|columns look|of its columns|^the certificate ",
         "A file that is named is not there, is of another kind, or lies where a graph may not look: graphs name "
         "files in their own folder or below it.",
         "Correct the name, or put the file beside the graph. A graph that comes along is library:NAME.",

@@ -35,7 +35,7 @@ def command(path: Path, folder: Path, runs: int) -> list[str]:
     return [*words, "--quiet", "--out", str(folder)]
 
 
-@pytest.mark.parametrize("kills", amounts(1, KILLS))
+@pytest.mark.parametrize("kills", amounts(2, KILLS))
 @pytest.mark.parametrize(
     "more",
     [

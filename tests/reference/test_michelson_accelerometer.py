@@ -80,7 +80,7 @@ def turns(samples: int) -> list[int]:
     return found
 
 
-@pytest.mark.parametrize("samples", [600, pytest.param(10_000, marks=pytest.mark.exhaustive)])
+@pytest.mark.parametrize("samples", [1_300, pytest.param(10_000, marks=pytest.mark.exhaustive)])
 def test_bit_by_bit(samples: int) -> None:
     """Three and a half turns, counted from registers that start at zero."""
     quiet = replace(GRAPH.with_parameters({**QUIET, "tilt.start_time": 0.01}), probes=(Probe("counter.turns"),))
