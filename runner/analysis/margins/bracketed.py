@@ -13,7 +13,8 @@ from proofmass.runner.host.arrays import Array
 RealCurve = Callable[[Array], Array]
 _STEPS = 120
 _EXACT = 1e-15  # relative accuracy of a zero
-_LOWEST = 1e-10  # relative accuracy of a minimum's place
+_LOWEST, _FLAT = 1e-10, 1e-8  # accuracy of a minimum's place: relative, and as a part of its bracket
+_ROUNDING = 1e-15
 _GOLDEN = 0.5 * (3.0 - math.sqrt(5.0))
 
 
@@ -58,15 +59,16 @@ def lowest_between(function: RealCurve, low: Array, middle: Array, high: Array) 
     """
     a, b, c = (np.array(x, dtype=float) for x in (low, middle, high))
     fa, fb, fc = (np.array(function(x), dtype=float) for x in (a, b, c))
+    near = np.maximum(np.minimum(_LOWEST * np.abs(b), _FLAT * (c - a)), _ROUNDING * np.abs(b))
     for step in range(_STEPS):
-        wide = (c - a > _LOWEST * np.abs(b)) & (np.maximum(fa, fc) > fb)
+        wide = (c - a > near) & (np.maximum(fa, fc) > fb)
         if not wide.any():
             break
         golden = np.where(c - b > b - a, b + _GOLDEN * (c - b), b - _GOLDEN * (b - a))
         with np.errstate(divide="ignore", invalid="ignore"):
             up, down = (b - a) * (fb - fc), (b - c) * (fb - fa)
             vertex = b - 0.5 * ((b - a) * up - (b - c) * down) / (up - down)
-        least = 0.25 * _LOWEST * np.abs(b)
+        least = 0.25 * near
         vertex = np.where(np.abs(vertex - b) < least, b + np.where(c - b > b - a, least, -least), vertex)
         x = np.where((vertex > a) & (vertex < c) & (step % 3 != 2), vertex, golden)
         x = np.where(wide, x, b)
