@@ -63,6 +63,7 @@ def test_no_file_imports_itself_by_way_of_others() -> None:
     assert circles(arrows()) == []
 
 
+@pytest.mark.exhaustive
 def test_no_folder_imports_itself_by_way_of_others() -> None:
     folders = {module: str(file.parent.relative_to(ROOT)) for module, file in MODULES.items()}
     between = nx.DiGraph()
@@ -119,6 +120,7 @@ CLIMBING = {
 }
 
 
+@pytest.mark.exhaustive
 def test_the_contracts_see_imports_that_climb(tmp_path: Path) -> None:
     """A copy of the package with some lines more, each of which a contract of import-linter must refuse."""
     pytest.importorskip("importlinter")

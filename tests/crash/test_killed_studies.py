@@ -115,6 +115,7 @@ def test_a_ledger_that_cannot_be_written_to(pragma: str, said: str, tmp_path: Pa
     again.close()
 
 
+@pytest.mark.exhaustive
 def test_a_folder_that_is_none(tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY)
     (tmp_path / "out").write_text("")

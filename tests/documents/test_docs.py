@@ -115,6 +115,7 @@ def test_graph(text: str) -> None:
     "studies-0",
     "pn-self-calibration-5",
     "pn-self-calibration-8",
+    "quartz-accelerometer-0",
 )
 @pytest.mark.parametrize(("commands", "answer"), COMMANDS)
 def test_commands(

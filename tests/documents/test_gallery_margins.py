@@ -21,6 +21,7 @@ def test_loops_are_stable(command: str, capsys: pytest.CaptureFixture[str]) -> N
     assert "phase margin" in shown
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect(
     "S699",
     before="the fibre-optic gyroscope at rest, as the gallery shows it, is unstable: it grows by e in ten years",

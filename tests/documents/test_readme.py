@@ -98,6 +98,7 @@ def test_files_that_the_text_promises(folder: Path) -> None:
     assert {"traces.nc", "plot.svg", "report.html"} <= {path.name for path in (folder / "results").iterdir()}
 
 
+@pytest.mark.exhaustive
 def test_messages_are_the_ones_printed(folder: Path) -> None:
     page = fences("docs/tutorial/2-mistakes.md")
     wrong = next(text for language, text in page if language == "toml")
@@ -108,6 +109,7 @@ def test_messages_are_the_ones_printed(folder: Path) -> None:
     assert done.stderr == promised
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(2, "its Python example runs")
 def test_python_example(folder: Path) -> None:
     (folder / "example.py").write_text(PYTHON[0], encoding="utf-8")

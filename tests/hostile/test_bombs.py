@@ -132,6 +132,7 @@ def test_characters_of_several_bytes_count_as_several() -> None:
         read_graph_text("# " + "é" * (FILE_BYTES // 2))
 
 
+@pytest.mark.exhaustive
 def test_a_graph_of_thousands_of_blocks_is_read_within_seconds() -> None:
     text = 'name = "long"\nrate = 1\nwires = [\n'
     text += "".join(f'"b{n}.output -> b{n + 1}.input",\n' for n in range(6_000))

@@ -43,7 +43,7 @@ def test_what_has_drifted_since_the_calibration_explains_the_errors(result: Stud
         assert sum(shares) == pytest.approx(last.regression.explained, abs=1e-9)
 
 
-@pytest.mark.exhaustive("0-99")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("place", "every"), [(0, 99), (1, 2)])
 def test_the_scale_errors_are_those_of_a_model_by_hand(result: StudyResult, place: int, every: int) -> None:
     """gain now over gain at the last calibration; what is left is noise, some 30 ppm."""

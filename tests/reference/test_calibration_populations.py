@@ -59,6 +59,7 @@ def population() -> Any:
     return study, run_study(study, runs=100, engine="compiled")
 
 
+@pytest.mark.exhaustive
 def test_good_devices_are_those_within_tolerance(population: Any) -> None:
     study, found = population
     drawn = [study.drawn(k)[0] for k in range(100)]

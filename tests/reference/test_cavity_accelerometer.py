@@ -77,6 +77,7 @@ def words(samples: int, tilt: float) -> list[int]:
     return found
 
 
+@pytest.mark.exhaustive
 def test_bit_by_bit() -> None:
     """A step of 3 mm/s^2 at 5 ms, with what the cavity bends of it."""
     quiet = replace(GRAPH.with_parameters(QUIET | {"step.start_time": 5e-3}), probes=(Probe("controller.output"),))
@@ -114,6 +115,7 @@ def referred(changes: dict[str, object], frequency: float) -> dict[str, float]:
     return {f"{s.block} {s.kind}": math.sqrt(s.density[0]) / abs(budget.gain[0]) for s in budget.sources}
 
 
+@pytest.mark.exhaustive
 def test_noise_budget() -> None:
     """At 50 Hz: a displacement L s / v of the laser's noise s and frequency v, times |w0^2 - w^2|; gas in full."""
     found = referred({}, 50.0)
@@ -136,6 +138,7 @@ def test_noise_budget() -> None:
     assert found["receiver.diode Photodetector"] == pytest.approx(math.sqrt(shot) / slope * spring, rel=0.05)
 
 
+@pytest.mark.exhaustive
 def test_a_laser_that_drifts_is_a_bias() -> None:
     """The mass follows by drift / (v / L), and its spring by w0^2 a metre: 230 um/s^2 for 50 MHz."""
     measures = simulate(GRAPH.with_parameters(QUIET | {"drift.value": 50e6, "stored_bias.value": 1e-4})).measures

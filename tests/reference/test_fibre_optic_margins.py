@@ -43,7 +43,7 @@ def analysed(rate: float, frequency: float, trim: float) -> complex:
     return -back / into
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("30 ms")
 @pytest.mark.defect(
     "S15",
     before="the phase margin of a turning fibre-optic gyroscope is 36 deg at 30.05 ms, where 81 are right: of two poles"

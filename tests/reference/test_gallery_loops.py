@@ -65,7 +65,12 @@ LOOPS = [
 ]
 
 
-@pytest.mark.exhaustive("closed_loop_gyroscope-rate", "closed_loop_gyroscope-quadrature")
+@pytest.mark.exhaustive(
+    "closed_loop_gyroscope-rate",
+    "closed_loop_gyroscope-quadrature",
+    "closed_loop_gyroscope-drive_amplitude",
+    "resonant_accelerometer-amplitude",
+)
 @pytest.mark.parametrize(("name", "loop", "at", "expected"), LOOPS, ids=[f"{row[0]}-{row[1]}" for row in LOOPS])
 def test_loops_of_oscillators(name: str, loop: str, at: str, expected: Loop) -> None:
     crossover, wide, margin = figures(expected, SLOW, 20.0, 1500.0)

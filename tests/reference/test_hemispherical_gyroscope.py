@@ -114,6 +114,7 @@ def by_hand(ticks: int, rotation: Any, pattern: float, holds: bool) -> dict[str,
     return rows
 
 
+@pytest.mark.exhaustive
 def test_force_to_rebalance_against_the_program() -> None:
     """40 ms: a step of 50 deg/s after 10 ms, about a pattern at 12 degrees."""
     changes = QUIET | {"pattern_angle": math.radians(12.0), "rotation.amplitude": math.radians(50.0)}

@@ -86,6 +86,7 @@ def observed(angles: list[int]) -> list[int]:
     return out
 
 
+@pytest.mark.exhaustive
 def test_bit_by_bit() -> None:
     samples = 2_000
     result = simulate(GRAPH.with_parameters(QUIET), samples=8 * (samples - 1) + 1, engine="compiled")

@@ -56,6 +56,7 @@ def measured(level: float) -> dict[str, float]:
     return {name: float(measure.value) for name, measure in result.measures.items()}
 
 
+@pytest.mark.exhaustive
 def test_bits_and_samples() -> None:
     """A microphone without noise at 94 dB SPL, 1 Pa rms within 0.24 %."""
     quiet = replace(GRAPH.with_parameters(QUIET), probes=(Probe("converter.sign"), Probe("output.output")))
@@ -82,6 +83,7 @@ def test_the_converter_is_the_designed_one() -> None:
     assert seen == pytest.approx(design.transfer.loop_response(30), rel=1e-4)
 
 
+@pytest.mark.exhaustive
 def test_noise_of_gas_vent_and_amplifier() -> None:
     """The spectrum of silence from 100 Hz to 5 kHz, where next to nothing of it is the quantiser's."""
     values = np.asarray(simulate(SILENT)["output.output"].values)[3840:]
@@ -110,6 +112,7 @@ def test_harmonics_are_those_of_the_parasitic_capacitance(level: int) -> None:
     assert measures["distortion"] == pytest.approx(100.0 * SHUNTED * motion / 2.0, rel=0.03)
 
 
+@pytest.mark.exhaustive
 def test_signal_to_noise_and_overload() -> None:
     """62 dB at 94 dB SPL, a working loop at 121 dB SPL, and a lost one at 123."""
     ratio, swing = (dict[int, float]() for _ in range(2))

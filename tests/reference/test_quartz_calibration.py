@@ -184,6 +184,7 @@ def test_scatter_of_one_on_and_one_off_against_its_formula() -> None:
     assert np.std(found) == pytest.approx(math.sqrt(variance) * MICRO_G * -SCALE_FACTOR, rel=0.04)
 
 
+@pytest.mark.exhaustive
 def test_the_graph_of_long_averages_is_the_loop() -> None:
     """A slow acceleration, chopped: the loop and its scale factor, here at 10 kHz, give the same within 1 ppm."""
     wave = Sine(amplitude=2e-3, frequency=0.23, unit="m/s^2")

@@ -175,6 +175,7 @@ def with_integrators(device: Device, steps: int) -> Graph:
     return replace(graph, blocks={**graph.blocks, **models}, rates=rates)
 
 
+@pytest.mark.exhaustive("accelerometer-methods0")
 @pytest.mark.parametrize(
     ("device", "methods"),
     [("accelerometer", ("forward_euler", "semi_implicit", "tustin")), ("gyroscope", ("semi_implicit", "tustin"))],
@@ -204,6 +205,7 @@ def test_the_gyroscope_in_registers_is_right_in_the_mean() -> None:
     assert not any(found.result.overflows.values())
 
 
+@pytest.mark.exhaustive
 def test_the_loop_in_registers_is_right_in_the_mean() -> None:
     """Controllers of (16, 12): 2e-4 and -1.2e-3 of stiffness and damping, of which -7e-4 is the integrators' rule."""
     result = simulate(library("self_calibration_fixed.toml"), duration=64 * 1023 / 4800 + 1e-4, engine="compiled")

@@ -182,6 +182,7 @@ class TestAtTheChipRateOfThePaper:
         slow = np.abs(pn_runs.eigenvalues(pn_runs.GYROSCOPE._replace(rate=8500.0))).max()
         assert 0.99 < slow < 1.0
 
+    @pytest.mark.exhaustive
     def test_gauss_newton_steps_find_the_device(self) -> None:
         found = calibrate(library(GAUSS_NEWTON).with_parameters(IDEAL), 12)
         stiffness, damping = (found.result[f"below.{name}"].values[1:] for name in ("stiffness", "damping"))
@@ -237,6 +238,7 @@ class TestGaussNewton:
         assert (scatter / pn_runs.cramer_rao(device) > 0.85).all()
         assert (scatter / pn_runs.cramer_rao(device) < 1.7).all()
 
+    @pytest.mark.exhaustive("self_calibration_online.toml-device0-1.3")
     @pytest.mark.parametrize(
         ("name", "device", "bound"),
         [
@@ -304,6 +306,7 @@ class TestGaussNewton:
 class TestInOperation:
     """Every sample of long records, high-passed: what section 4 of the paper leaves to the future."""
 
+    @pytest.mark.exhaustive("at rest")
     @pytest.mark.parametrize(
         ("shaken", "limit"),
         [

@@ -37,6 +37,7 @@ def test_the_published_device_is_calibrated_as_in_its_own_graph(study: Study) ->
     assert found["periods"][0, 0] == alone["monitor.periods"].values[-1]
 
 
+@pytest.mark.exhaustive
 def test_nearly_all_devices_find_themselves(result: StudyResult) -> None:
     assert not result.faults
     assert result.yields()["stiffness_error"] == 1.0

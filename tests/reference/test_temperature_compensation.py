@@ -47,6 +47,7 @@ def test_alternation_reaches_the_optimum_in_thousands_of_iterations(device: Devi
     assert report.findings == ()
 
 
+@pytest.mark.exhaustive("kelvins")
 @pytest.mark.parametrize(("coldest", "iterations"), [(-40.0, 452), (233.15, 17_901)], ids=["Celsius", "kelvins"])
 def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterations: int) -> None:
     volts = DEVICES["m1"].readings()
@@ -56,7 +57,7 @@ def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterat
     assert projected.rmse == pytest.approx(DEVICES["m1"].rmse[0], rel=1e-4)
 
 
-@pytest.mark.exhaustive("m1")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", DEVICES)
 def test_graph_calibrated_in_one_cycle_and_compensated_in_others(name: str) -> None:
     graph, device = read_graph(library_file(f"temperature_compensation_{name}.toml")), DEVICES[name]

@@ -127,6 +127,7 @@ def test_moments_lags_and_distance_along_samples_runs_and_streams(way: str) -> N
     assert max(map(abs, found.values())) < MOST
 
 
+@pytest.mark.exhaustive
 def test_the_statistics_are_those_of_scipy(fast_normal: Any) -> None:
     count = 20_000
     values = np.array([fast_normal(1, 3, 5, sample) for sample in range(count)])

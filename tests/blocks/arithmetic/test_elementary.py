@@ -303,7 +303,7 @@ def given_arrays() -> list[Any]:
     return [first, second, *(np.zeros_like(first) for _ in FUNCTIONS)]
 
 
-@pytest.mark.exhaustive("one")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("settings", [machine_code.Settings(), machine_code.Settings(wide=True)], ids=["one", "wide"])
 def test_machine_code_has_the_same_bits(settings: machine_code.Settings) -> None:
     arrays = given_arrays()

@@ -36,6 +36,7 @@ def test_the_published_set_of_a_thousand_points() -> None:
     assert {m: float(f"{deviation(samples, m):.6e}") for m in published} == published
 
 
+@pytest.mark.exhaustive
 def test_white_noise_and_a_ramp_have_their_closed_forms() -> None:
     noise = np.random.default_rng(1).normal(size=40_000).tolist()
     for m in (1, 10):

@@ -59,6 +59,7 @@ def test_slopes(noise: str, slope: float) -> None:
     assert found == pytest.approx(slope, abs=0.02)
 
 
+@pytest.mark.exhaustive
 def test_coefficients() -> None:
     measured = allan_deviations()
     expected = {

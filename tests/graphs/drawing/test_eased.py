@@ -112,7 +112,7 @@ def texts(graph: Graph, group: str) -> Iterable[ElementTree.Element]:
     return (one for one in ElementTree.fromstring(svg(graph)).iter(f"{SVG}g") if one.get("class") == group)
 
 
-@pytest.mark.exhaustive("chain")
+@pytest.mark.exhaustive("chain", "quartz_recalibration", "random")
 @pytest.mark.parametrize("name", LARGE)
 def test_a_large_diagram_has_less_to_follow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = LARGE[name]()
@@ -124,7 +124,7 @@ def test_a_large_diagram_has_less_to_follow(name: str, monkeypatch: pytest.Monke
     assert crossings(wires) <= 0.4 * crossings(before)
 
 
-@pytest.mark.exhaustive("random", "chain")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("name", LARGE)
 def test_tabs_stand_free_and_name_both_ends(name: str) -> None:
     graph = LARGE[name]()
@@ -152,6 +152,7 @@ def test_a_diagram_that_fits_a_page_does_not_change(name: str, monkeypatch: pyte
     assert svg(graph) == drawing
 
 
+@pytest.mark.exhaustive
 def test_a_wire_that_is_named_keeps_its_signal_its_ends_and_its_words() -> None:
     graph = LARGE["quartz_recalibration"]()
     nets = {group.attrib["data-net"]: list(group) for group in texts(graph, "named")}

@@ -134,6 +134,7 @@ def test_lines_of_random_documents(text: str) -> None:
         assert_lines_are_right(text)
 
 
+@pytest.mark.exhaustive
 @given(st.text(st.sampled_from("[]{}=,.\"'#\\\n\r\t ab1-_é\x00\u00a0\u2028\ud800"), max_size=60))
 @settings(max_examples=1000, deadline=None)
 @example('"""\\"""')
@@ -158,6 +159,7 @@ def test_any_text_gives_lines_or_a_limit(text: str) -> None:
     assert found.keys() == {("beyond",)} or set(found) == {path for path, _ in nodes(parsed)}
 
 
+@pytest.mark.exhaustive
 @given(st.sampled_from(sorted(CORPUS.values())), st.data())
 @settings(max_examples=300, deadline=None)
 def test_damaged_texts_give_lines_or_a_limit(text: str, data: st.DataObject) -> None:

@@ -303,6 +303,7 @@ def test_a_failure_inside_a_blocks_own_check_is_a_problem() -> None:
     assert said == "<text>:2: blocks.b: its parameters cannot be read: division by zero"
 
 
+@pytest.mark.exhaustive
 def test_problems_beyond_a_hundred_are_counted_as_more() -> None:
     text = "rate = 1\n" + "".join(f'[blocks.b{n}]\nkind = "Nothing"\n' for n in range(3000))
     found = problems_of(text)

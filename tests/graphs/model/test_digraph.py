@@ -65,6 +65,7 @@ def test_parts_hang_together(edges: Edges) -> None:
     assert firsts == sorted(firsts, key=[*edges, *ends].index)
 
 
+@pytest.mark.exhaustive
 def test_a_long_chain_is_no_deep_call() -> None:
     chain = {node: [node + 1] for node in range(30_000)}
     assert list(alphabetical(turned(chain)))[:3] == [0, 1, 2]

@@ -42,6 +42,7 @@ sum = {{ kind = "Sum" }}
 PLAIN = TEXT.replace(', until = "200 ms"', "")
 
 
+@pytest.mark.exhaustive
 def test_every_statistic_is_that_of_a_run_which_ends_there() -> None:
     whole, short = read_graph_text(TEXT), read_graph_text(PLAIN)
     for engine in ("python", "compiled"):
@@ -53,6 +54,7 @@ def test_every_statistic_is_that_of_a_run_which_ends_there() -> None:
         assert sum(longer[name].value != expected[name].value for name in expected) > len(expected) // 2
 
 
+@pytest.mark.exhaustive
 def test_studies_have_them_in_lanes() -> None:
     study = Study(read_graph_text(TEXT), runs=5, spread={"tone.amplitude": {"normal": 0.1}})
     python = run_study(study, engine="python")

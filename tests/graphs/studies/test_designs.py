@@ -33,6 +33,7 @@ def test_a_latin_hypercube_has_one_sensor_in_each_stratum(sensors: int) -> None:
     assert (deviates < 1.0).all()
 
 
+@pytest.mark.exhaustive
 def test_within_its_stratum_a_deviate_is_uniform_and_parameters_are_independent() -> None:
     deviates = table("latin_hypercube", 2000)
     within = deviates * 2000 % 1.0

@@ -91,6 +91,7 @@ def test_a_history_from_a_file(tmp_path: Path) -> None:
     assert read_mission(named, str(tmp_path)) == read_mission(POINTS, ".")
 
 
+@pytest.mark.exhaustive
 def test_a_study_of_a_mission_is_written_and_runs_alike_in_all_engines() -> None:
     study = read_study_text(STUDY.partition("[study.drift]")[0] + MISSION)
     assert read_study_text(write_study(study)).drift == study.drift

@@ -233,6 +233,7 @@ def test_a_driven_parameter_no_measures_no_study_and_no_graph_are_refused(tmp_pa
         Study(read_graph_text(graph + blocks))
 
 
+@pytest.mark.exhaustive
 def test_values_at_the_epochs_have_the_moments_of_the_laws(tmp_path: Path) -> None:
     """A ramp of 20 +- 5 ppm and a walk of 9 ppm in a year, over a spread of 200 ppm; four standard errors."""
     made = study(tmp_path).changed(runs=4000, seed=1)

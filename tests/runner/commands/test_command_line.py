@@ -149,6 +149,7 @@ def test_files_of_a_run(graph: str, tmp_path: Path, capsys: Captured) -> None:
     assert str(out) in capsys.readouterr().out
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(23, "no bar where output is no terminal")
 def test_piped_output_has_no_progress_bar() -> None:
     command = [sys.executable, "-m", "proofmass", "run", SELF_TEST, "--engine", "compiled"]
@@ -159,6 +160,7 @@ def test_piped_output_has_no_progress_bar() -> None:
     assert "\x1b" not in done.stdout
 
 
+@pytest.mark.exhaustive
 def test_a_command_hardly_looks_for_garbage_and_one_called_from_python_as_python_does() -> None:
     script = (
         "import gc, sys; from proofmass.runner.command_line import main; before = gc.get_threshold()\n"

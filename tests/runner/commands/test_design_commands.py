@@ -93,6 +93,7 @@ def test_tune_as_json_and_what_cannot_be_met(loop: Path, capsys: Captured) -> No
     assert "nothing was written" in captured.err
 
 
+@pytest.mark.exhaustive
 def test_fit_writes_what_it_finds(resonator: Path, tmp_path: Path, capsys: Captured) -> None:
     picture = tmp_path / "fit.svg"
     given = ["--data", str(tmp_path / "record.csv"), "--input", "force.output=push", "--output", "seen.output=volts"]
@@ -161,6 +162,7 @@ def test_worst_of_a_graph_and_of_a_study(loop: Path, tmp_path: Path, capsys: Cap
         assert said in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_margins_of_several_loops_and_over_a_parameter(tmp_path: Path, capsys: Captured) -> None:
     path, picture = tmp_path / "coupled.toml", tmp_path / "together.png"
     path.write_text(COUPLED, encoding="utf-8")
@@ -204,6 +206,7 @@ def test_named_values_and_yields_on_the_command_line(tmp_path: Path, capsys: Cap
     assert "did you mean speed?" in capsys.readouterr().err
 
 
+@pytest.mark.exhaustive
 def test_what_is_expected_holds_a_fit(resonator: Path, capsys: Captured) -> None:
     given = ["--data", str(resonator.parent / "record.csv"), "--input", "force.output=push", "--json"]
     given += ["--output", "seen.output=volts", "--free", "sensor.stiffness=5 N/m +- 1 nN/m"]

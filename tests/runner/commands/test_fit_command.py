@@ -52,6 +52,7 @@ def test_a_graph_calibrates_itself(graph: Path, capsys: Captured) -> None:
     assert abs(compensated["mean"]) < 1e-6
 
 
+@pytest.mark.exhaustive
 def test_a_table_as_json_and_as_a_picture(tmp_path: Path, capsys: Captured) -> None:
     picture = tmp_path / "fit.png"
     assert main(["fit", TABLE, "--json", "--plot", str(picture), "--order", "5", "--start", "-1", "1"]) == 0
@@ -71,6 +72,7 @@ def test_starts_of_a_grid(capsys: Captured, monkeypatch: pytest.MonkeyPatch) -> 
     assert "variable projection: 44 of 45 starts reach the optimum" in told
 
 
+@pytest.mark.exhaustive
 def test_offset_is_taken_off(tmp_path: Path, capsys: Captured) -> None:
     path = tmp_path / "raised.csv"
     rows = [f"{t!r},{v + 2.5!r}" for t, v in zip(TEMPERATURE.tolist(), M1.output().tolist(), strict=True)]
@@ -159,6 +161,7 @@ def test_what_a_run_of_a_graph_takes(capsys: Captured) -> None:
     assert read["fits"][0]["peak_to_peak"] < 2e-5
 
 
+@pytest.mark.exhaustive
 def test_a_reader_that_goes_away_leaves_nothing_undone(graph: Path) -> None:
     command = [sys.executable, "-m", "proofmass", "fit", TABLE, "--write", str(graph)]
     read, write = os.pipe()

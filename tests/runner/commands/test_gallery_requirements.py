@@ -17,7 +17,18 @@ def test_each_kind_of_sensor_has_some() -> None:
     assert folders >= {"accelerometer", "gyroscope", "magnetometer", "seismometer", "optical"}
 
 
-@pytest.mark.exhaustive("closed_loop_g", "closed_loop_a", "seismometer", "disk", "encoder", "hemispherical", "strain")
+@pytest.mark.exhaustive(
+    "closed_loop_g",
+    "closed_loop_a",
+    "seismometer",
+    "disk",
+    "encoder",
+    "hemispherical",
+    "strain",
+    "closed_loop_fluxgate",
+    "mems_microphone",
+    "michelson_accelerometer",
+)
 @pytest.mark.parametrize("path", WITH_REQUIREMENTS, ids=lambda path: path.stem)
 def test_it_keeps_its_requirements(path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     code = main(["verify", str(path)])

@@ -86,6 +86,7 @@ def test_what_needs_more_says_which_extra_brings_it_before_it_runs(tmp_path: Pat
     assert not (tmp_path / "a").exists()
 
 
+@pytest.mark.exhaustive
 def test_public_names_and_methods_say_it_too(monkeypatch: pytest.MonkeyPatch) -> None:
     script = (
         "import sys; sys.modules['h5netcdf'] = None\n"

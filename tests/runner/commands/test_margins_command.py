@@ -28,6 +28,7 @@ def required(tmp_path: Path, text: str) -> str:
     return str(path)
 
 
+@pytest.mark.exhaustive
 def test_numbers_for_people(capsys: pytest.CaptureFixture[str]) -> None:
     assert (
         said(capsys, "margins", LOOP)
@@ -49,6 +50,7 @@ python-control agrees on main: stable, 31.57 dB, 90.89 deg
     )
 
 
+@pytest.mark.exhaustive
 def test_numbers_for_programs(capsys: pytest.CaptureFixture[str]) -> None:
     data = json.loads(said(capsys, "margins", LOOP, "--json", "--sensitivity", "acceleration.output", "dac.code"))
     (loop,) = data["loops"]
@@ -72,6 +74,7 @@ def test_changed_parameters_and_an_unstable_loop(capsys: pytest.CaptureFixture[s
     assert data["loops"][0]["gain_margin_db"] is None
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(33, "tables of parameters by their effect")
 def test_tables_of_parameters(capsys: pytest.CaptureFixture[str]) -> None:
     text = said(capsys, "margins", LOOP, "--sensitivity", "acceleration.output", "dac.code")
@@ -108,12 +111,14 @@ def test_mistakes_are_answered(capsys: pytest.CaptureFixture[str]) -> None:
     )
 
 
+@pytest.mark.exhaustive
 def test_required_margins_that_are_kept(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     kept = required(tmp_path, 'gain_margin = "31 dB"\nphase_margin = 60\ndelay_margin = "1 us"\nsensitivity_peak = 2')
     assert "ready to run" in said(capsys, "check", kept)
     assert "loop main" in said(capsys, "margins", kept)
 
 
+@pytest.mark.exhaustive("margins")
 @pytest.mark.parametrize("command", ["check", "margins"])
 def test_required_margins_that_are_missed(command: str, capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     missed = required(

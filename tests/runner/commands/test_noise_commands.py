@@ -145,6 +145,7 @@ def test_the_report_of_a_run_has_the_budget(capsys: pytest.CaptureFixture[str], 
     assert "--noise needs --out" in said(capsys, "run", GRAPH, "--noise", "mean.mean", code=2)
 
 
+@pytest.mark.exhaustive
 def test_noisy_graphs_settle(capsys: pytest.CaptureFixture[str]) -> None:
     """The operating point is found without noise."""
     data = json.loads(said(capsys, "noise", GRAPH, "--output", "mean.mean", "--at", "settled", "--json"))

@@ -39,6 +39,7 @@ def test_claims_are_proved_and_the_certificate_holds(loop: str, capsys: Captured
     assert json.loads(capsys.readouterr().out) == {"valid": False, "why": "was changed: its hash is another"}
 
 
+@pytest.mark.exhaustive
 def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--phase-margin", "84 deg"]) == 1
     shown = capsys.readouterr().out
@@ -52,6 +53,7 @@ def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None
     assert gain > 100.0
 
 
+@pytest.mark.exhaustive
 def test_bounds_have_the_least_that_was_found_beside_them(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--bounds"]) == 0
     shown = capsys.readouterr().out

@@ -12,6 +12,7 @@ from proofmass.runner.command_line import main
 Captured = pytest.CaptureFixture[str]
 
 
+@pytest.mark.exhaustive
 def test_a_loop_is_designed_written_and_run(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Captured) -> None:
     """The ratio of a run of the written graph, by sums over whole periods, is the one that the table has at -6 dB."""
     monkeypatch.chdir(tmp_path)

@@ -57,6 +57,7 @@ def test_a_block_that_is_sound(file: Path, capsys: Captured) -> None:
     assert lines[-1] == "1 block passed every check that could be run"
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(19, "faults of all blocks are told at once")
 def test_all_faults_of_all_blocks_at_once(file: Path, capsys: Captured) -> None:
     assert main(["test-block", str(file)]) == 1

@@ -66,6 +66,7 @@ def test_a_sweep_over_integers_and_laws_makes_variants(tmp_path: Path) -> None:
     assert [study.sweep for study in studies.values()] == [{}] * 4
 
 
+@pytest.mark.exhaustive
 def test_the_command_runs_and_compares_them(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path, out = written(tmp_path, NAMED), tmp_path / "out"
     command = ["montecarlo", str(path), "--engine", "python", "--quiet"]

@@ -93,6 +93,7 @@ def case(tmp_path_factory: pytest.TempPathFactory) -> Case:
     return dataclasses.replace(made, ticks=20)
 
 
+@pytest.mark.exhaustive
 def test_a_sound_block_passes_all_that_can_be_run(tmp_path: Path) -> None:
     (tmp_path / "mine.py").write_text(SOUND)
     report = check_block(load_own_blocks(tmp_path / "mine.py")["Mine"])
@@ -128,6 +129,7 @@ def test_what_no_engine_can_run_is_not_run(tmp_path: Path) -> None:
     assert [check["check"] for check in data["checks"] if check["problems"]] == ["functions"]
 
 
+@pytest.mark.exhaustive
 def test_a_difference_is_found_in_every_engine(case: Case) -> None:
     """What plain Python is said to give is changed in one bit."""
     wrong = [_one_bit_off(expected) for expected in case.outcomes]
@@ -146,6 +148,7 @@ def test_a_difference_is_found_in_every_engine(case: Case) -> None:
     assert any("no fault in tick 20" in text for text in outcomes.lane_differences(sensors, late, given, LANES))
 
 
+@pytest.mark.exhaustive("WebAssembly")
 @pytest.mark.parametrize("compiler", FOREIGN, ids=lambda compiler: compiler.name)
 def test_a_difference_of_another_compiler_is_found(compiler: type, case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     run, compiled = engines.foreign, case.compiled

@@ -120,6 +120,7 @@ def test_lengths_that_are_none_are_refused(process: Process, length: str) -> Non
     assert asked(process.url, "POST", "/state", b"", **headers) == 400
 
 
+@pytest.mark.exhaustive
 def test_the_server_proves_that_it_has_the_token_and_tells_it_to_nobody(process: Process) -> None:
     parts = urlsplit(process.url)
     connection = HTTPConnection("127.0.0.1", parts.port or 0, timeout=10)

@@ -163,6 +163,7 @@ def test_units_and_attributes() -> None:
     assert result.to_xarray().attrs["measure_number_max"] == f"{value!r} V"
 
 
+@pytest.mark.exhaustive
 def test_engines_traces_and_other_measures_change_no_bit() -> None:
     python = simulate(MEASURED, engine="python").measures
     assert simulate(MEASURED, engine="compiled").measures == python

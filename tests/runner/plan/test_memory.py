@@ -14,7 +14,6 @@ SAMPLES = 10**9 if os.environ.get("PROOFMASS_LONG") == "1" else 2 * 10**7
 LIMIT = 400  # MB
 
 
-@pytest.mark.exhaustive("warm")
 @pytest.mark.skipif(sys.platform != "linux", reason="the peak is read from /proc")
 @pytest.mark.parametrize("cache", ["cold", "warm"] if SAMPLES > 10**8 else ["warm"])
 def test_resident_memory_of_a_long_run(cache: str, tmp_path: Path) -> None:

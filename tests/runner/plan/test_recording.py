@@ -309,7 +309,7 @@ def test_more_rows_than_may_be_are_refused_before_they_are_read(form: str, tmp_p
     assert peak < 8 << 20
 
 
-@pytest.mark.exhaustive("csv", "nc", "classic")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("form", ["csv", "parquet", "nc", "classic"])
 def test_columns_take_at_most_twice_their_file(form: str, tmp_path: Path) -> None:
     rows = 100_000

@@ -97,7 +97,7 @@ def test_both_engines_start_alike(method: str) -> None:
         assert python[signal].values.tobytes() == compiled[signal].values.tobytes()
 
 
-@pytest.mark.exhaustive("radau")
+@pytest.mark.exhaustive
 @pytest.mark.defect("C622", before="no step is short enough in tick 0", after="as the formula of its filter")
 @pytest.mark.parametrize("method", ADAPTIVE)
 def test_a_readout_starts_from_rest(method: str) -> None:

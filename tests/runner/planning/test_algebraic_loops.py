@@ -349,6 +349,7 @@ def test_a_loop_that_loses_its_solution_within_a_tick(method: str, engine: Engin
 # -- order of declaration --------------------------------------------------------------------------------------------
 
 
+@pytest.mark.exhaustive
 def test_the_order_of_declaration_changes_no_bit() -> None:
     graph = coupled(np.random.default_rng(5).normal(size=(3, 3)).tolist())
     reference, draw = simulate(graph, samples=5, engine="python"), random.Random(0)

@@ -61,6 +61,7 @@ def impacts(count: int) -> list[float]:
     return times
 
 
+@pytest.mark.exhaustive
 def test_a_hundred_impacts_of_a_bouncing_ball() -> None:
     found = instants(both(bouncing_ball("1 kHz"), 18_000, 2_000), "ball.last_impact")
     assert len(found) > 100

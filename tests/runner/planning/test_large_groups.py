@@ -28,6 +28,7 @@ def chain() -> Graph:
     return Graph(name="chain", rate=RATE, blocks=blocks, wires=wires, probes=[last, "filter_9.output", "source.output"])
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("H4", before="60 states compiled for minutes (100 s of CPU for 50)", after="10 s of CPU")
 def test_both_engines_give_the_same_bits(chain: Graph) -> None:
     assert STATES > MANY_COLUMNS
@@ -51,6 +52,7 @@ def test_the_group_is_the_matrix_exponential(chain: Graph) -> None:
     assert found["filter_9.output"].values == pytest.approx(last, rel=0.0, abs=1e-12 * max(last))
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("H4", before="auto compiled 1,000 blocks in a row for minutes", after="plain Python unless it pays")
 def test_the_choice_of_an_engine_counts_what_large_graphs_take_to_compile() -> None:
     """Compiling takes seconds for a thousand of them, more than plain Python for a few hundred ticks."""

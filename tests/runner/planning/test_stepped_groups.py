@@ -67,6 +67,7 @@ def same_bits(python: Result, compiled: Result) -> None:
         assert python[signal].values.tobytes() == compiled[signal].values[:rows].tobytes(), signal
 
 
+@pytest.mark.exhaustive("radau")
 @pytest.mark.parametrize("method", METHODS)
 def test_accuracy_of_a_swing_of_large_angle(method: str) -> None:
     graph = pendulum(method=method, accuracy=1e-11)
@@ -188,6 +189,7 @@ def test_a_gain_between_continuous_blocks_acts_at_every_instant() -> None:
         assert np.abs(late - expected).max() > 1e-3 * np.abs(expected).max()
 
 
+@pytest.mark.exhaustive
 def test_a_limit_far_away_is_not_linear_all_the_same() -> None:
     limited, plain = spring("limit"), spring()
     assert plan(limited).solvers[0].method == "dormand_prince"
@@ -201,6 +203,7 @@ def test_a_limit_far_away_is_not_linear_all_the_same() -> None:
 class TestFirstOrderHold:
     """An input that moves on straight lines between ticks."""
 
+    @pytest.mark.exhaustive("runge_kutta_4")
     @pytest.mark.parametrize("method", ["exact", "runge_kutta_4"])
     def test_against_an_independent_integration(self, method: str) -> None:
         integration = {"sources": "first_order_hold", "method": method, "accuracy": 1e-12}
@@ -236,6 +239,7 @@ def test_sources_at_every_instant() -> None:
     assert np.abs(trace.values - expected)[-5000:].max() < 1e-8 * abs(gain)
 
 
+@pytest.mark.exhaustive
 def test_a_parameter_driven_within_the_group() -> None:
     # k(x) = 50 N/m (1 + (x / 1 um)^2): the stiffness follows the displacement at every instant
     graph = Graph(

@@ -62,6 +62,7 @@ def sensors(planned: Plan, draw: random.Random) -> tuple[list[Plan], list[dict[t
     return plans, given
 
 
+@pytest.mark.exhaustive("temperature_compensation_m1", "recorded_motion")
 @pytest.mark.parametrize("name", GRAPHS)
 def test_of_the_library(name: str) -> None:
     path = next(path for path in LIBRARY if path.stem == name)

@@ -102,15 +102,18 @@ def same_at(graph: Graph, hand_overs: list[tuple[int, ...]], last: int) -> None:
 
 
 class TestBits:
+    @pytest.mark.exhaustive
     def test_at_every_tick_of_several_rates(self) -> None:
         same_at(SEVERAL_RATES, [(tick,) for tick in range(1, 72)], 73)
 
     def test_before_the_first_tick_and_after_odd_chunks(self) -> None:
         same_at(SEVERAL_RATES, [(), (1, 2), (3, 10, 31), (16, 48, 49, 50)], 120)
 
+    @pytest.mark.exhaustive
     def test_between_and_in_ticks_with_events(self) -> None:
         same_at(BOUNCING, [(tick,) for tick in range(1, 100, 3)], 110)
 
+    @pytest.mark.exhaustive("radau")
     @pytest.mark.parametrize("method", ["runge_kutta_4", "dormand_prince", "radau"])
     def test_among_steps_of_a_group(self, method: str) -> None:
         stepped = dataclasses.replace(BOUNCING, integration={"method": method})  # type: ignore[arg-type]

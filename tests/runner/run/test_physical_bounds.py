@@ -59,6 +59,7 @@ def impact(rate: str, samples: int, engine: EngineName = "python", **integration
     return simulate(pulled(mass, rate, **integration), samples=samples, engine=engine)
 
 
+@pytest.mark.exhaustive
 def test_a_stop_before_the_electrode_is_found_though_a_step_would_go_beyond_both() -> None:
     fine = impact("50 MHz", 1000, method="dormand_prince", accuracy=1e-12)["mass.last_impact"].values.max()
     coarse = impact("100 kHz", 20, substeps=20)

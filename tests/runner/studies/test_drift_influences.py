@@ -95,6 +95,7 @@ def test_the_change_since_the_last_calibration_explains_a_calibrated_sensor(
     assert set(named[:2]) == {"change of a.value", "change of b.value"}
 
 
+@pytest.mark.exhaustive
 def test_at_a_calibration_changes_are_those_since_the_one_before(result: StudyResult) -> None:
     """The run that calibrates still has what the one before has left."""
     rows = rows_of(result, 2.0 * YEAR, 14)

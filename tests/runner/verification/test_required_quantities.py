@@ -124,6 +124,7 @@ spread = {{ "plant.gain" = {{ uniform = "10 %", relative = true }} }}
 """
 
 
+@pytest.mark.exhaustive
 def test_margins_that_are_proved() -> None:
     """z^2 - z + K T is stable up to K T = 1: 10 % more gain leave a factor of 1 / 0.11, 19.17 dB."""
     study = read_study_text(INTEGRATING + PROVED)

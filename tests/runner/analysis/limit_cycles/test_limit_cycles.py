@@ -113,6 +113,7 @@ def modulator(order: int, **more: int) -> Graph:
     return Graph(name="modulator", rate=1000, blocks=blocks, wires=wires, probes=[f"{last}.output"], **more)
 
 
+@pytest.mark.exhaustive
 def test_a_modulator_without_input_cycles_at_half_its_rate() -> None:
     """L(-1) = -1/2 and the bits are +-1: the integrator swings by +-1/2, as it does."""
     (cycle,) = predicted(modulator(1), "quantiser")

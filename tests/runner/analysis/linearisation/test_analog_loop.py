@@ -37,6 +37,7 @@ def servo(**plant: tuple[float, ...]) -> Graph:
     return Graph(name="servo", rate=1000, blocks=blocks, wires=wires, duration=1)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("M1", before="hints go in a circle", after="margins in continuous time, at any wire")
 @pytest.mark.parametrize("wire", ["error.output", "amplifier.output", "plant.strictly_proper_part", ""])
 def test_a_servo_of_third_order(wire: str) -> None:

@@ -48,7 +48,7 @@ def calibrated(averaging: int, factor: float = 1.0) -> Graph:
     )
 
 
-@pytest.mark.exhaustive("1.0-99")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("averaging", chosen((99,), (1000,)))
 @pytest.mark.parametrize("factor", [1.0, 0.5])
 def test_a_calibration_is_a_loop_from_instant_to_instant(averaging: int, factor: float) -> None:

@@ -50,6 +50,7 @@ def first_order(numerator: float, corner: float) -> Graph:
     )
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("C400", before="k / s ends margins in ZeroDivisionError", after="sensitivity peak 1, disk margin 2")
 def test_an_integrator(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     found = proofmass.margins(first_order(9.0, 0.0))
@@ -144,6 +145,17 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
     "ringed_loop-20",
     "ringed_loop-25",
     "ringed_loop-30",
+    "analog_loop-0",
+    "analog_loop-5",
+    "analog_loop-15",
+    "analog_loop-20",
+    "analog_loop-25",
+    "analog_loop-30",
+    "sampled_loop-10",
+    "sampled_loop-20",
+    "ringed_loop-35",
+    "ringed_loop-40",
+    "ringed_loop-45",
 )
 @pytest.mark.defect("S401", before="only the interval of stable gains about 1", after="all of them")
 @pytest.mark.parametrize("first", range(0, 50, _SAMPLE))
@@ -153,7 +165,9 @@ def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) ->
         check(loop, number)
 
 
-@pytest.mark.exhaustive("1004", "1017", "1037", "1026", "1028", "1029", "1035", "1036", "1024")
+@pytest.mark.exhaustive(
+    "1004", "1017", "1037", "1026", "1028", "1029", "1035", "1036", "1024", "1011", "1019", "1030", "1032"
+)
 @pytest.mark.parametrize("number", [1004, 1008, *range(1010, 1013), 1014, 1017, 1019, *range(1024, 1040)])
 def test_random_loops_that_turn(number: int) -> None:
     check(partial(turning_loop, longest=6), number)
@@ -174,7 +188,7 @@ def test_a_mean_beside_a_counter_is_back_after_the_periods_of_both(number: int) 
     check(turning_loop, number)
 
 
-@pytest.mark.exhaustive("79")
+@pytest.mark.exhaustive
 @pytest.mark.defect("S672", before="narrow peaks of lifted loops too high by 2e-6 and 3e-5", after="right to 1e-9")
 @pytest.mark.parametrize("number", [76, 79])
 def test_narrow_peaks_of_several_values(number: int) -> None:

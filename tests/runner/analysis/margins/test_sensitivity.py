@@ -145,6 +145,7 @@ def differences(graph: Graph, key: str, step: float, signal: str) -> list[float]
     return [(a - 8.0 * b + 8.0 * c - d) / (12.0 * step) for a, b, c, d in zip(*found, strict=True)]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("apart", [4, pytest.param(1, marks=pytest.mark.exhaustive)])
 def test_margins_of_the_accelerometer_against_differences(apart: int) -> None:
     found = loop_margins(GRAPH, "dac.voltage")

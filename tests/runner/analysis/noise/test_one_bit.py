@@ -131,6 +131,7 @@ def test_gaussian_input_has_the_gain_of_its_closed_form() -> None:
     assert f"bit: one bit counts as a gain of {gain:.1g}" in budget.notes[-1]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("gains", "feedback", "dither", "level"),
     [
@@ -170,6 +171,7 @@ def test_error_that_repeats_itself_is_told() -> None:
     assert "has the spectrum" in steady.notes[-1]
 
 
+@pytest.mark.exhaustive
 def test_machine_code_sees_what_plain_python_sees() -> None:
     graph = modulator((1.0, 1.0), (1.0, 2.0), 0.05, 0.01)
     planned = plan(graph)

@@ -48,6 +48,7 @@ def test_names_that_look_like_formulas_and_no_units(tmp_path: Path) -> None:
     save_figure(figure, tmp_path / "a.png")
 
 
+@pytest.mark.exhaustive
 def test_many_readings_and_an_exact_fit(tmp_path: Path) -> None:
     temperature = np.tile(TEMPERATURE, 300)
     exact = np.exp(-2.0 * temperature) + np.exp(temperature)

@@ -62,6 +62,7 @@ def test_data_has_no_infinity() -> None:
     assert next(finding["note"] for finding in read["findings"]) is False
 
 
+@pytest.mark.exhaustive
 def test_starts() -> None:
     arrivals = from_starts(fit(M1.readings(), tolerance=1e-3), (-0.6, -0.3, 0.6))
     shown = starts_text(arrivals)

@@ -65,6 +65,7 @@ def test_the_gain_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> N
     assert 2.0 / (gain["gain.gain"] * 1e-3) < 10.0 ** ((limit + 0.01) / 20.0)
 
 
+@pytest.mark.exhaustive
 def test_the_phase_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> None:
     """|L| = 1 at 2 sin(w / 2) = g T, where the phase is -90 deg - w / 2."""
     limit = 90.0 - math.degrees(math.asin(0.5 * 500.0 * 1.1**2 * 1e-3))
@@ -75,6 +76,7 @@ def test_the_phase_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> 
         assert status(found) == ["proved", "proved", expected]
 
 
+@pytest.mark.exhaustive
 def test_bounds_come_near_the_closed_forms_and_never_pass_them() -> None:
     """At 110 /s the integrator bears 25.19 dB; with both gains at their upper ends its phase margin is least."""
     gain = 20.0 * math.log10(2.0 / 0.11)

@@ -139,6 +139,7 @@ def test_the_picture_has_parameters_goals_and_the_loop() -> None:
     assert {place % 45.0 for place in phase.get_yticks()} == {0.0}
 
 
+@pytest.mark.exhaustive
 def test_named_values_are_tuned_through_what_follows_from_them() -> None:
     text = INTEGRATING.replace("[loops.main]", '[values]\nspeed = "10 Hz"\n\n[loops.main]')
     text = text.replace("gain = 100.0 ", 'gain = "= 10 * speed / (1 Hz)" ')

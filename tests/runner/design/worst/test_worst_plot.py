@@ -7,7 +7,6 @@ from proofmass.graphs.files.library import library_file
 from proofmass.runner.design.worst.plot import plot_worst
 
 
-@pytest.mark.exhaustive
 @pytest.mark.friendly(29, "worst cases have no empty rows")
 def test_a_parameter_without_a_bar_has_no_row() -> None:
     cases = worst(read_study(library_file("margin_tolerance_study.toml")), samples=1)

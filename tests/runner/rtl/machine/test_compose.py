@@ -167,6 +167,7 @@ def test_a_block_that_cannot_be_traced_is_refused_with_its_line() -> None:
     assert "hint:     give the loop a constant length" in text
 
 
+@pytest.mark.exhaustive
 def test_sums_without_a_format_that_grow_are_refused_with_their_line() -> None:
     graph = Graph(
         name="g",

@@ -162,6 +162,7 @@ def test_the_engines_take_over_from_each_other(ticks: int, tmp_path: Path, monke
     assert bits(ended) == whole
 
 
+@pytest.mark.exhaustive
 @needs_compiler
 def test_a_count_that_hardware_did_not_keep_stays_unknown(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr("proofmass.runner.run.simulate.CHUNK_BYTES", 700)

@@ -72,6 +72,7 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     "FixedCordicScaledExponential",
     "FixedPID",
     "FixedCordicExponential",
+    "FixedSlopeEstimator",
 )
 @pytest.mark.parametrize("block", _some_exhaustive(DIGITAL))
 def test_every_digital_block_is_proved(block: Block) -> None:

@@ -139,6 +139,7 @@ def test_cut_blocks_are_proved(block: Block, latency: int) -> None:
     assert proof.proved == proof.goals > 2 * len(module.outputs) + 2 * len(module.registers)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("first", "second"), [(2, 0), (1, 3)])
 def test_graphs_of_cut_blocks_are_proved(first: int, second: int) -> None:
     planned = plan(cut_graph(first, second))

@@ -88,6 +88,7 @@ def test_products_by_sums_are_the_products(product: str, tmp_path: Path) -> None
     assert solver.prove(equal, known, 20.0, {}).verdict == "proved"
 
 
+@pytest.mark.exhaustive
 def test_the_command_counts_and_writes_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     words = ["rtl", str(CALIBRATION), "--block", "chips", "-o", str(tmp_path), "--ticks", "3", "--synth", "ice40"]
     assert main(words) == 0

@@ -58,6 +58,7 @@ def test_each_run_has_the_margins_of_its_parameters(graph: Graph) -> None:
     assert again.measures["main.gain_margin"].value == result["main.gain_margin"][1, 0]
 
 
+@pytest.mark.exhaustive
 @pytest.mark.defect("F7", before="refused: no [measures]", after="the margins are measures enough")
 def test_a_study_of_margins_alone(graph: Graph) -> None:
     bare = replace(graph, measures={})

@@ -87,6 +87,7 @@ def test_shares_of_the_variance_over_the_age(one_point: StudyResult) -> None:
     assert parts == pytest.approx(explained), "the shares add up to what the regression explains"
 
 
+@pytest.mark.exhaustive
 def test_lifetimes(one_point: StudyResult) -> None:
     lives = next(lives for lives in lifetimes(one_point) if lives.limit == "bias")
     good, survival = plot_lifetimes(lives).axes

@@ -58,6 +58,7 @@ def test_the_page_is_whole_and_asks_nothing_of_the_network(page: str) -> None:
     assert "default-src 'none'" in page
 
 
+@pytest.mark.exhaustive
 def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
     result, text = kept_result(folder), texts(page)
     for point in by_point(result):

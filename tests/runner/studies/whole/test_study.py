@@ -29,6 +29,7 @@ def study(tmp_path: Path) -> Study:
     return read_study(path)
 
 
+@pytest.mark.exhaustive
 def test_one_digest_whatever_the_engine_the_order_and_the_chunks(
     study: Study, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -235,6 +235,7 @@ def test_without_dask(study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     assert caught.value.problem.hint == 'pip install "proofmass[dask]"'
 
 
+@pytest.mark.exhaustive
 def test_chunks_take_a_quarter_of_a_second() -> None:
     """Whatever the first one took, in whole rows of lanes; never more than eight times the runs before."""
     for lanes in (0, 8, 64):
