@@ -29,7 +29,9 @@ def test_evenly_spaced(letter): ...
 
 
 @pytest.mark.exhaustive(
-    "options1-1-left out: 4 exhaustive (make test-all)", "options1-4-left out: 8 exhaustive (make test-all)"
+    "options1-1-left out: 4 exhaustive (make test-all)",
+    "options1-4-left out: 8 exhaustive (make test-all)",
+    "options0-4-left out: 8 exhaustive (make test-all)",
 )
 @pytest.mark.parametrize(
     ("options", "passed", "last"),

@@ -93,6 +93,7 @@ def imports_without_a_reason(text: str) -> list[int]:
     return silent
 
 
+@pytest.mark.exhaustive
 def test_an_import_inside_a_function_says_why() -> None:
     silent = {
         f"{file.relative_to(ROOT)}:{line}"

@@ -50,7 +50,7 @@ def test_every_fence_says_what_it_is() -> None:
     assert fenced("toml")
 
 
-@pytest.mark.exhaustive("noise-1")
+@pytest.mark.exhaustive("noise-1", "noise-2")
 @pytest.mark.parametrize("text", fenced("python"))
 def test_program(text: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder_of_files(tmp_path))
@@ -116,6 +116,10 @@ def test_graph(text: str) -> None:
     "pn-self-calibration-5",
     "pn-self-calibration-8",
     "quartz-accelerometer-0",
+    "quartz-accelerometer-0",
+    "quartz-accelerometer-1",
+    "rtl-0",
+    "rtl-2",
 )
 @pytest.mark.parametrize(("commands", "answer"), COMMANDS)
 def test_commands(

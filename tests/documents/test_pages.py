@@ -61,7 +61,7 @@ def test_the_netlist_answers_as_the_graph() -> None:
     assert peers.spice_loop(100) == pytest.approx(1.0028136459271, abs=2e-6)
 
 
-@pytest.mark.exhaustive("prove", "sigma-delta")
+@pytest.mark.exhaustive("prove", "sigma-delta", "simulink")
 @pytest.mark.parametrize("page", PLAYED, ids=lambda page: page.stem)
 @pytest.mark.friendly(37, "commands of pages for tasks run as they stand")
 def test_commands(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -29,6 +29,7 @@ def test_tables_are_those_of_the_rows() -> None:
     assert claims.rendered(TEXT, STATED) == TEXT, "python -m docs.papers.claims --write"
 
 
+@pytest.mark.exhaustive("temperature-m2")
 @pytest.mark.parametrize("claim", RUN)
 def test_a_figure_is_that_of_a_run(claim: Claim) -> None:
     assert claims.ours(claim) == STATED[claim.name]

@@ -105,6 +105,7 @@ def test_first_unstable_delay_and_gain() -> None:
         assert margins(louder).stable is stable
 
 
+@pytest.mark.exhaustive
 def test_the_same_margins_wherever_the_loop_is_opened() -> None:
     """One loop without branches has one return ratio: each of its nine outputs gives the same numbers."""
     expected = margins(GRAPH)

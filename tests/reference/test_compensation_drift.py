@@ -47,6 +47,7 @@ def test_what_compensation_leaves_grows_with_the_age() -> None:
     assert found.yields()["all limits"] == np.mean((found["compensated"] < 4.5e-4).all(axis=1))
 
 
+@pytest.mark.exhaustive
 def test_what_part_of_the_sensors_stays_within_its_limits() -> None:
     """The numbers of the document: of 100 sensors one is below 0.45 mV in floating point, and above it in registers."""
     found = run_study(STUDY, runs=100, engine="compiled")

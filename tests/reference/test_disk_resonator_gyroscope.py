@@ -172,6 +172,7 @@ def by_hand(ticks: int, settling: int, averaging: int, turned: int) -> Iterator[
         turns -= round(turns)
 
 
+@pytest.mark.exhaustive
 def test_against_a_program_of_its_own() -> None:
     """Two pairs of slots of 20 and 20 ms; from 60 ms on it turns."""
     ticks = 6500

@@ -70,6 +70,9 @@ LOOPS = [
     "closed_loop_gyroscope-quadrature",
     "closed_loop_gyroscope-drive_amplitude",
     "resonant_accelerometer-amplitude",
+    "closed_loop_gyroscope-drive_amplitude",
+    "closed_loop_gyroscope-drive_phase",
+    "resonant_accelerometer-amplitude",
 )
 @pytest.mark.parametrize(("name", "loop", "at", "expected"), LOOPS, ids=[f"{row[0]}-{row[1]}" for row in LOOPS])
 def test_loops_of_oscillators(name: str, loop: str, at: str, expected: Loop) -> None:
@@ -90,6 +93,7 @@ def test_the_loop_of_the_fluxgate() -> None:
     assert found.gain_margin == pytest.approx(1.0 / gain, rel=0.01)
 
 
+@pytest.mark.exhaustive
 def test_the_loop_of_the_seismometer() -> None:
     """Plant, notch and controller by SciPy; the slow integral without the images of its ticks."""
     period, rate = 1.0 / 2000.0, 2000.0

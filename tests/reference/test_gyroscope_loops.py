@@ -81,6 +81,7 @@ def by_hand(ticks: int) -> dict[str, list[float]]:
     return rows
 
 
+@pytest.mark.exhaustive
 def test_closed_loop_against_a_program_of_its_own() -> None:
     ticks = 32_001
     result = simulate(CLOSED.with_parameters(QUIET), samples=ticks, engine="compiled")

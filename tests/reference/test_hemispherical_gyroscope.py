@@ -127,6 +127,7 @@ def test_force_to_rebalance_against_the_program() -> None:
     assert np.ptp(voltage) > 0.05
 
 
+@pytest.mark.exhaustive
 def test_whole_angle_against_the_program() -> None:
     """40 ms at 1000 deg/s from 10 ms on, past the angles where the modal angle jumps by a turn."""
     changes = QUIET | {"start_angle": math.radians(-88.0), "turn": math.radians(1000.0), "begin.start_time": 0.01}

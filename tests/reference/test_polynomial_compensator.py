@@ -43,6 +43,7 @@ def test_error_against_the_fitted_function(device: str) -> None:
     assert np.ptp(rest) == pytest.approx(compensators.fitted(device).fits[3].after, rel=2e-3)
 
 
+@pytest.mark.exhaustive
 def test_in_the_chamber_the_exponentials_leave_less() -> None:
     result = simulate(library("temperature_compensation_polynomial.toml"), engine="compiled")
     left = {name: 1e3 * float(measure.value) for name, measure in result.measures.items()}

@@ -20,6 +20,7 @@ def test_terms_alone() -> None:
     assert found["stability"] < 1e-3 * MICRO_G
 
 
+@pytest.mark.exhaustive
 def test_the_instability_scatters_averages_of_ten_seconds_by_50_ug() -> None:
     """Over an hour, mean of 60 hours; a scale factor at 1 g is then uncertain by tens of ppm in one test."""
     found = terms(spread=False, runs=60)

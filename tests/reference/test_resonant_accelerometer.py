@@ -14,6 +14,7 @@ GRAPH = read_graph(library_file("resonant_accelerometer.toml"))
 F0, PROOF_MASS, G0 = 40_000.0, 1e-4, 9.80665
 
 
+@pytest.mark.exhaustive("-2.0")
 @pytest.mark.parametrize("acceleration", [-2.0, 1.0])
 def test_frequencies_of_the_beams(acceleration: float) -> None:
     quiet = {

@@ -151,6 +151,7 @@ class TestThePapersLoop:
         found = calibrate(library(ACCELEROMETER).with_parameters(IDEAL | quick), 1)
         assert abs(found.stiffness[0]) < 1e-4
 
+    @pytest.mark.exhaustive
     def test_with_a_gap_closing_actuator_it_finds_the_softened_spring(self) -> None:
         """k - 2 C0 (Vdc^2 + v^2) / d^2 with 0.1 pF, 4 um, 20 V and 1 V, which is 1 uN; within 2e-4 of it."""
         text = (library_file(ACCELEROMETER)).read_text(encoding="utf-8")
@@ -204,6 +205,7 @@ class TestMirrorImages:
         """h[1] to h[15] as the cells give it."""
         return TestMirrorImages.LAGGED @ pn_runs.response(device) / 1024.0
 
+    @pytest.mark.exhaustive
     def test_both_minima_are_found_and_the_right_one_is_taken(self) -> None:
         stiffnesses, dampings = np.linspace(122.0, 154.0, 81), np.geomspace(4e-5, 1.1e-4, 16)
         truth = self.fitted(self.DEVICE)
@@ -238,7 +240,7 @@ class TestGaussNewton:
         assert (scatter / pn_runs.cramer_rao(device) > 0.85).all()
         assert (scatter / pn_runs.cramer_rao(device) < 1.7).all()
 
-    @pytest.mark.exhaustive("self_calibration_online.toml-device0-1.3")
+    @pytest.mark.exhaustive("self_calibration_online.toml-device0-1.3", "self_calibration_online.toml-device0-1.3")
     @pytest.mark.parametrize(
         ("name", "device", "bound"),
         [
@@ -306,7 +308,7 @@ class TestGaussNewton:
 class TestInOperation:
     """Every sample of long records, high-passed: what section 4 of the paper leaves to the future."""
 
-    @pytest.mark.exhaustive("at rest")
+    @pytest.mark.exhaustive("at rest", "at rest")
     @pytest.mark.parametrize(
         ("shaken", "limit"),
         [

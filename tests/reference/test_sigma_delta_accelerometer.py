@@ -51,6 +51,7 @@ def test_bits_and_decimated_output(order: str) -> None:
     assert result[f"{order}.output"].values == pytest.approx(3.0 * 9.80665 * filtered, abs=1e-11)
 
 
+@pytest.mark.exhaustive
 def test_noise_of_the_second_and_the_fourth_order() -> None:
     """What is left of the tone's fit up to 600 Hz: shaped noise, and behind the fourth order that of the gas alone."""
     result = simulate(GRAPH, duration="1.1 s", engine="compiled")

@@ -17,6 +17,7 @@ START = (-1.0, 1.0)
 each = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
 
 
+@pytest.mark.exhaustive("m2")
 @each
 def test_peak_to_peak_before_and_after(device: Device) -> None:
     """Section 3: 0.0039 V to 3.6871e-4 V, 0.0019 V to 1.8413e-4 V."""
@@ -47,7 +48,7 @@ def test_alternation_reaches_the_optimum_in_thousands_of_iterations(device: Devi
     assert report.findings == ()
 
 
-@pytest.mark.exhaustive("kelvins")
+@pytest.mark.exhaustive("kelvins", "kelvins")
 @pytest.mark.parametrize(("coldest", "iterations"), [(-40.0, 452), (233.15, 17_901)], ids=["Celsius", "kelvins"])
 def test_the_way_of_the_alternation_depends_on_the_origin(coldest: float, iterations: int) -> None:
     volts = DEVICES["m1"].readings()

@@ -105,6 +105,7 @@ def test_casts_of_every_word_against_apytypes(target: Fixed) -> None:
             assert ours == bits_of(cast)[::17].tolist(), (rounding, overflow)
 
 
+@pytest.mark.exhaustive("(32, 30)")
 @pytest.mark.parametrize("source", [Fixed(32, 30), Fixed(24, 6), Fixed(16, 12)], ids=str)
 def test_products_sums_and_casts_of_random_words_against_apytypes(source: Fixed) -> None:
     narrow = Fixed(source.width - 5, source.fraction - 3)

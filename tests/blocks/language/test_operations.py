@@ -83,7 +83,7 @@ class Compiled:
         return [(b"", True) if wrong else (bits(v), False) for v, wrong in zip(value.tolist(), failed, strict=True)]
 
 
-@pytest.mark.exhaustive("5-50-int and int", "5-50-float and float")
+@pytest.mark.exhaustive
 @TYPES
 @pytest.mark.parametrize(("apart", "examples"), [(5, 50), pytest.param(1, 200, marks=pytest.mark.exhaustive)])
 @pytest.mark.defect("S14", before="x ** 3, overflow, n // 0 differ in silence", after="the same bits, or the run ends")
@@ -107,6 +107,7 @@ def agree(compiled: Compiled, pairs: list[tuple[Number, Number]]) -> None:
             assert outcome == python(function, a, b), f"{function.__name__}({a!r}, {b!r})"
 
 
+@pytest.mark.exhaustive("int and int", "float and float")
 @TYPES
 @settings(max_examples=300)
 @given(data=st.data())

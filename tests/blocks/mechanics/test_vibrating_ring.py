@@ -96,7 +96,7 @@ def wave(x: np.ndarray, y: np.ndarray, mode_number: int) -> float:
     return float(around[np.argmax((moves**2).sum(axis=1))])
 
 
-@pytest.mark.exhaustive("3", "4")
+@pytest.mark.exhaustive
 @pytest.mark.derivation(
     VibratingRing,
     equation="x'' - 2 n k W y' + ... = Fx / m, k = 2 / (n^2 + 1) of a thin ring",

@@ -18,6 +18,7 @@ def test_deviation_is_the_density_over_half_the_rate(rate: float) -> None:
     assert row["output"] == pytest.approx(-1.5 * 2.0 * math.sqrt(rate / 2.0), rel=4e-16)
 
 
+@pytest.mark.exhaustive
 def test_one_sided_spectrum_is_flat_at_the_density() -> None:
     rate, count = 1000.0, 40_000
     noise = WhiteNoise.output_functions["output"].function

@@ -26,6 +26,7 @@ def bounces(front: float, back: float, length: float, frequency: float) -> compl
     return complex(-r1 + (1.0 - front) * later)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.derivation(
     FabryPerotCavity,
     equation="amplitudes at W of |F E|^2, E = sqrt(P) e^(j depth sin(W t))",

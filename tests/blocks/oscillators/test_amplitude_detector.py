@@ -16,6 +16,7 @@ def test_against_lfilter() -> None:
     assert distance(response(AmplitudeDetector(corner_frequency=5.0), u, "amplitude", period=1e-3), expected) < 1e-12
 
 
+@pytest.mark.exhaustive
 def test_the_amplitude_of_a_sine_and_its_ripple() -> None:
     carrier = [2.5 * math.sin(2.0 * math.pi * 1000.1 * n * 1e-5) for n in range(60_000)]
     answer = np.array(response(AmplitudeDetector(corner_frequency=30.0), carrier, "amplitude", period=1e-5))[-20_000:]

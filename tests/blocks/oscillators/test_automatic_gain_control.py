@@ -15,7 +15,7 @@ def sine(amplitude: float, samples: int) -> list[float]:
     return [amplitude * math.sin(2.0 * math.pi * 5000.37 * PERIOD * n) for n in range(samples)]
 
 
-@pytest.mark.exhaustive("1.0", "40.0")
+@pytest.mark.exhaustive
 @pytest.mark.derivation(
     AutomaticGainControl,
     equation="g[n+1] = g (1 + T / tau (1 - pi |y| / (2 setpoint)))",

@@ -19,6 +19,7 @@ def counted(frequency: float, **parameters: bool | float) -> list[tuple[int, flo
     return [(number, finished[number]) for number in sorted(finished)]
 
 
+@pytest.mark.exhaustive
 def test_whole_ticks_are_counted_exactly() -> None:
     (_, first), *rest = counted(1000.0)
     assert first == 0.0

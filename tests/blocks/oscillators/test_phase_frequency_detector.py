@@ -28,6 +28,7 @@ def test_against_flip_flops_on_random_bits() -> None:
     assert responses(PhaseFrequencyDetector(), reference=reference, signal=signal) == flip_flops(reference, signal)
 
 
+@pytest.mark.exhaustive("1", "900")
 @pytest.mark.derivation(
     PhaseFrequencyDetector,
     equation="output = level (up - down); its mean is level d / (2 pi)",

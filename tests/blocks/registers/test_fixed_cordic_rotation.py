@@ -63,7 +63,7 @@ def test_within_what_is_said_for_any_parameters(bits: int, iterations: int, guar
         assert np.max(np.abs(swept(block, name, angles) - exact(angles / 2**bits) * 2**bits)) < said
 
 
-@pytest.mark.exhaustive("20-8")
+@pytest.mark.exhaustive("20-8", "18-4")
 @pytest.mark.parametrize(("iterations", "guard"), [(20, 8), (18, 4), (10, 0)])
 def test_bits_against_plain_integers(iterations: int, guard: int) -> None:
     block = FixedCordicRotation(iterations=iterations, guard_bits=guard)

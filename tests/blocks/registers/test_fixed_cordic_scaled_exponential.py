@@ -14,6 +14,7 @@ from tests.by_hand.fixed_point import drive_fixed, words
 FACTOR = Fixed(24, 24)
 
 
+@pytest.mark.exhaustive("20-4")
 @pytest.mark.parametrize(("iterations", "guard"), [(16, 0), (20, 4)])
 def test_against_plain_integers(iterations: int, guard: int) -> None:
     block = FixedCordicScaledExponential(iterations=iterations, guard_bits=guard, preloaded_format=FACTOR)

@@ -38,7 +38,7 @@ def test_against_fractions(method: str, rounding: str, overflow: str) -> None:
     assert len({row["displacement"] for row in expected}) > 50
 
 
-@pytest.mark.exhaustive("forward_euler")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("method", METHODS[:2])
 def test_against_its_sibling_in_floating_point(method: str) -> None:
     """One g: 0.01 um. The words of k/m, c/m and the acceleration are those of the registers in both."""

@@ -22,6 +22,7 @@ def test_against_integers(frequency: float, width: int, out: int) -> None:
     assert [row["phase"] for row in rows] == expected
 
 
+@pytest.mark.exhaustive
 def test_whole_turns_in_a_second() -> None:
     """1000 Hz at 10 kHz and a quarter hertz of control: the phase is that of 250 turns and a quarter after 1/4 s."""
     block = FixedPhaseAccumulator(frequency=1000.0, control_format=Fixed(16, 31))

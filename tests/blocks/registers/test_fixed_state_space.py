@@ -52,6 +52,7 @@ def test_against_big_integers(order: int, overflow: str) -> None:
     assert [row["output"] for row in rows] == expected
 
 
+@pytest.mark.exhaustive
 def test_against_floating_point() -> None:
     block = FixedStateSpace(coefficient_format=Fixed(30, 27), state_format=Fixed(32, 27), output_format=Fixed(32, 26))
     inputs = words(Fixed(16, 12), 800)

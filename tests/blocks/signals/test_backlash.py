@@ -15,6 +15,7 @@ def test_by_hand() -> None:
     assert response(Backlash(width=2.0), signal) == expected
 
 
+@pytest.mark.exhaustive("0.5")
 @pytest.mark.parametrize("part", [0.1, 0.5, 0.8])
 def test_the_fundamental_of_its_response_to_a_sine(part: float) -> None:
     """Half the width over the amplitude is `part`; Gelb and Vander Velde, appendix B: friction-controlled backlash."""

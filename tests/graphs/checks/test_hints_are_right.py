@@ -159,6 +159,7 @@ def test_the_line_that_a_hint_writes_is_right(right: str, wrong: str) -> None:
     assert is_gone(problem, "\n".join(lines)), str(problem)
 
 
+@pytest.mark.exhaustive
 def test_almost_every_misspelt_name_is_answered_by_a_name() -> None:
     hints = [" ".join(problem.hint for problem in problems(wrong)) for _, wrong, _ in MISSPELT]
     assert sum("did you mean" in hint for hint in hints) >= 0.95 * len(hints)

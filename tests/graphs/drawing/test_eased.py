@@ -112,7 +112,9 @@ def texts(graph: Graph, group: str) -> Iterable[ElementTree.Element]:
     return (one for one in ElementTree.fromstring(svg(graph)).iter(f"{SVG}g") if one.get("class") == group)
 
 
-@pytest.mark.exhaustive("chain", "quartz_recalibration", "random")
+@pytest.mark.exhaustive(
+    "chain", "quartz_recalibration", "random", "quartz_recalibration", "quartz_calibration", "random"
+)
 @pytest.mark.parametrize("name", LARGE)
 def test_a_large_diagram_has_less_to_follow(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     graph = LARGE[name]()
@@ -194,6 +196,7 @@ def test_wires_that_lead_elsewhere_or_stand_alone_are_in_no_bundle() -> None:
     assert not list(texts(Graph(name="", rate=1, blocks=blocks, wires=more), "bundle"))
 
 
+@pytest.mark.exhaustive("quartz_recalibration")
 @pytest.mark.parametrize("name", ["quartz_recalibration", "closed_loop_gyroscope"])
 def test_no_word_and_no_flag_stands_on_a_tab(name: str) -> None:
     graph = read_graph(f"library:{name}")

@@ -246,6 +246,7 @@ def test_every_field_is_in_the_flat_graph_or_the_same_in_its_root() -> None:
             assert getattr(flat.as_graph(), field.name) == getattr(flat.root, field.name)
 
 
+@pytest.mark.exhaustive
 def test_a_notebook_shows_the_diagram() -> None:
     code = "import proofmass; graph = proofmass.Graph(name='', blocks={}); print(graph._repr_svg_()[:4])"
     shown = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, timeout=60, check=True).stdout

@@ -46,6 +46,7 @@ def test_the_activation_energy_is_that_of_the_documents() -> None:
     )
 
 
+@pytest.mark.exhaustive
 def test_a_random_walk_has_independent_steps_of_the_variance_of_their_time() -> None:
     paths = np.array([aged({"random_walk": "3 ppm/sqrt(year)"}, run) for run in range(4000)]) * 1e6
     steps = np.diff(paths, axis=1)

@@ -73,6 +73,7 @@ def test_the_matrices_of_saltelli() -> None:
     assert all(sorted(np.floor(column * 64)) == list(range(64)) for column in both.T)
 
 
+@pytest.mark.exhaustive("latin_hypercube-0.05")
 @pytest.mark.parametrize(("kind", "part"), [("latin_hypercube", 0.05), ("sobol", 0.2)])
 def test_the_mean_of_a_sum_scatters_less_than_with_random_sensors(kind: str, part: float) -> None:
     def scatter(design: str) -> float:

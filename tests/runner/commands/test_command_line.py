@@ -140,6 +140,7 @@ def test_blocks_and_schema_as_data(capsys: Captured) -> None:
     assert "$schema" in json.loads(capsys.readouterr().out)
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(27, "netCDF, CSV and Parquet by options of a run")
 def test_files_of_a_run(graph: str, tmp_path: Path, capsys: Captured) -> None:
     out = tmp_path / "out"

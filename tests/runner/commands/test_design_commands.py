@@ -120,11 +120,7 @@ def test_fit_refuses_to_write_what_is_not_determined(resonator: Path, tmp_path: 
     assert resonator.read_text(encoding="utf-8") == before
 
 
-@pytest.mark.exhaustive(
-    "words1-name what was recorded",
-    "words2---order: an option of temperature laws",
-    "words3---tries: an option of recordings",
-)
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(
     ("words", "said"),
     [

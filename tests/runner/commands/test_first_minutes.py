@@ -31,6 +31,7 @@ def test_a_first_report_takes_seconds(tmp_path: Path) -> None:
     assert (tmp_path / "results" / "report.html").stat().st_size > 10_000
 
 
+@pytest.mark.exhaustive
 @pytest.mark.friendly(4, "help within half a second of a processor")
 def test_help_is_there_at_once(tmp_path: Path) -> None:
     assert min(processor_seconds(tmp_path, "run", "--help") for _ in range(2)) < 0.5

@@ -37,6 +37,7 @@ def model(path: Path, name: str = "model") -> dict[str, float]:
     return {p: getattr(block, p) for p in type(block).parameters if p[1:].isdigit()}
 
 
+@pytest.mark.exhaustive
 def test_a_graph_calibrates_itself(graph: Path, capsys: Captured) -> None:
     before = graph.read_text(encoding="utf-8")
     assert model(graph) != model(GRAPH)
@@ -83,6 +84,7 @@ def test_offset_is_taken_off(tmp_path: Path, capsys: Captured) -> None:
     assert json.loads(capsys.readouterr().out)["fits"][0]["rmse"] == pytest.approx(M1.rmse[0], rel=1e-4)
 
 
+@pytest.mark.exhaustive
 def test_polynomials_and_any_block_with_such_parameters(graph: Path) -> None:
     text = graph.read_text(encoding="utf-8").replace("DoubleExponentialModel", "PolynomialModel")
     graph.write_text(text + '\n[blocks.simulated]\nkind = "ZeroBiasVoltage"\n', encoding="utf-8")

@@ -220,7 +220,7 @@ def test_names_of_files_with_spaces_and_letters_of_any_kind(name: str, tmp_path:
     assert (folder / f"out {name}" / "traces.csv").exists()
 
 
-@pytest.mark.exhaustive("source")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("arguments", [["blocks"], ["run", TEMPLATE, "--show-source"]], ids=["blocks", "source"])
 def test_a_reader_that_goes_away_is_no_error(arguments: list[str]) -> None:
     words = [sys.executable, "-m", "proofmass", *arguments]

@@ -148,7 +148,7 @@ def test_a_difference_is_found_in_every_engine(case: Case) -> None:
     assert any("no fault in tick 20" in text for text in outcomes.lane_differences(sensors, late, given, LANES))
 
 
-@pytest.mark.exhaustive("WebAssembly")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("compiler", FOREIGN, ids=lambda compiler: compiler.name)
 def test_a_difference_of_another_compiler_is_found(compiler: type, case: Case, monkeypatch: pytest.MonkeyPatch) -> None:
     run, compiled = engines.foreign, case.compiled

@@ -45,6 +45,7 @@ def forms(own: str) -> list[dict[str, Any]]:
     ]
 
 
+@pytest.mark.exhaustive
 @needs_node
 def test_page_and_process_write_the_same_digits_which_are_read_back() -> None:
     """Random floats over 60 decades and awkward ones, in units with decimal, odd and irrational factors."""

@@ -157,7 +157,7 @@ def test_what_is_written_can_be_played_back_to_the_same_bits(kind: str, signal: 
     assert again["motion.output"].values.tolist() == recorded[signal].values.tolist()
 
 
-@pytest.mark.exhaustive("csv")
+@pytest.mark.exhaustive("csv", "nc")
 @pytest.mark.parametrize("kind", ["nc", "csv", "parquet"])
 def test_a_long_trace_is_written_in_pieces(kind: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     rows = 200_000

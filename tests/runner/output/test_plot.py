@@ -188,6 +188,7 @@ def test_dollars_in_a_name_are_no_formula(tmp_path: Path) -> None:
     assert r"costs $x$ and $\frac$" in path.read_text()
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("kind", "head"), [("svg", b"<?xml"), ("png", b"\x89PNG"), ("pdf", b"%PDF")])
 def test_the_same_result_gives_the_same_bytes(kind: str, head: bytes, tmp_path: Path) -> None:
     first = save_plot(mixed_result(), tmp_path / f"first.{kind}").read_bytes()

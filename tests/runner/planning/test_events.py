@@ -124,6 +124,7 @@ def pulled_in(voltage: float) -> bool:
     return bool(simulate(graph, duration="20 ms", engine="compiled")["mass.contact"].values[-1] == 1)
 
 
+@pytest.mark.exhaustive
 def test_pull_in_voltage_of_parallel_plates() -> None:
     mass, plates = MassBetweenStops(), GapClosingActuator(capacitance=1.3e-12, gap=2e-6)
     expected = math.sqrt(8.0 * mass.stiffness * plates.gap**2 / (27.0 * plates.capacitance))

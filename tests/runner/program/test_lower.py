@@ -83,6 +83,7 @@ def behaviours(kind: type[Block]) -> Any:
         yield behaviour, None
 
 
+@pytest.mark.exhaustive("VibrationEllipse")
 @pytest.mark.parametrize("kind", [k for k in all_blocks().values() if not k.has_formats()], ids=lambda k: k.__name__)
 def test_every_function_of_every_block(kind: Any) -> None:
     block = kind()
@@ -148,6 +149,7 @@ def within(format: Any, dice: random.Random) -> Any:
 NOT_LOWERED = {*arithmetic.OF_C, *arithmetic.OF_MACHINES, "place"}
 
 
+@pytest.mark.exhaustive("1500-true_divide")
 @pytest.mark.parametrize(
     "function",
     [f for n, f in inspect.getmembers(arithmetic, inspect.isfunction) if n not in NOT_LOWERED],

@@ -182,6 +182,7 @@ def behind(planned: Plan, compiled: CompiledPlan, calls: tuple[int, ...]) -> lis
     return [*recorded, *(np.array(value, dtype=float) for value in moving)]
 
 
+@pytest.mark.exhaustive("self_calibration_fixed")
 @pytest.mark.parametrize("name", GRAPHS)
 def test_ticks_in_parts_have_the_same_bits(name: str, monkeypatch: pytest.MonkeyPatch) -> None:
     planned = plan(read_graph(library_file(f"{name}.toml")))

@@ -142,6 +142,7 @@ class TestGoingOn:
         for name in whole if streamed else ():
             assert np.load(folder / f"{name}.npy").tobytes() == whole[name]
 
+    @pytest.mark.exhaustive
     def test_the_engines_take_over_from_each_other(self, tmp_path: Path) -> None:
         graph = made(tmp_path)
         whole = bits(simulate(graph, samples=2000, engine="python"))

@@ -36,6 +36,7 @@ def test_changes_are_those_of_the_closed_form() -> None:
         assert result["since_calibration"][place] == pytest.approx(expected, abs=1e-14)
 
 
+@pytest.mark.exhaustive
 def test_engines_lanes_and_resuming_agree_to_the_bit(tmp_path: Path) -> None:
     study = read_study_text(NOISY)
     python = run_study(study, engine="python")

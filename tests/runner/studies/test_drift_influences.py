@@ -173,6 +173,7 @@ def test_one_mass_in_three_blocks(result: StudyResult) -> None:
     assert rows[0]["effect"] == pytest.approx(3.0 * deviation, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_sobol_indices_are_told_at_every_interval(result: StudyResult) -> None:
     spread = {"a.value": {"normal": 0.1}, "b.value": {"normal": 0.1}}
     more = {"epochs": {"ages": ["0 h", "1 year"]}, "recalibration": {"every": ["never", "1 year"]}}

@@ -57,6 +57,7 @@ def test_a_replay_runs_the_calibrations_before_it(study: Study, engine: EngineNa
     assert SensorRuns(quiet, "python").parameters(0, 0) == {}
 
 
+@pytest.mark.exhaustive
 def test_order_engine_and_interruption_change_no_bit(study: Study, tmp_path: Path) -> None:
     python = run_study(study, engine="python")
     assert run_study(study, engine="compiled").digest == python.digest

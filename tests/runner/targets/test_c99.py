@@ -33,6 +33,7 @@ from tests.by_hand.random_programs import RandomProgram, random_arrays
 from tests.by_hand.small_programs import SMALL, Case, of_libm
 
 
+@pytest.mark.exhaustive("35-0--O1", "35-1--O1")
 @needs_gcc
 @pytest.mark.parametrize(("constant", "level"), [(None, "-O0"), (None, "-O3"), (0, "-O1"), (1, "-O1")])
 @pytest.mark.parametrize("thin", [THINNER, pytest.param(THIN, marks=pytest.mark.exhaustive)])

@@ -120,6 +120,7 @@ def test_registers(node: Endpoint) -> None:
     assert_alike(*both(fixed(), node, 30))
 
 
+@pytest.mark.exhaustive("0-node0")
 @pytest.mark.parametrize("node", [("error", "output"), ("stiff", "output"), ("out", "output")])
 @pytest.mark.parametrize("tick", [0, 200])
 def test_a_stiffness_that_moves(node: Endpoint, tick: int) -> None:

@@ -99,6 +99,7 @@ def test_a_quantiser_of_n_levels(levels: int, amplitude: float) -> None:
     assert found(amplitude) == pytest.approx(expected.real, rel=1e-9, abs=1e-12)
 
 
+@pytest.mark.exhaustive("0.3")
 @pytest.mark.parametrize("amplitude", [0.3, 2.0, 9.0])
 def test_sign_dead_zone_sine_and_cosine(amplitude: float) -> None:
     sign = describing_function(Sign(), "input", "output", 1.0)

@@ -161,6 +161,7 @@ def test_mistakes_are_answered() -> None:
         predicted(graph, "plant")
 
 
+@pytest.mark.exhaustive
 def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     path = tmp_path / "servo.toml"
     path.write_text(write_graph(servo(Relay(lower=-0.05, upper=0.05), duration=30)))

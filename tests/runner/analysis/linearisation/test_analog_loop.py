@@ -98,6 +98,7 @@ def test_the_state_space_is_for_python_control() -> None:
     assert system(1j * w) == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_a_gain_that_depends_on_the_operating_point() -> None:
     """x' = w (2 - x^2 - x): at rest at 1, where the loop through the square has the gain 2 behind a LowPass."""
     blocks: dict[str, Block] = {

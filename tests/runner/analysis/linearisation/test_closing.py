@@ -62,6 +62,7 @@ def test_a_calibration_is_a_loop_from_instant_to_instant(averaging: int, factor:
     assert any("closed for an instant" in note for note in found.system.map.notes)
 
 
+@pytest.mark.exhaustive
 def test_a_register_is_a_wire_with_one_value_a_calibration() -> None:
     found = proofmass.margins(calibrated(300), "register.value")
     assert found.system.per_period == 1

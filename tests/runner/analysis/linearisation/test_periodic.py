@@ -142,6 +142,7 @@ def test_the_orbit_closes_in_a_run(orbit: tuple[Graph, str, PeriodicPoint]) -> N
             assert after.states[name] == pytest.approx(state, rel=CLOSED, abs=CLOSED), name
 
 
+@pytest.mark.exhaustive("van der pol")
 def test_a_run_settles_to_the_orbit(orbit: tuple[Graph, str, PeriodicPoint]) -> None:
     graph, _, point = orbit
     planned = plan(graph)
@@ -293,6 +294,7 @@ def test_carrier_readout_of_the_library() -> None:
     assert twice.dt == pytest.approx(20e-6)
 
 
+@pytest.mark.exhaustive
 def test_noise_about_an_orbit() -> None:
     """Noise before the chopper comes back to where it was; before the demodulator alone it lies about its harmonics."""
     graph = chopper()

@@ -58,7 +58,7 @@ def loop(weight: Any, half: int, factor: float = 1.0, at_start: float = 0.0) -> 
     return Graph(name="switched", rate=RATE, blocks=blocks, wires=wires, probes=["integrator.output"])
 
 
-@pytest.mark.exhaustive("150-auto-chopper", "150-auto-pulse")
+@pytest.mark.exhaustive("150-auto-chopper", "150-auto-pulse", "4-0 s-chopper")
 @pytest.mark.defect("S23", before="a gain margin of 7.7 or 14.3", after="11.0, over the periods of the switch")
 @pytest.mark.parametrize("weight", [chopper, pulse])
 @pytest.mark.parametrize(("half", "at"), [(2, "1 ms"), (4, "0 s"), (10, "1 ms"), (150, "auto")])

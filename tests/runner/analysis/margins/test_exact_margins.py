@@ -271,6 +271,7 @@ def fast_and_very_slow(slow: str) -> Graph:
     return Graph(name="fast and very slow", rate="1 kHz", blocks=blocks, rates={"slow": slow}, wires=wires)
 
 
+@pytest.mark.exhaustive
 def test_a_wire_with_a_hundred_values_in_a_period() -> None:
     """x' = (0.9 - 0.1 f) x + 0.1 f w, where w is x of the slow tick before: stable for |0.9 - 0.1 f| < 1.
 

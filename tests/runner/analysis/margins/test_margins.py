@@ -224,6 +224,7 @@ def lifted(ratio: int, gain: float = 0.3) -> Graph:
     return Graph(name="lifted", rate=FAST, blocks=blocks, rates=rates, wires=wires, loops=opened)
 
 
+@pytest.mark.exhaustive("7-2.0")
 @pytest.mark.parametrize(("ratio", "gain"), [(2, 0.3), (3, 2.0), (7, 2.0)])
 def test_lifting_changes_no_margin(ratio: int, gain: float) -> None:
     plain, found = margins(lifted(1, gain)), margins(lifted(ratio, gain))

@@ -40,6 +40,7 @@ def test_four_panels_with_names() -> None:
     assert title == "main: gain margin 31.57 dB, phase margin 90.9°, delay margin 766.8 µs"
 
 
+@pytest.mark.exhaustive
 def test_margins_are_distances_also_of_a_loop_with_several_values_of_its_wire() -> None:
     found = margins(read_graph(library_file("force_balance_seismometer.toml")))
     assert found.gain_margin_frequency is None

@@ -156,6 +156,21 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
     "ringed_loop-35",
     "ringed_loop-40",
     "ringed_loop-45",
+    "analog_loop-0",
+    "analog_loop-5",
+    "analog_loop-10",
+    "analog_loop-15",
+    "analog_loop-20",
+    "analog_loop-25",
+    "analog_loop-30",
+    "analog_loop-35",
+    "sampled_loop-5",
+    "sampled_loop-10",
+    "sampled_loop-20",
+    "sampled_loop-35",
+    "ringed_loop-35",
+    "ringed_loop-40",
+    "ringed_loop-45",
 )
 @pytest.mark.defect("S401", before="only the interval of stable gains about 1", after="all of them")
 @pytest.mark.parametrize("first", range(0, 50, _SAMPLE))
@@ -166,7 +181,27 @@ def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) ->
 
 
 @pytest.mark.exhaustive(
-    "1004", "1017", "1037", "1026", "1028", "1029", "1035", "1036", "1024", "1011", "1019", "1030", "1032"
+    "1004",
+    "1017",
+    "1037",
+    "1026",
+    "1028",
+    "1029",
+    "1035",
+    "1036",
+    "1024",
+    "1011",
+    "1019",
+    "1030",
+    "1032",
+    "1010",
+    "1011",
+    "1019",
+    "1030",
+    "1032",
+    "1033",
+    "1034",
+    "1039",
 )
 @pytest.mark.parametrize("number", [1004, 1008, *range(1010, 1013), 1014, 1017, 1019, *range(1024, 1040)])
 def test_random_loops_that_turn(number: int) -> None:

@@ -77,7 +77,7 @@ def difference(graph: Graph, key: str, value: float, output: str, **options: obj
     return (4.0 * slope(5e-4) - slope(1e-3)) / 3.0
 
 
-@pytest.mark.exhaustive("chain", "chain-in-a-band", "soon", "at-rest")
+@pytest.mark.exhaustive("chain", "chain-in-a-band", "soon", "at-rest", "loop-in-a-band")
 @pytest.mark.parametrize(("graph", "output", "options"), [
     pytest.param(first_order(), "y.output", {}, id="loop"),
     pytest.param(first_order(), "y.output", {"band": (1.0, 40.0)}, id="loop-in-a-band"),

@@ -70,6 +70,7 @@ def test_closed_form_of_the_rounding_of_a_section() -> None:
     assert rms**2 == pytest.approx(state**2 * gain + output**2, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_rounding_is_that_of_a_run() -> None:
     """The narrow section less the wide one, in rms and in spectrum."""
     values = 1 << 16

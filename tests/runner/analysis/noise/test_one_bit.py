@@ -83,6 +83,7 @@ def test_noise_does_not_pass_a_bit_in_a_limit_cycle() -> None:
     assert noise(locked(0.02), "bit.sign").rms > 0.1
 
 
+@pytest.mark.exhaustive
 def test_gaussian_input_has_the_gain_of_its_closed_form() -> None:
     """x' = x + g (0 - v), v the sign of x + n: K sigma = sqrt(2 / pi), and the error has 1 - 2 / pi.
 

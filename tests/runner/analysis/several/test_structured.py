@@ -8,7 +8,7 @@ from proofmass.runner.analysis.several.structured import lower_bound, upper_boun
 slycot = pytest.importorskip("slycot")
 
 
-@pytest.mark.exhaustive("3-2", "4-1")
+@pytest.mark.exhaustive
 @pytest.mark.parametrize(("size", "count"), [(2, 4), (3, 2), (4, 1)])
 def test_upper_bounds_are_those_of_slicot(size: int, count: int) -> None:
     rng = np.random.default_rng(size)

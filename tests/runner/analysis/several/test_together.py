@@ -86,6 +86,7 @@ def test_what_goes_one_way_between_loops_moves_no_margin_at_any_frequency() -> N
     assert found.margin == pytest.approx(min(found.alone), rel=1e-6)
 
 
+@pytest.mark.exhaustive
 def test_its_factors_put_a_pole_on_the_circle_and_smaller_ones_do_not() -> None:
     found = margins_together(GRAPH)
     assert found.reached == pytest.approx(found.margin, rel=1e-6)

@@ -100,6 +100,7 @@ def test_a_run_and_its_files_hold_the_same_readings(tmp_path: Path) -> None:
         read_table(tmp_path / "traces.nc", "thermometer.voltage", "noisy.outptu")
 
 
+@pytest.mark.exhaustive
 def test_netcdf_on_two_time_axes_is_refused(tmp_path: Path) -> None:
     text = GRAPH.read_text(encoding="utf-8").replace('"noisy.output",', '{ signal = "noisy.output", every = 2 },')
     path = table(tmp_path, text, "graph.toml")

@@ -31,6 +31,7 @@ def rmse_of(fitted: Fit) -> float:
     return math.sqrt(float(np.mean(fitted.residual**2)))
 
 
+@pytest.mark.exhaustive("m2")
 @both
 def test_two_exponentials_against_least_squares_from_many_starts(device: Device) -> None:
     output, size = device.output(), device.before

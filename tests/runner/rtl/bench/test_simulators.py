@@ -107,6 +107,7 @@ def test_a_bench_without_a_verdict_passes_nothing() -> None:
         play("icarus", machine, files)
 
 
+@pytest.mark.exhaustive
 def test_the_command_plays_the_bench_and_reports_it(capsys: pytest.CaptureFixture[str], tmp_path: Path) -> None:
     present("icarus")
     words = ["rtl", str(CALIBRATION), "--block", "chips", "-o", str(tmp_path), "--ticks", "3", "--simulate", "icarus"]

@@ -88,6 +88,7 @@ def test_registers_of_shipped_blocks(block: Block, words: dict[str, Word]) -> No
     assert {register.text: register.word for register in module_of(block).registers} == words
 
 
+@pytest.mark.exhaustive
 @pytest.mark.parametrize("block", [CalibrationSequencer(), MeasurementSlots()], ids=repr)
 def test_what_plain_python_reaches_is_inside(block: Block) -> None:
     module = module_of(block)

@@ -73,6 +73,7 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     "FixedPID",
     "FixedCordicExponential",
     "FixedSlopeEstimator",
+    "FixedSlopeEstimator",
 )
 @pytest.mark.parametrize("block", _some_exhaustive(DIGITAL))
 def test_every_digital_block_is_proved(block: Block) -> None:
@@ -227,6 +228,7 @@ def test_the_command_proves_and_writes_what_it_found(capsys: pytest.CaptureFixtu
     assert "chip_counter" in (tmp_path / "report.html").read_text(encoding="utf-8")
 
 
+@pytest.mark.exhaustive
 def test_without_the_extra_the_command_says_what_to_install(
     capsys: pytest.CaptureFixture[str], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -15,6 +15,7 @@ from tests.by_hand.machines import differences, loop_at_rates, made
 WIDE = Fixed(24, 16)
 
 
+@pytest.mark.exhaustive("6000-3000-2000", "2000-6000-1000")
 @pytest.mark.parametrize(
     ("error", "gain", "integrator"),
     [(6000, 6000, 6000), (6000, 3000, 2000), (2000, 6000, 1000), (3000, 1000, 3000), (1000, 1000, 1000)],

@@ -96,6 +96,7 @@ def test_a_verdict_that_there_is_not(graph: Graph) -> None:
     assert "'unstable', 'marginal', 'stable'" in caught.value.problems[0].expected
 
 
+@pytest.mark.exhaustive
 def test_a_ledger_keeps_a_run_without_margins(graph: Graph, tmp_path: Path) -> None:
     study = Study(graph, runs=1, sweep={"pickoff.gain": [GAIN, GAIN * 38.5]}, margins="0 s")
     first, second = (run_study(study, engine="python", folder=tmp_path) for _ in range(2))

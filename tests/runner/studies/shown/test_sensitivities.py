@@ -147,6 +147,7 @@ def test_nothing_to_explain() -> None:
     assert regression({"a": column[:3]}, column[:3]) is None
 
 
+@pytest.mark.exhaustive("8")
 @pytest.mark.parametrize("runs", [8, 200])
 def test_intervals_of_an_influence(runs: int) -> None:
     """Of one parameter, those of SciPy's straight line; of three, they cover what is true 95 times of 100."""

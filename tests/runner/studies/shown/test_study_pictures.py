@@ -115,6 +115,7 @@ def test_curves_have_means_and_few_of_them_bands(one_point: StudyResult) -> None
     assert not many.collections
 
 
+@pytest.mark.exhaustive("seed")
 @pytest.mark.parametrize("name", ["change of reference.value", "accelerometer.sensor.mass", "seed"])
 def test_names_below_points_end_within_the_picture(name: str, one_point: StudyResult) -> None:
     influences = StudyInfluences(one_point).by_measure(one_point)["bias"][-1]

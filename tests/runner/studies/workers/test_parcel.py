@@ -66,6 +66,7 @@ def test_long_lists_travel_as_files(here: Path) -> None:
     assert facts_of(again) == facts_of(sensors)
 
 
+@pytest.mark.exhaustive
 def test_more_text_than_workers_read_is_refused_before_any_is_asked(here: Path) -> None:
     (here / "study.toml").write_text(STUDY)
     graph = read_study(here / "study.toml").graph
