@@ -102,7 +102,7 @@ def many_roots(polynomial: Polynomial, bits: int) -> list[Any] | None:
 def _are_all(polynomial: Polynomial, balls: list[Any]) -> bool:
     """Return whether each ball holds a root of its own: none touches another, but next to 0, and their sum is right."""
     degree = polynomial.degree()
-    missing = sum(ball.mid() for ball in balls) + flint.fmpq(int(polynomial[degree - 1]), int(polynomial[degree]))
+    missing: Any = sum(ball.mid() for ball in balls) + flint.fmpq(int(polynomial[degree - 1]), int(polynomial[degree]))
     return _are_apart([ball for ball in balls if abs(ball.mid()) > _INSIDE]) and bool(abs(missing) < 0.5 * _INSIDE)
 
 
@@ -132,7 +132,7 @@ def _iterated(values: PolynomialValues, less_one: Complex) -> tuple[Complex, Arr
 def _are_apart(balls: list[Any]) -> bool:
     """Return whether no ball touches another, so that each holds a root of its own."""
     centers = [ball.mid() for ball in balls]
-    less_one = np.array([complex(center - 1) for center in centers])
+    less_one: Complex = np.array([complex(center - 1) for center in centers], dtype=np.complex128)
     radii = np.array([max(float(ball.real.rad()), float(ball.imag.rad())) for ball in balls])
     order = np.argsort(less_one.real)
     less_one, radii = less_one[order], 2.0 * radii[order]

@@ -76,7 +76,8 @@ class _Sum:
         self._values = PolynomialValues(polynomial)
 
     def logarithm(self, w: Array, less_one: Complex) -> Complex:
-        return np.asarray(np.log(self._values(np.exp(1j * w), less_one)) + self._values.octaves * math.log(2.0))
+        logs = np.log(self._values(np.exp(1j * w), less_one)) + self._values.octaves * math.log(2.0)
+        return np.asarray(logs, dtype=np.complex128)
 
     def slope(self, z: complex, less_one: complex) -> complex:
         return complex(1.0 / self._values.ratio(np.array([less_one]))[0][0])

@@ -48,7 +48,8 @@ def zeros_between(function: RealCurve, low: Array, high: Array, scale: float = 1
         safe = (phi**2 < xi) & ((1.0 - phi) ** 2 < 1.0 - xi)
         part = np.clip(np.where(safe, curved, 0.5), least, 1.0 - least)
         on = (least <= 0.5) & (np.minimum(np.abs(f1), np.abs(f2)) > 0.0)
-        live, x1, x2, f1, f2, part = (of[on] for of in (live, x1, x2, f1, f2, part))
+        live = live[on]
+        x1, x2, f1, f2, part = (of[on] for of in (x1, x2, f1, f2, part))
     return found
 
 

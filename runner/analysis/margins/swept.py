@@ -136,7 +136,7 @@ class SweptAxis:
         """Angles up to half a turn, close to each other where L or the closed loop turns fast."""
         open_poles = [complex(root) for root in roots(self._loop.denominator, True)]
         poles = np.concatenate([open_poles, self._poles])
-        logs = np.log(poles[np.abs(poles) > 1e-3])
+        logs: Complex = np.asarray(np.log(poles[np.abs(poles) > 1e-3]), dtype=np.complex128)
         corners = np.abs(logs)[np.abs(logs) > 1e-12]
         lowest = _LEAST * min(float(np.min(corners, initial=math.pi)), math.pi)
         turns = 0.5 * (len(poles) + 16)
