@@ -93,6 +93,22 @@ def largest(entries: Sequence[float]) -> float:
     return best
 
 
+def least_integer(entries: Sequence[int]) -> int:
+    """The least of the entries, with all its digits."""
+    best = entries[0]
+    for entry in entries:
+        best = entry if entry < best else best
+    return best
+
+
+def largest_integer(entries: Sequence[int]) -> int:
+    """The largest of the entries, with all its digits."""
+    best = entries[0]
+    for entry in entries:
+        best = entry if entry > best else best
+    return best
+
+
 def is_empty(entries: Sequence[float]) -> bool:
     """Return whether there is no entry."""
     return len(entries) == 0

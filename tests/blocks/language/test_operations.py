@@ -83,7 +83,7 @@ class Compiled:
         return [(b"", True) if wrong else (bits(v), False) for v, wrong in zip(value.tolist(), failed, strict=True)]
 
 
-@pytest.mark.exhaustive
+@pytest.mark.exhaustive("float")
 @TYPES
 @pytest.mark.parametrize(("apart", "examples"), [(5, 50), pytest.param(1, 200, marks=pytest.mark.exhaustive)])
 @pytest.mark.defect("S14", before="x ** 3, overflow, n // 0 differ in silence", after="the same bits, or the run ends")
@@ -98,6 +98,22 @@ def test_compiled_code_means_what_python_means(types: tuple[type, type], apart: 
         agree(compiled, pairs)
 
     drawn()
+
+
+@pytest.mark.defect("S709", before="in machine code min((2^53 + 1, 2^53 + 3)) was 2^53", after="all digits of integers")
+def test_the_least_and_the_largest_entry_have_all_their_digits() -> None:
+    for function, expected in ((least_entry, 2**53 + 1), (largest_entry, 2**53 + 3)):
+        form = plain_form(function, (int, int), None)  # type: ignore[arg-type]
+        values, faults = over_columns(form.function, np.array([2**53 + 1]), np.array([2**53 + 3]))
+        assert (values.dtype, values.tolist(), faults.tolist()) == (np.int64, [expected], [False])
+
+
+def least_entry(a: int, b: int) -> int:
+    return min((a, b))
+
+
+def largest_entry(a: int, b: int) -> int:
+    return max((a, b))
 
 
 def agree(compiled: Compiled, pairs: list[tuple[Number, Number]]) -> None:

@@ -10,6 +10,8 @@ from collections.abc import Callable
 from typing import Any
 
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from proofmass.blocks.language import arithmetic, whole
 
@@ -74,6 +76,11 @@ def test_roots() -> None:
 def test_least_and_largest(entries: list[Any]) -> None:
     assert repr(whole.least(entries)) == repr(min(entries))
     assert repr(whole.largest(entries)) == repr(max(entries))
+
+
+@given(st.lists(st.integers(), min_size=1))
+def test_least_and_largest_of_integers(entries: list[int]) -> None:
+    assert (whole.least_integer(entries), whole.largest_integer(entries)) == (min(entries), max(entries))
 
 
 @pytest.mark.parametrize(
