@@ -137,3 +137,10 @@ def test_a_file_that_may_not_be_read(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(Path, "open", forbidden)  # root may read everything
     with pytest.raises(ModelError, match=r"curve\.csv cannot be read: Permission denied"):
         read_graph(path)
+
+
+def test_a_file_that_is_no_text(tmp_path: Path) -> None:
+    path = written(tmp_path, curve('{ file = "curve.csv" }'))
+    (tmp_path / "curve.csv").write_bytes("1,2°\n".encode("latin-1"))
+    with pytest.raises(ModelError, match=r"curve\.csv is not UTF-8 text"):
+        read_graph(path)
