@@ -1,15 +1,27 @@
-"""Every command of the gallery that shows margins says that its loops are stable."""
+"""Every command of the gallery runs, and those that show margins say that loops are stable."""
 
 import re
 import shlex
+from pathlib import Path
 
 import pytest
 
 from proofmass.runner.command_line import main
 from tests.documents.test_gallery import DOCS
 
-COMMANDS = re.findall(r"^    proofmass (margins .*)$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
+EVERY = re.findall(r"^    proofmass (.*)$", (DOCS / "gallery.md").read_text("utf-8"), re.MULTILINE)
+COMMANDS = [command for command in EVERY if command.startswith("margins ")]
 OF_ONE_BIT = "sigma_delta"  # its gain is a guess of the reader
+
+
+@pytest.mark.exhaustive
+def test_all_commands_run_one_after_the_other_from_an_empty_folder(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.chdir(tmp_path)
+    assert len(EVERY) > 60
+    for command in EVERY:
+        assert main(shlex.split(command)) == 0, command
 
 
 @pytest.mark.exhaustive
