@@ -132,8 +132,7 @@ class Calls(Expressions):
         if kind not in NUMBERS:
             raise refuse(node, f"{target.__name__}() of {described(kind)}", "its entries must be numbers")
         if target in operations.EXTREMES:
-            extremes = operations.INTEGER_EXTREMES if kind is int else operations.EXTREMES
-            return self.applied(extremes[target], entries), kind
+            return self.applied(operations.EXTREMES[target], entries), kind
         if target is sum and kind is float:
             raise refuse(node, "sum() of numbers is not compiled", operations.INSTEAD[sum])
         if kind is float:

@@ -164,10 +164,6 @@ EXTREMES: dict[Any, Checked] = {
     min: Checked(whole.least, whole.is_empty, float, min),
     max: Checked(whole.largest, whole.is_empty, float, max),
 }
-INTEGER_EXTREMES: dict[Any, Checked] = {
-    min: Checked(whole.least_integer, whole.is_empty, int, min),
-    max: Checked(whole.largest_integer, whole.is_empty, int, max),
-}
 TOTALS: dict[Any, Checked] = {
     sum: _step_by_step(whole.total, whole.total_fails),
     math.prod: _step_by_step(whole.product, whole.product_fails),

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Sequence
+from typing import TypeVar
 
 from proofmass.blocks.language.arithmetic import (
     LOWEST,
@@ -11,6 +12,8 @@ from proofmass.blocks.language.arithmetic import (
     modulo,
     multiply_fails,
 )
+
+_Entry = TypeVar("_Entry", int, float)
 
 
 def greatest_divisor(a: int, b: int) -> int:
@@ -77,32 +80,16 @@ def integer_root_fails(a: int) -> bool:
     return a < 0
 
 
-def least(entries: Sequence[float]) -> float:
-    """The first of the least entries, compared as Python compares them."""
+def least(entries: Sequence[_Entry]) -> _Entry:
+    """The first of the least entries, compared as Python compares them; integers keep all their digits."""
     best = entries[0]
     for entry in entries:
         best = entry if entry < best else best
     return best
 
 
-def largest(entries: Sequence[float]) -> float:
+def largest(entries: Sequence[_Entry]) -> _Entry:
     """The first of the largest entries."""
-    best = entries[0]
-    for entry in entries:
-        best = entry if entry > best else best
-    return best
-
-
-def least_integer(entries: Sequence[int]) -> int:
-    """The least of the entries, with all its digits."""
-    best = entries[0]
-    for entry in entries:
-        best = entry if entry < best else best
-    return best
-
-
-def largest_integer(entries: Sequence[int]) -> int:
-    """The largest of the entries, with all its digits."""
     best = entries[0]
     for entry in entries:
         best = entry if entry > best else best

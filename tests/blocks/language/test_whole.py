@@ -80,7 +80,7 @@ def test_least_and_largest(entries: list[Any]) -> None:
 
 @given(st.lists(st.integers(), min_size=1))
 def test_least_and_largest_of_integers(entries: list[int]) -> None:
-    assert (whole.least_integer(entries), whole.largest_integer(entries)) == (min(entries), max(entries))
+    assert (whole.least(entries), whole.largest(entries)) == (min(entries), max(entries))
 
 
 @pytest.mark.parametrize(
