@@ -5,7 +5,7 @@ import dis
 import inspect
 import re
 import typing
-from collections.abc import Callable, Collection
+from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.arguments import Meaning, meaning_of
@@ -21,6 +21,10 @@ class Behaviour:
     meanings: tuple[Meaning, ...]
     returns: Any
     reads_constants: bool  # an output may be just a field of the state
+
+    def named(self, known: Mapping[str, Any]) -> Iterator[Any]:
+        """Yield its arguments after the first, of those that are known by name."""
+        return (known[name] for name in self.arguments)
 
 
 def bound(

@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.source import remember
 
 Own = Mapping[str, type[Block]]
-_OWN = "proofmass_own_"  # name of the modules of a user's own blocks
+OWN = "proofmass_own_"  # name of the modules of a user's own blocks
 
 
 def find(kind: str, own: Own | None = None) -> type[Block] | None:
@@ -42,7 +42,7 @@ def load_own_blocks(path: Path) -> dict[str, type[Block]]:
 
     Raises `ModelError` if one has the name of a library block, and any error that the file raises.
     """
-    name = f"{_OWN}{path.stem}"
+    name = f"{OWN}{path.stem}"
     spec = importlib.util.spec_from_file_location(name, path)
     if spec is None or spec.loader is None:
         raise ImportError(f"{path} is not a Python file")
@@ -67,7 +67,7 @@ def _taken(path: Path, kind: str, line: int) -> Problem:
 def own_file(kind: type[Block]) -> Path | None:
     """The user's file that a block was loaded from; None for blocks from elsewhere."""
     module = sys.modules.get(kind.__module__)
-    return Path(str(module.__file__)) if module and kind.__module__.startswith(_OWN) else None
+    return Path(str(module.__file__)) if module and kind.__module__.startswith(OWN) else None
 
 
 def family_of(kind: type[Block]) -> str:

@@ -31,7 +31,7 @@ class Registration(Facts):
 
     @bare
     def constants(cls, function: _Function) -> _Function:
-        """Register `constants(p, period) -> Constants`: what the loop needs, from the parameters."""
+        """Register `constants(p, period) -> Constants`: what the loop needs; `period` may be left out."""
         cls.functions["constants"] = _bound(cls, function, {"period"})
         return function
 

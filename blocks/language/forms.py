@@ -16,7 +16,17 @@ from proofmass.blocks.language import operations
 from proofmass.blocks.language.functions import Form, plain_form
 from proofmass.blocks.language.refusals import problem_at
 from proofmass.blocks.language.scope import outer
-from proofmass.blocks.language.values import NOTHING, NUMBERS, Record, RefusedType, Type, Vector, is_record, type_of
+from proofmass.blocks.language.values import (
+    NOTHING,
+    NUMBERS,
+    ListOf,
+    Record,
+    TupleOf,
+    Type,
+    Vector,
+    is_record,
+    type_of,
+)
 
 _NEVER: tuple[Any, ...] = (print, input, open, exec, eval)
 
@@ -126,15 +136,20 @@ def _bad_types(kind: type[Block]) -> Iterator[Problem]:
             )
             continue
         for field, of in Record(record).fields.items():
-            listed = what == "Constants" and not isinstance(of, RefusedType)
-            if of not in NUMBERS and not listed and not kind.has_formats():
+            if of not in NUMBERS and not (what == "Constants" and _numbers(of)) and not kind.has_formats():
                 yield Problem(
                     message=f"the field {field} of {record.__name__} has a type that no engine holds",
                     key=field,
-                    got=str(record.__annotations__[field]),
+                    got=inspect.formatannotation(record.__annotations__[field]),
                     expected="float, int or bool" + (", or a tuple of them" if what == "Constants" else ""),
                     hint="keep a vector in a Buffer" if what == "State" else "",
                 )
+
+
+def _numbers(kind: Type) -> bool:
+    """Return whether values of a type are tuples of numbers, or of such tuples."""
+    entries = kind.entries if isinstance(kind, TupleOf) else (kind.entry,) if isinstance(kind, ListOf) else ()
+    return bool(entries) and all(entry in NUMBERS or _numbers(entry) for entry in entries)
 
 
 def _unrepeatable(function: types.FunctionType, never: tuple[Any, ...]) -> list[Problem]:

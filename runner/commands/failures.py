@@ -19,7 +19,9 @@ def explain(error: Exception) -> int:
     # start-up time: `proofmass --help` refuses nothing
     from proofmass.blocks.declaration.libraries import told
     from proofmass.blocks.declaration.problem import ModelError
+    from proofmass.runner.commands.own_blocks import raised_by_own_block
 
+    error = raised_by_own_block(error) or error
     if isinstance(error, ImportError):
         error = told(error) or error
     if isinstance(error, ModelError):

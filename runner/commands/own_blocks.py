@@ -26,6 +26,20 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
         raise ModelError([Problem(message=message, file=str(path), line=_line(error, path))]) from error
 
 
+def raised_by_own_block(error: Exception) -> ModelError | None:
+    """Return what a function of a user's own block raised, with its file and line; None if none of them did."""
+    # start-up time: few errors come here
+    from proofmass.blocks.declaration.catalog import OWN
+
+    walked = traceback.walk_tb(error.__traceback__)
+    frames = [place for place in walked if str(place[0].f_globals.get("__name__", "")).startswith(OWN)]
+    if not frames or isinstance(error, ModelError):
+        return None
+    frame, line = frames[-1]
+    message = f"{frame.f_code.co_name}() of a block raises {type(error).__name__}: {error}"
+    return ModelError([Problem(message=message, file=frame.f_code.co_filename, line=line)])
+
+
 def _line(error: Exception, path: Path) -> int:
     """The line of the file at which an error arose, 0 if it is not known."""
     if isinstance(error, SyntaxError):

@@ -46,8 +46,8 @@ def dual_start(plan: Filled, name: str, parameters: Any) -> tuple[Any, dict[Vect
     """Return the state of a block at the start of a run and what it writes into its buffers, of such parameters."""
     block = plan.blocks[name]
     filled = {buffer: list(plan.buffers[name, buffer]) for buffer in type(block).buffers}
-    start, known = type(block).functions["start"], {**filled, "period": plan.block_period(name)}
-    state = for_duals(start.function)(parameters, *(known[argument] for argument in start.arguments))
+    start = type(block).functions["start"]
+    state = for_duals(start.function)(parameters, *start.named({**filled, "period": plan.block_period(name)}))
     return _typed(state), {(name, buffer): tuple(values) for buffer, values in filled.items()}
 
 
@@ -69,7 +69,8 @@ def dual_parameters(plan: Filled, name: str, by_parameters: bool) -> Any:
 def dual_constants(block: Block, parameters: Any, period: float) -> Any:
     """Return constants of parameters that may be dual numbers; integers among the constants are plain counts."""
     if "constants" in type(block).functions:
-        constants = _typed(for_duals(type(block).functions["constants"].function)(parameters, period))
+        behaviour = type(block).functions["constants"]
+        constants = _typed(for_duals(behaviour.function)(parameters, *behaviour.named({"period": period})))
     else:
         kind = type(block).parameters_class()
         constants = _typed(kind(*(getattr(parameters, name) for name in kind._fields)))  # type: ignore[attr-defined]

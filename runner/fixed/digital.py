@@ -92,7 +92,8 @@ def digital_block(name: str, block: Block, period: float, *, wide: bool = False)
 def _prepared(block: Block, period: float) -> DigitalBlock:
     constants: Any = block
     if "constants" in type(block).functions:
-        constants = type(block).functions["constants"].function(block, period)
+        behaviour = type(block).functions["constants"]
+        constants = behaviour.function(block, *behaviour.named({"period": period}))
     registers = _registers(block, constants)
     formats = SteadyValue(block)
     raw: Any = _constants_class(type(block).__name__, ())()
@@ -106,7 +107,7 @@ def _prepared(block: Block, period: float) -> DigitalBlock:
     if "start" in type(block).functions:
         behaviour = type(block).functions["start"]
         begin = reference_step(behaviour.function, function_formats(block, "start", behaviour, SteadyValue(block)))
-        start = begin(None, *(buffers[name] for name in behaviour.arguments))
+        start = begin(None, *behaviour.named(buffers))
     functions = {**type(block).output_functions, **{n: b for n, b in type(block).functions.items() if n == "update"}}
     steps = {name: _step(block, name, b, formats, SteadyValue(constants)) for name, b in functions.items()}
     return DigitalBlock(raw, start, {name: tuple(held) for name, held in buffers.items()}, steps)

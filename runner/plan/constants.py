@@ -15,9 +15,9 @@ def constants_of(block: Block, parameters: Any, period: float) -> Any:
     """The constants of a block, or its numeric parameters where it declares none."""
     kind = type(block)
     if "constants" in kind.functions:
-        form = constants_form(kind)
-        function = kind.functions["constants"].function if form is None or form.problems else form.function
-        constants = function(parameters, period)
+        form, behaviour = constants_form(kind), kind.functions["constants"]
+        function = behaviour.function if form is None or form.problems else form.function
+        constants = function(parameters, *behaviour.named({"period": period}))
     else:
         record: Any = kind.parameters_class()
         constants = record(*(getattr(parameters, name) for name in record._fields))
@@ -33,8 +33,8 @@ def in_python(block: Block, behaviour: Behaviour) -> Callable[..., Any]:
 def start_of(block: Block, buffers: Mapping[str, list[float]], period: float) -> Any:
     """State at tick 0; may fill the buffers."""
     if "start" in type(block).functions:
-        start, known = type(block).functions["start"], {**buffers, "period": period}
-        return typed(start.function(block, *(known[name] for name in start.arguments)))
+        start = type(block).functions["start"]
+        return typed(start.function(block, *start.named({**buffers, "period": period})))
     state = type(block).state_class()
     return None if state is None else state(*(held_as(kind)(0) for kind in state.__annotations__.values()))
 

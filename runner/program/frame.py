@@ -133,8 +133,8 @@ class Frame:
         if "constants" not in type(block).functions:
             return Called(parameters, None)
         form, behaviour = constants_form(type(block)), type(block).functions["constants"]
-        given = [parameters, self.now(self.periods[name])][: 1 + len(behaviour.arguments)]
-        return outcome(self.builder, form.function if form else behaviour.function, given)
+        given = behaviour.named({"period": self.now(self.periods[name])})
+        return outcome(self.builder, form.function if form else behaviour.function, [parameters, *given])
 
     def number(self, outcome: Called) -> Operand:
         """Number that a call returns: NaN if anything failed in it."""

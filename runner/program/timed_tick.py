@@ -96,7 +96,7 @@ class TimedTick(TickWriter):
             loop = step.func.__self__
             for tear in loop.tears:
                 self._hold_wire(tear)
-            self.mark("loop of " + ", ".join(dict.fromkeys(name for name, _ in loop.loop.tears)))
+            self.mark("loop of " + ", ".join(dict.fromkeys(name for name, _ in loop.tears)))
 
     def _hold_wire(self, node: Endpoint) -> None:
         self._hold(self.frame.wires.get(node))

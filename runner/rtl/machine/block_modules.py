@@ -56,12 +56,13 @@ class BlockModules:
 
     def _new(self, path: str) -> Module:
         planned, block = self.planned, self.planned.blocks[path]
-        kind = type(block)
+        kind, period = type(block), planned.block_period(path)
         constants: Any = block
         if "constants" in kind.functions:
-            constants = kind.functions["constants"].function(block, planned.block_period(path))
+            behaviour = kind.functions["constants"]
+            constants = behaviour.function(block, *behaviour.named({"period": period}))
         ranges = self._ranges(path)
-        key = (block, planned.block_period(path) if constants is not block else 0, tuple(sorted(ranges.items())))
+        key = (block, period if constants is not block else 0, tuple(sorted(ranges.items())))
         if key not in self._shared:
             buffers = {name: list(map(int, planned.buffers[path, name])) for name in kind.buffers}
             try:

@@ -11,8 +11,10 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from proofmass.blocks.language import arithmetic
 from proofmass.blocks.language.arithmetic import HIGHEST, LOWEST
 from proofmass.blocks.language.functions import plain_form
+from proofmass.blocks.language.operations import TURN
 from tests.blocks.language import one_operation_each
 from tests.by_hand.compiled import over_columns
 
@@ -106,6 +108,16 @@ def test_the_least_and_the_largest_entry_have_all_their_digits() -> None:
         form = plain_form(function, (int, int), None)  # type: ignore[arg-type]
         values, faults = over_columns(form.function, np.array([2**53 + 1]), np.array([2**53 + 3]))
         assert (values.dtype, values.tolist(), faults.tolist()) == (np.int64, [expected], [False])
+
+
+def test_plain_python_ends_a_loop_at_the_same_turn() -> None:
+    """The turns are counted by hand: a loop of 2^24 turns would take seconds."""
+    last = arithmetic.MOST_TURNS - 1
+    assert TURN.reference(last) == TURN.value(last) == arithmetic.MOST_TURNS
+    assert TURN.fails(last + 1)
+    assert not TURN.fails(last)
+    with pytest.raises(RuntimeError, match="a loop of over 16,777,216 turns in one tick"):
+        TURN.reference(last + 1)
 
 
 def least_entry(a: int, b: int) -> int:

@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from proofmass.blocks.declaration.catalog import load_own_blocks
+from proofmass.blocks.language.forms import problems_of
 from proofmass.blocks.language.functions import plain_form
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph
@@ -69,6 +70,53 @@ def nothing(a: float) -> None:
 
 def unknown(a: float) -> tuple[float, ...]:
     raise ValueError(a)
+
+
+def refused(a: float):
+    import cmath
+    return a
+
+
+def misnamed(a: float) -> "Unwritten":
+    return 2.0 * a
+'''
+REGISTERS = '''
+from typing import Any, NamedTuple
+
+from proofmass import Block, Input
+from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
+
+
+class Held(NamedTuple):
+    level: FixedValue
+
+
+class Register(Block):
+    """A register of the user's own."""
+
+    input = Input("1", "Input.", FixedValue)
+
+
+@Register.formats
+def widths(p: Any) -> dict[str, Fixed]:
+    return {"input": Fixed(16, 8), "x": Fixed(16, 8), "level": Fixed(16, 8)}
+
+
+@Register.start
+def begin(p: Any) -> Held:
+    return Held(FixedValue(0, 8))
+
+
+@Register.output("1")
+def level(c: Any, x: Held) -> FixedValue:
+    """Level."""
+    print(x.level)
+    return x.level
+
+
+@Register.update
+def update(c: Any, input: FixedValue) -> Held:
+    return Held(input)
 '''
 GRAPH = """
 name = "mine"
@@ -249,6 +297,27 @@ def test_a_function_that_is_called_is_looked_into_and_all_is_told_at_once(tmp_pa
 def test_a_helper_that_raises_in_place_of_a_list(tmp_path: Path) -> None:
     [problem] = problems(tmp_path, "u = unknown(input)\nreturn 1.0")
     assert problem == "Mine.unknown: raise in a function of a list of values; return a tuple"
+
+
+@pytest.mark.parametrize(
+    "output",
+    ["return refused(input) if input > 0.0 else 1.0", "return min(1.0, refused(input))", "return refused(input).level"],
+)
+def test_what_comes_of_a_refused_function_is_not_refused_again(output: str, tmp_path: Path) -> None:
+    [problem] = problems(tmp_path, output)
+    assert problem.startswith("Mine.refused: an import within a function")
+
+
+def test_a_result_that_is_named_by_an_unknown_word_is_taken_as_it_comes(tmp_path: Path) -> None:
+    assert problems(tmp_path, "return misnamed(input)") == []
+
+
+def test_a_block_in_fixed_point_is_looked_through_too(tmp_path: Path) -> None:
+    (tmp_path / "registers.py").write_text(REGISTERS)
+    [problem] = problems_of(load_own_blocks(tmp_path / "registers.py")["Register"])
+    assert problem.message == "print() is not compiled"
+    assert problem.line == REGISTERS.splitlines().index("    print(x.level)") + 1
+    assert "breakpoint()" in problem.hint
 
 
 def test_a_function_of_this_package_has_to_say_what_it_returns() -> None:

@@ -74,6 +74,13 @@ def test_every_point_of_the_sweep_is_tried_with_the_same_sensors(tmp_path: Path)
     assert points == [(1, 3), (1, 4), (1, 5), (2, 3), (2, 4), (2, 5), (1, 3)]
 
 
+def test_a_study_about_other_values_is_the_one_that_sweeps_them_alone(tmp_path: Path) -> None:
+    about = study(tmp_path).at({"filter.corner_frequency": 150.0})
+    alone = study(tmp_path, STUDY.replace('["100 Hz", "200 Hz"]', '["150 Hz"]'))
+    assert about.points == 1
+    assert [about.drawn(run) for run in range(6)] == [alone.drawn(run) for run in range(6)]
+
+
 def test_what_is_drawn_does_not_depend_on_other_parameters(tmp_path: Path) -> None:
     made, text = study(tmp_path), STUDY.replace('"source.value" = { uniform = "1 mV" }\n', "")
     fewer = study(tmp_path, text)

@@ -33,11 +33,11 @@ def test_a_study_made_in_python(tmp_path: Path) -> None:
     assert read_study(tmp_path / "made.toml") == made
 
 
-@pytest.mark.exhaustive
-def test_a_long_list_of_values_lies_beside_the_text(tmp_path: Path) -> None:
+@pytest.mark.parametrize("length", [1_001, pytest.param(100_000, marks=pytest.mark.exhaustive)])
+def test_a_long_list_of_values_lies_beside_the_text(length: int, tmp_path: Path) -> None:
     (tmp_path / "study.toml").write_text(STUDY)
     graph, dice = read_study(tmp_path / "study.toml").graph, random.Random(5)
-    values = [dice.gauss(5.0, 1e-3) for _ in range(100_000)]
+    values = [dice.gauss(5.0, 1e-3) for _ in range(length)]
     made = Study(graph, spread={"adc.reference": {"values": values}, "source.value": {"values": [1.0, 2.0]}})
     ((name, content),) = files_beside(made).items()
     assert name == f"{hashlib.sha256(content).hexdigest()}.csv"

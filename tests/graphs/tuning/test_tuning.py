@@ -46,6 +46,7 @@ def test_it_is_read_with_units(tmp_path: Path) -> None:
         ('loop = "main", figure = "bandwidth"', 'noise = "plant.output", band = ["5 Hz", "1 Hz"]', "empty"),
         ('loop = "main", figure = "bandwidth"', 'measure = "botom"', "no such measure"),
         ('"60 deg"', '"60 deg", gain = 3', "unknown key"),
+        ('loop = "main", figure = "bandwidth", maximise', "yield = true, maximise", "there is no study with limits"),
         ("maximise = true", "maximise = true, soft = true", "leave soft out, or give a limit"),
         ("maximise = true", 'at_least = "5 Hz", at_most = "1 Hz"', "nothing can meet it"),
         ('"bandwidth", maximise', '"settling_time", maximise', "a settling time has no upper end"),

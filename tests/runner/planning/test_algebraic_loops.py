@@ -216,6 +216,30 @@ def test_a_filter_in_a_loop_is_the_closed_loop_transfer_function(method: str, er
     np.testing.assert_allclose(trace.values, step_response(*closed(-3.0), trace.times), rtol=0, atol=error)
 
 
+@pytest.mark.parametrize("method", ["auto", "runge_kutta_4"])
+def test_filters_in_loops_that_cross_are_the_loops_of_their_sum_and_difference(method: str) -> None:
+    """y = s + M H y with M = [[a, b], [b, a]]: sum and difference of the signals do not see each other."""
+    a, b, levels = -3.0, 1.25, (1.0, 0.25)
+    blocks: dict[str, Block] = {}
+    wires = []
+    for here, level in enumerate(levels):
+        blocks |= {f"source_{here}": Constant(value=level), f"sum_{here}": Sum(), f"filter_{here}": FILTER}
+        blocks |= {f"own_{here}": Gain(gain=a), f"other_{here}": Gain(gain=b)}
+        wires += [f"source_{here}.output -> sum_{here}.first", f"sum_{here}.output -> filter_{here}.input"]
+        wires += [f"filter_{here}.output -> own_{here}.input", f"own_{here}.output -> sum_{here}.second"]
+        wires += [f"filter_{1 - here}.output -> other_{here}.input", f"other_{here}.output -> sum_{here}.third"]
+    probes = [f"filter_{here}.output" for here in range(2)]
+    graph = graph_of(blocks, wires, probes, integration={**NEWTON, "method": method})
+    (loop,) = plan(graph).solvers[0].group.loops
+    assert len(loop.tears) == 2
+    result = both(graph, 20)
+    times = result["filter_0.output"].times
+    of_sum, of_difference = (step_response(*closed(gain), times) for gain in (a + b, a - b))
+    together, apart = (levels[0] + levels[1]) / 2.0 * of_sum, (levels[0] - levels[1]) / 2.0 * of_difference
+    np.testing.assert_allclose(result["filter_0.output"].values, together + apart, rtol=1e-8)
+    np.testing.assert_allclose(result["filter_1.output"].values, together - apart, rtol=1e-8)
+
+
 def test_a_loop_gain_that_a_signal_moves_is_assembled_anew_in_every_tick() -> None:
     graph = feedback(-3.0, Constant(value=1.0), FILTER)
     graph = replace(

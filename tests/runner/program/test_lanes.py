@@ -1,12 +1,16 @@
 """Runs side by side in lanes against each run alone: every state, to the bit."""
 
 import dataclasses
+import math
 import random
 from typing import Any
 
 import numpy as np
 import pytest
 
+import proofmass
+from proofmass import Graph, param
+from proofmass.blocks import Ramp
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.keys import StateField, WireOf
@@ -93,3 +97,21 @@ def test_of_the_library(name: str) -> None:
             assert lanes.value(WireOf(*measure.node))[number] == value_of(alone, measure, memory), measure.name
         different.add(repr(found))
     assert len(different) == RUNS
+
+
+@proofmass.block("1", base="1", exponent=param("1", "Exponent.", default=2.0))
+def power(p: Any, base: float) -> float:
+    """Power of the input, by the C library."""
+    return base**p.exponent + 2.0**base
+
+
+def test_powers_of_other_exponents_side_by_side() -> None:
+    blocks = {"ramp": Ramp(slope=300.0, offset=0.5), "power": power()}
+    graph = Graph(name="powers", rate="1 kHz", blocks=blocks, wires=["ramp.output -> power.base"])
+    exponents, node = [0.5, -1.25, 3.0, math.pi], ("power", "exponent")
+    planned = plan(graph)
+    lanes = Lanes(CompiledLanes(planned, frozenset({node}), LANES), 0, range(LANES), {node: np.array(exponents)})
+    lanes.advance(8)
+    base = 0.5 + 0.3 * 7
+    expected = [base**exponent + 2.0**base for exponent in exponents]
+    np.testing.assert_allclose(lanes.value(WireOf("power", "power")), expected, rtol=1e-14)

@@ -195,18 +195,19 @@ def test_lanes_note_the_faults_of_each_run(tmp_path: Path) -> None:
     assert not lanes.sound().any()
 
 
-@pytest.mark.exhaustive
-def test_a_fault_between_ticks_ends_the_run(tmp_path: Path) -> None:
-    path = tmp_path / "faults.py"
-    path.write_text(
-        FILE
-        + '''
+TANKS = '''
+import math
+from typing import NamedTuple
+
+from proofmass import Block, Input
+
+
 class Flow(NamedTuple):
     height: float
 
 
 class Tank(Block):
-    """height' = 1 - 2 height + sqrt(input - height)."""
+    """height' = sqrt(2.5 - input) - height."""
 
     input = Input("1", "Pressure.")
 
@@ -219,18 +220,55 @@ def height(p, x: Flow) -> float:
 
 @Tank.derivative(linear=False)
 def derivative(p, x: Flow, input: float) -> Flow:
-    rate = min(math.sqrt(2.5 - input), 1.0)
-    return Flow(rate - x.height)
+    return Flow(min(math.sqrt(2.5 - input), 1.0) - x.height)
+
+
+class Bucket(Block):
+    """height' = input until the height is 2: then it is the root of 2 less the input."""
+
+    input = Input("1", "Flow.")
+
+
+@Bucket.output("1")
+def level(p, x: Flow) -> float:
+    """Height."""
+    return x.height
+
+
+@Bucket.derivative(linear=False)
+def filling(p, x: Flow, input: float) -> Flow:
+    return Flow(input)
+
+
+def emptied(p, x: Flow, input: float) -> Flow:
+    return Flow(math.sqrt(2.0 - input))
+
+
+@Bucket.event(then=emptied)
+def full(p, x: Flow) -> float:
+    return 2.0 - x.height
 '''
-    )
-    text = 'name = "tank"\nrate = "1 Hz"\nwires = ["ramp.output -> tank.input"]\nprobes = ["tank.height"]\n'
-    text += '[blocks.ramp]\nkind = "Ramp"\nslope = "1 1/s"\n[blocks.tank]\nkind = "Tank"\n'
+BETWEEN_TICKS = {
+    "derivative": ("Tank", "height", '"ramp.output -> tank.input"', 3),
+    "derivatives": ("Tank", "height", '"ramp.output -> tank.input", "tank.height -> next.input"', 3),
+    "full": ("Bucket", "level", '"ramp.output -> tank.input"', 3),
+}
+
+
+@pytest.mark.parametrize("function", BETWEEN_TICKS)
+def test_a_fault_between_ticks_ends_the_run(function: str, tmp_path: Path) -> None:
+    """The input of tick n is n and held: the bucket is full in tick 2, which leaves 0, and in tick 3, which fails."""
+    kind, port, wires, tick = BETWEEN_TICKS[function]
+    (tmp_path / "faults.py").write_text(TANKS)
+    text = f'rate = "1 Hz"\nwires = [{wires}]\nprobes = ["tank.{port}"]\n[blocks.tank]\nkind = "{kind}"\n'
+    text += '[integration]\nmethod = "runge_kutta_4"\n' * (kind == "Tank")
+    text += '[blocks.ramp]\nkind = "Ramp"\nslope = "1 1/s"\n' + '[blocks.next]\nkind = "Tank"\n' * ("next" in wires)
     (tmp_path / "tank.toml").write_text(text)
-    graph, texts = read_graph(tmp_path / "tank.toml", load_own_blocks(path)), set[str]()
+    graph, texts = read_graph(tmp_path / "tank.toml", load_own_blocks(tmp_path / "faults.py")), set[str]()
     for engine in ENGINES:
-        assert math.isfinite(simulate(graph, samples=3, engine=engine)["tank.height"].values[-1])
+        assert math.isfinite(simulate(graph, samples=tick, engine=engine)[f"tank.{port}"].values[-1])
         with pytest.raises(RunError) as caught:
             simulate(graph, samples=20, engine=engine)
         texts.add(str(caught.value))
     assert len(texts) == 1
-    assert "tank.derivative: failed in tick 3" in texts.pop()
+    assert f"tank.{function.rstrip('s')}: failed in tick {tick}" in texts.pop()

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from proofmass import Graph, block
-from proofmass.blocks import Sine
+from proofmass.blocks import Constant, Difference, Gain, Sine, Sum
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
@@ -71,6 +71,25 @@ def test_every_block_is_a_part_and_the_clock_changes_no_bit(name: str, monkeypat
     named = {name for part in loop.parts for name in part.removeprefix("loop of ").split(", ")}
     scheduled = {step[0] for step in planned.schedule.order if isinstance(step, tuple)}
     assert {name for name in scheduled if not name.startswith("measures.")} <= named
+
+
+@pytest.mark.defect("S743", before="--profile of a graph with a solved loop: AttributeError", after="its part")
+def test_a_loop_that_is_solved_within_a_tick_is_a_part() -> None:
+    """y = 1 - 3 y, and z = y + 2."""
+    blocks = {"one": Constant(value=1.0), "error": Difference(), "gain": Gain(gain=3.0), "more": Sum()}
+    blocks |= {"two": Constant(value=2.0)}
+    wires = ["one.output -> error.first", "gain.output -> error.second", "error.output -> gain.input"]
+    wires += ["error.output -> more.first", "two.output -> more.second"]
+    newton = {"algebraic_loops": "newton"}
+    graph = Graph(name="", rate="1 kHz", blocks=blocks, wires=wires, probes=["more.output"], integration=newton)
+    loop = profiling.ProfiledLoop(profiling.plan(graph), 0)
+    rows = [profiling.np.empty(5)]
+    counts = loop.advance(5, rows)
+    assert rows[0].tolist() == [2.25] * 5
+    assert len(counts) == len(loop.parts)
+    [solved] = [part for part in loop.parts if part.startswith("loop of ")]
+    assert solved.removeprefix("loop of ") in {"error", "gain"}
+    assert "more" in loop.parts
 
 
 @pytest.mark.exhaustive
