@@ -51,6 +51,11 @@ def test_as_data() -> None:
     }
 
 
+def test_two_ways_to_a_place_are_one_problem() -> None:
+    here, there = (Problem(message="must be > 0", key="mass", path=path) for path in (("blocks", "mass"), ("mass",)))
+    assert list(dict.fromkeys([here, there])) == [here]
+
+
 def test_an_error_lists_every_problem() -> None:
     error = ModelError([Problem(message="first", got="1"), Problem(message="second")])
     assert str(error) == "first\n  got:      1\nsecond"

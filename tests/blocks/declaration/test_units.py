@@ -168,6 +168,11 @@ def test_errors_say_what_is_wrong_and_what_to_write(text: str, target: str, mess
     assert hint in caught.value.hint
 
 
+def test_the_largest_exponent_is_12() -> None:
+    assert convert("2 mm^12", "m^12") == pytest.approx(2e-36)
+    assert convert("2 mm^-12", "m^-12") == pytest.approx(2e36)
+
+
 def test_an_empty_unit_is_refused_with_what_to_write() -> None:
     with pytest.raises(UnitError, match="an empty unit") as caught:
         unit("  ")

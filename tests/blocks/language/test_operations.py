@@ -110,6 +110,12 @@ def test_the_least_and_the_largest_entry_have_all_their_digits() -> None:
         assert (values.dtype, values.tolist(), faults.tolist()) == (np.int64, [expected], [False])
 
 
+def test_a_shift_fails_where_its_result_has_more_than_64_bits() -> None:
+    for a in HOSTILE_INTEGERS:
+        for b in (-1, 0, 1, 31, 62, 63, 64, 1000):
+            assert arithmetic.shift_left_fails(a, b) == (b < 0 or not -(2**63) <= a * 2**b < 2**63), (a, b)
+
+
 def test_plain_python_ends_a_loop_at_the_same_turn() -> None:
     """The turns are counted by hand: a loop of 2^24 turns would take seconds."""
     last = arithmetic.MOST_TURNS - 1

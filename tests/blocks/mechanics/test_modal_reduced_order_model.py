@@ -49,6 +49,15 @@ def test_all_modes_against_the_matrix_exponential() -> None:
     assert distance([row["velocity"] for row in found], speeds) < 1e-10
 
 
+def test_a_single_mode_is_a_damped_oscillation() -> None:
+    """A force of 1 from tick 0 on a mass of 2, a damping of 0.4 and a spring of 8: x = (1 - e^(-0.1 t) (...)) / 8."""
+    model = ModalReducedOrderModel(mass=(2.0,), damping=(0.4,), stiffness=(8.0,), entry=(1.0,), readout=(1.0,), modes=1)
+    found = [row["displacement"][0] for row in drive(model, [{"force": [1.0]}] * 40, 0.1)]
+    t, decay, rate = np.arange(40) * 0.1, 0.1, np.sqrt(4.0 - 0.01)
+    expected = (1.0 - np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t))) / 8.0
+    assert found == pytest.approx(expected, abs=1e-13)
+
+
 def test_modes_against_scipy() -> None:
     m, c, k, _, _ = structure()
     squares, vectors = linalg.eigh(k, m)

@@ -169,6 +169,20 @@ def test_a_node_beyond_64_bits_is_refused_with_its_width() -> None:
     assert ".to(format)" in problem.hint
 
 
+def test_a_node_that_leaves_64_bits_at_its_lower_end_alone_is_refused() -> None:
+    def twice(a: FixedValue) -> FixedValue:
+        return (a + a).to(Fixed(8))
+
+    def twice_less_one(a: FixedValue) -> FixedValue:
+        return (a + a - 1).to(Fixed(8))  # from -2^63 - 1 to 2^63 - 3
+
+    formats = {"a": Fixed(63), "return": Fixed(8)}
+    assert compile_step(twice, formats)(-(2**62)) == -128
+    with pytest.raises(TraceError) as caught:
+        compile_step(twice_less_one, formats)
+    assert caught.value.problems[0].got == f"[{-(2**63) - 1}, {2**63 - 3}], 65 bits"
+
+
 def test_the_last_value_of_64_bits_is_computed() -> None:
     def ends(a: int, b: FixedValue) -> tuple[Any, ...]:
         return clip(a, -(2**63), 2**63 - 1), a < -(2**63) + 1, b * b, a & 2**63 - 1, a >> 200, ~a, a ^ -(2**63)

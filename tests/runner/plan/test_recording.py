@@ -372,6 +372,8 @@ def test_times_that_are_dates_are_refused(tmp_path: Path) -> None:
     assert problem.message == "its first time is 1700000000 s, which looks like a date: a run begins at 0 s"
     assert problem.hint == "subtract 1700000000 s from its times"
     assert read(csv_file(tmp_path, "time [s],a\n0,1\n1700000000.5,2\n"))[0] == [0.0, 1700000000.5]
+    late = [2e8, 3e8, 4.5e8]  # a mission of years: longer than it is since 0 s, so these are no dates
+    assert read(csv_file(tmp_path, "time [s],a\n" + "".join(f"{time},1\n" for time in late)))[0] == late
 
 
 def test_a_csv_is_read_again_when_its_content_is_another(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -271,4 +271,8 @@ def test_a_fault_between_ticks_ends_the_run(function: str, tmp_path: Path) -> No
             simulate(graph, samples=20, engine=engine)
         texts.add(str(caught.value))
     assert len(texts) == 1
-    assert f"tank.{function.rstrip('s')}: failed in tick {tick}" in texts.pop()
+    text = texts.pop()
+    assert f"tank.{function.rstrip('s')}: failed in tick {tick}" in text
+    raising = "math.sqrt(2.0 - input)" if kind == "Bucket" else "math.sqrt(2.5 - input)"
+    line = next(number for number, line in enumerate(TANKS.splitlines(), 1) if raising in line)
+    assert f"faults.py:{line} raises it" in text
