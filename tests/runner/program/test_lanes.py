@@ -18,6 +18,7 @@ from proofmass.runner.plan.measuring import value_of
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
+from proofmass.runner.run.side_by_side import SideBySide
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 from tests.by_hand.graph_texts import LIBRARY
@@ -115,3 +116,6 @@ def test_powers_of_other_exponents_side_by_side() -> None:
     base = 0.5 + 0.3 * 7
     expected = [base**exponent + 2.0**base for exponent in exponents]
     np.testing.assert_allclose(lanes.value(WireOf("power", "power")), expected, rtol=1e-14)
+    none = SideBySide(planned, 0, 8, LANES, ["power.exponent"])
+    measured, valid = none.measured({"power.exponent": np.array([math.nan, math.inf])}, np.arange(2))
+    assert (measured.shape, valid.tolist()) == ((2, 0), [False, False])

@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ from typing import Any
 
 import pytest
 
+from proofmass.blocks import Ramp
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
@@ -19,6 +21,7 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.reference.interpret import Interpreter
 from proofmass.runner.run import hand_over
@@ -238,6 +241,24 @@ class TestCompiling:
         warm = Compiling(planned)
         assert warm.ended.wait(60.0)
         assert warm.looked.is_set()
+
+    def test_it_is_made_if_it_was_wanted_while_it_is_looked_up(
+        self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+    ) -> None:
+        wanted = threading.Event()
+
+        def write(planned: Plan) -> TickLoop:
+            assert wanted.wait(60.0)
+            return write_tick(planned)
+
+        monkeypatch.setenv("PROOFMASS_CACHE", str(tmp_path))
+        monkeypatch.setattr("proofmass.runner.program.tick.write_tick", write)
+        planned = plan(Graph(name="", rate=1, blocks={"ramp": Ramp(slope=2.0)}, probes=["ramp.output"]))
+        compiling = Compiling(planned)
+        compiling.want()
+        wanted.set()
+        assert compiling.ended.wait(60.0)
+        assert compiling.result().plan is planned
 
     @pytest.mark.exhaustive
     def test_cold_and_warm_runs(self, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
