@@ -31,7 +31,7 @@ EXPRESSIONS = {  # ours: pint's
     "Wb": "Wb", "mT": "mT", "uH": "uH", "mol": "mol", "mcd": "millicandela", "deg": "deg", "deg/h": "deg/hour",
     "mrad/s": "mrad/s", "m/s^2": "m/s**2", "mg0": "1e-3*standard_gravity", "ppm": "ppm", "%": "percent",
     "1": "dimensionless", "nV/sqrt(Hz)": "nV/Hz**0.5", "(m/s^2)/sqrt(Hz)": "(m/s**2)/Hz**0.5", "V^0.5": "V**0.5",
-    "s^-2": "s**-2",
+    "s^-2": "s**-2", "keV": "keV", "mA": "mA", "mW": "mW", "kPa": "kPa", "mS": "mS", "uWb": "uWb",
     "deg/sqrt(h)": "deg/hour**0.5", "(m/s)^2": "(m/s)**2", "kg*m^2/s^2/m": "kg*m**2/s**2/m",
 }  # fmt: skip
 
@@ -166,6 +166,12 @@ def test_errors_say_what_is_wrong_and_what_to_write(text: str, target: str, mess
         convert(text, target)
     assert message in str(caught.value)
     assert hint in caught.value.hint
+
+
+@pytest.mark.parametrize("name", ["min", "d", "month", "year", "deg", "ppm", "ppb", "%", "bit", "LSB", "inch"])
+def test_units_that_take_no_prefix(name: str) -> None:
+    with pytest.raises(UnitError):
+        unit(f"M{name}")
 
 
 def test_the_largest_exponent_is_12() -> None:

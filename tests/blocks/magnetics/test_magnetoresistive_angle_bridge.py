@@ -23,6 +23,13 @@ def test_without_a_pull_it_is_a_cosine() -> None:
     assert found[:4] == pytest.approx([4e-3, 0.3, 0.0, 0.0], abs=1e-14)
 
 
+def test_a_reference_that_may_turn_either_way_counts_as_at_right_angles() -> None:
+    """At B = Br against it nothing turns the first; the second stays where it is: (1 - (1 + r)) / (2 + r)."""
+    bridge = MagnetoresistiveAngleBridge(ratio=0.4, reference_field=0.5)
+    [found] = responses(bridge, "voltage", angle=[math.pi], field=[0.5], supply=[3.0])
+    assert found == pytest.approx(-3.0 * 0.4 / 2.4, abs=1e-15)
+
+
 def test_the_third_harmonic_grows_with_the_pull() -> None:
     """ratio e / 4 of the fundamental to first order: halving the field leaves half of it, and a quarter of the rest."""
     parts = []

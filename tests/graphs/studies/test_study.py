@@ -61,6 +61,7 @@ def test_the_studies_of_the_library_have_no_problems(path: Path) -> None:
 def test_every_point_of_the_sweep_is_tried_with_the_same_sensors(tmp_path: Path) -> None:
     made = study(tmp_path)
     assert made.points == 2
+    assert str(tmp_path) not in repr(made)  # where it comes from
     for run in range(0, 12, 2):
         low, high = made.drawn(run), made.drawn(run + 1)
         for first, second in zip(low, high, strict=True):
