@@ -1,0 +1,56 @@
+"""Steps between ticks, by a method and a source that are written down here."""
+
+import math
+
+import pytest
+
+from proofmass.runner.continuous.integrate import DONE, integrate
+
+RATE, CORNER, TOLERANCE = 50.0, 0.31, 1e-4
+
+
+def heun(
+    context: list[float], time: float, length: float, x: list[float], moved: list[float], error: list[float]
+) -> None:
+    """A step of x' = -50 x + u, where u jumps from 0 to 50 at the corner, of order 2, with the one of order 1 in it."""
+    first = RATE * (float(time >= CORNER) - x[0])
+    second = RATE * (float(time + length > CORNER) - (x[0] + length * first))
+    moved[0] = x[0] + 0.5 * length * (first + second)
+    error[0] = moved[0] - (x[0] + length * first)
+
+
+def passed(context: list[float], time: float, x: list[float], clear: list[float]) -> None:
+    clear[0] = float(time > CORNER)
+
+
+def never(context: list[float], time: float, x: list[float], which: int) -> None:
+    raise AssertionError("a corner is no event")
+
+
+@pytest.mark.parametrize("first", [1.0, 0.4, 0.32, 0.05])
+def test_a_step_up_to_a_jump_keeps_the_tolerance_too(first: float) -> None:
+    """A first step of any length passes the jump, and the step up to it is as wrong as one that is not allowed."""
+    x, largest = [1.0], [1.0]
+    flat = [[0.0] for _ in range(4)]
+    status = integrate(
+        heun,
+        passed,
+        never,
+        [],
+        0.0,
+        1.0,
+        first,
+        TOLERANCE,
+        2,
+        1e-12,
+        x,
+        *flat[:2],
+        largest,
+        [0.0, 0.0],
+        *flat[2:],
+        0,
+        0,
+    )
+    assert status == DONE
+    assert largest == [1.0]  # it never leaves the way from 1 down to 0 and up to 1 again
+    assert x[0] == pytest.approx(1.0 - math.exp(-RATE * (1.0 - CORNER)), abs=100.0 * TOLERANCE)
