@@ -49,12 +49,12 @@ def margins_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
 
 
 def noise_rows(planned: Plan) -> Iterator[tuple[str, bool]]:
-    """Yield a line for each probe that is one number, and whether it has an answer; silence is one."""
+    """Yield a line for each probe that is one number, and whether it has an answer; silence is one, and why so."""
     numbers = [p.node for p in planned.probes if _is_number(planned, *p.node)]
     outputs = list(dict.fromkeys(".".join(node) for node in numbers))
     for signal, found in zip(outputs, budgets_at(OperatingPoints(planned), outputs), strict=True):
         if isinstance(found, ModelError):
-            yield f"{signal}: {_reason(found)}", found.problems[0].message.startswith("no noise reaches")
+            yield f"{signal}: {_reason(found)}", "noise reaches" in found.problems[0].message
         else:
             along = next((f"; {note}" for note in found.notes if "along the run" in note), "")
             yield f"{signal}: rms {found.rms:.4g} {found.unit}{along}", True

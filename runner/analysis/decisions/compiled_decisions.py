@@ -89,20 +89,24 @@ def compiled_runs(
     ]
 
 
-def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], span: int) -> tuple[Plan, int]:
-    """Return the plan of the blocks upstream alone, with the further outputs, and how many ticks it should run."""
+def part_of(plan: Plan, upstream: AbstractSet[str], probes: Sequence[str], instead: Mapping[str, Block]) -> Plan:
+    """Return the plan of some blocks alone, some of them replaced, with these probes."""
     flat = plan.graph
-    blocks = {name: plan.blocks[name] for name in upstream}
-    blocks |= {name: _telling(blocks[name], port) for name, port in ports.items()}
-    signals = [f"{name}.{port}" for name in ports for port in (_PORT, ports[name])]
     graph = flat.as_graph().bare(
-        blocks=blocks,
+        blocks={name: instead.get(name, plan.blocks[name]) for name in upstream},
         wires=tuple(wire for wire in flat.wires if {split(wire.source)[0], split(wire.target)[0]} <= upstream),
         rates={name: rate for name, rate in flat.rates.items() if name in upstream},
         offsets={name: offset for name, offset in flat.offsets.items() if name in upstream},
-        probes=tuple(map(read_probe, (*signals, *_sources(plan, upstream, ports)))),
+        probes=tuple(map(read_probe, probes)),
     )
-    watching = planned(graph)
+    return planned(graph)
+
+
+def _watching(plan: Plan, upstream: AbstractSet[str], ports: Mapping[str, str], span: int) -> tuple[Plan, int]:
+    """Return the plan of the blocks upstream alone, with the further outputs, and how many ticks it should run."""
+    telling = {name: _telling(plan.blocks[name], port) for name, port in ports.items()}
+    signals = [f"{name}.{port}" for name in ports for port in (_PORT, ports[name])]
+    watching = part_of(plan, upstream, [*signals, *_sources(plan, upstream, ports)], telling)
     slowest = max(watching.schedule.divisors[name] for name in ports)
     decisions = min(max(span // slowest, FEWEST), MOST) + SETTLING
     return watching, min(decisions * slowest, _MOST_CALLS // max(1, len(watching.schedule.order)))

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from proofmass.blocks.arithmetic.rounding import two_level
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
@@ -29,6 +30,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.dual_noise import NOTHING, ONE_BIT, Noisy, OneBitGain, noise_blocks
+from proofmass.runner.derivatives.dual_noise import reached as reached_by
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -87,10 +89,14 @@ def noise_at(about: Linearisation, outputs: list[Endpoint]) -> Noisy:
 
 
 def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> Noisy:
-    """Return the blocks with noise, with the gains of one-bit quantisers in loops upstream of some outputs."""
+    """Return the blocks with noise, with the gains of one-bit quantisers upstream of some outputs.
+
+    Those are the ones in loops, which noise of their own decides, and comparators that noise reaches.
+    """
     plan = about.plan
     upstream = blocks_of_map(plan, (), outputs, False, noise)[0]
-    deciding = _deciding(plan, upstream, outputs)
+    looped = _deciding(plan, upstream, outputs)
+    deciding = looped | _compared(plan, upstream & reached_by(plan, set(noise)), outputs)
     if not deciding:
         return noise
     decided = [(name, port) for name in sorted(deciding) for port in type(plan.blocks[name]).output_functions]
@@ -102,7 +108,7 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
             records = recorded(plan, about.memory(), upstream, deciding, span, kept)
         except TickError as error:
             raise ModelError([failed(plan, error)]) from error
-        kept[key] = {name: tuple(_one_bit(*pair) for pair in several) for name, several in records.items()}
+        kept[key] = {n: tuple(_one_bit(*pair, n in looped) for pair in several) for n, several in records.items()}
     return dict(sorted({**noise, **kept[key]}.items()))
 
 
@@ -177,18 +183,27 @@ def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -
     return deciding
 
 
-def _one_bit(first: Decisions, second: Decisions) -> OneBit:
+def _compared(plan: Plan, among: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:
+    """Return the blocks among some whose outputs are what a comparator decides, and are read."""
+    read = {*plan.schedule.drivers.values(), *outputs}
+    ports = (
+        (name, port, of.function) for name in among for port, of in type(plan.blocks[name]).output_functions.items()
+    )
+    return {name for name, port, function in ports if (name, port) in read and reaches(function, {two_level})}
+
+
+def _one_bit(first: Decisions, second: Decisions, looped: bool) -> OneBit:
     """Return the gain that comes closest to the decisions of two runs, and the error that is left."""
     count = min(len(first.rows), len(second.rows))
     cycles = [_cycle(run.rows[:, 1]) for run in (first, second)]
-    if all(cycles) and np.any(first.rows[:count, 0] != second.rows[:count, 0]):
+    if looped and all(cycles) and np.any(first.rows[:count, 0] != second.rows[:count, 0]):
         return OneBit(0.0, 0.0, count, None, 1.0, cycle=cycles[0])
     alone = _of_one_run(first.rows[:_ALONE])
     y, v = (_apart(first.rows[:count, i], second.rows[:count, i]) for i in (0, 1))
     gain = _gain(y, v, [_apart(*both) for both in zip(first.sources.T, second.sources.T, strict=True)])
     e = v - gain * y
     variance = float(np.mean(e**2))
-    if variance <= _SAME * alone.variance:
+    if looped and variance <= _SAME * alone.variance:
         return alone
     repeating = max(0.0, 1.0 - variance / alone.variance) if alone.variance else 0.0
     return OneBit(gain, variance, count, None if is_white(e) else shaping(e), repeating)

@@ -13,6 +13,7 @@ from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.decisions.one_bit import OneBit, noise_at, with_spectra
+from proofmass.runner.analysis.decisions.truths import decided_by_noise
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
@@ -157,7 +158,7 @@ def _budget_about(
         whole = with_spectra(exact, noisy)
         to_output = noise_map(whole, target)
         _refuse_growth(planned, output, to_output)
-        _refuse_silence(planned, output, to_output, noisy)
+        _refuse_silence(about, target, to_output, noisy)
         return about, noisy, whole, to_output
 
     drawing = noise_blocks(planned)
@@ -187,7 +188,12 @@ def _budget_about(
         input_unit=unit_at(planned, sources[0]) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
-        notes=(*whole.notes, *_notes(noisy, sources_made, to_output, band, derivatives), *strain),
+        notes=(
+            *whole.notes,
+            *_notes(noisy, sources_made, to_output, band, derivatives),
+            *strain,
+            *_lost(about, target),
+        ),
     )
     if not derivatives:
         return budget
@@ -285,11 +291,22 @@ def _locked(noisy: Noisy) -> list[str]:
     return [one.note(name) for name, own in noisy.items() for one in own if isinstance(one, OneBit) and one.cycle]
 
 
-def _refuse_silence(planned: Plan, output: str, to_output: NoiseMap, noisy: Noisy) -> None:
+def _lost(about: Linearisation, target: Endpoint) -> list[str]:
+    """Return the notes on truth values that noise decides."""
+    lost = decided_by_noise(about.plan, target, about.tick)
+    why = "noise decides this truth value, which has no slope: what it does is not in the budget"
+    return [f"{wire}: {why}; a study of many runs shows it" for wire in lost]
+
+
+def _refuse_silence(about: Linearisation, target: Endpoint, to_output: NoiseMap, noisy: Noisy) -> None:
     drawn = [column for column, variance in enumerate(to_output.variances) if variance]
     _, b, _, d = to_output.matrices
     if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
-        raise _no_noise(planned, output, len(to_output.sources), "; ".join(_locked(noisy)))
+        output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick)
+        if lost:
+            message = f"noise reaches {output} by truth values alone, which have no slope"
+            raise _refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
+        raise _no_noise(about.plan, output, len(to_output.sources), "; ".join(_locked(noisy)))
 
 
 def _no_noise(planned: Plan, output: str, sources: int, hint: str = "") -> ModelError:

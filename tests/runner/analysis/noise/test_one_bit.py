@@ -1,5 +1,6 @@
 """Quantisers of one bit in a budget, against closed forms of Gaussian inputs and programs of their own."""
 
+import dataclasses
 import itertools
 import math
 
@@ -7,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.optimize
 import scipy.signal
+import scipy.special
 
 from proofmass import Graph, ModelError, linearise, noise, simulate
 from proofmass.blocks import (
@@ -14,9 +16,11 @@ from proofmass.blocks import (
     Constant,
     Decimator,
     Difference,
+    FrequencyCounter,
     Gain,
     LowPass,
     SigmaDeltaModulator,
+    Sine,
     Sum,
     UnitDelay,
     WhiteNoise,
@@ -44,6 +48,71 @@ def modulator(gains: tuple[float, ...], feedback: tuple[float, ...], dither: flo
         wires=["dither.output -> sum.first", "level.output -> sum.second", "sum.output -> modulator.input"],
         probes=["modulator.output"],
     )
+
+
+def crossed(noise_rms: float, amplitude: float) -> Graph:
+    """A comparator of noise, and of a carrier that fits no number of its ticks, beside noise that it does not see."""
+    return Graph(
+        name="",
+        rate="1 kHz",
+        samples=100_000,
+        blocks={
+            "hiss": WhiteNoise(density=noise_rms * math.sqrt(2e-3)),
+            "carrier": Sine(amplitude=amplitude, frequency="13.7 Hz"),
+            "sum": Sum(),
+            "bit": Comparator(),
+            "beside": WhiteNoise(density=0.3 * math.sqrt(2e-3)),
+            "both": Sum(),
+        },
+        wires=[
+            *("hiss.output -> sum.first", "carrier.output -> sum.second", "sum.output -> bit.input"),
+            *("bit.sign -> both.first", "beside.output -> both.second"),
+        ],
+        probes=["both.output", "bit.sign"],
+    )
+
+
+@pytest.mark.exhaustive("0.0", "0.5")
+@pytest.mark.defect("S744", before="a comparator outside of loops passes no noise: 0.3 rms", after="1.04 rms")
+@pytest.mark.parametrize("amplitude", [0.0, 0.5, 4.0])
+def test_a_comparator_outside_of_loops_passes_what_noise_does_to_its_decisions(amplitude: float) -> None:
+    """sign(A sin + n) has the mean erf(A sin / (sqrt(2) sigma)), and the variance 1 less its square, averaged.
+
+    Without a carrier 2 / pi of it follow the noise: the gain is sqrt(2 / pi) / sigma.
+    """
+    budget = noise(crossed(0.7, amplitude), "both.output")
+    phases = np.linspace(0.0, 2.0 * math.pi, 10_000, endpoint=False)
+    means = scipy.special.erf(amplitude * np.sin(phases) / (math.sqrt(2.0) * 0.7))
+    assert budget.rms == pytest.approx(math.sqrt(float(np.mean(1.0 - means**2)) + 0.3**2), rel=5e-3)
+    rms = {source.block: source.rms for source in budget.sources}
+    assert rms["beside"] == pytest.approx(0.3, rel=1e-9)
+    if not amplitude:
+        assert rms["hiss"] == pytest.approx(math.sqrt(2.0 / math.pi), rel=5e-3)
+
+
+@pytest.mark.exhaustive
+def test_a_comparator_that_noise_does_not_move_passes_none() -> None:
+    graph = crossed(1e-6, 0.0)
+    graph = dataclasses.replace(graph, blocks={**graph.blocks, "carrier": Constant(value=1.0)})
+    budget = noise(graph, "both.output")
+    assert budget.rms == pytest.approx(0.3, rel=1e-9)
+    with pytest.raises(ModelError, match=r"no noise reaches bit\.sign"):
+        noise(graph, "bit.sign")
+
+
+@pytest.mark.defect("S745", before="a counter of noisy edges: no noise reaches it", after="which edges")
+def test_truth_values_that_noise_decides_are_named() -> None:
+    graph = crossed(0.7, 4.0)
+    blocks = {"counter": FrequencyCounter(gate="0.1 s"), "turns": Gain(input_unit="Hz"), "sum_of_both": Sum()}
+    wires = [*graph.wires, "bit.on -> counter.signal", "counter.frequency -> turns.input"]
+    wires += ["turns.output -> sum_of_both.first", "beside.output -> sum_of_both.second"]
+    graph = dataclasses.replace(graph, blocks={**graph.blocks, **blocks}, wires=wires)
+    with pytest.raises(ModelError, match=r"noise reaches counter\.frequency by truth values alone") as caught:
+        noise(graph, "counter.frequency")
+    assert caught.value.problems[0].got == "bit.on"
+    assert any(note.startswith("bit.on: noise decides") for note in noise(graph, "sum_of_both.output").notes)
+    quiet = dataclasses.replace(graph, blocks={**graph.blocks, "hiss": WhiteNoise(density=1e-12)})
+    assert not any("bit.on" in note for note in noise(quiet, "sum_of_both.output").notes)
 
 
 def locked(density: float) -> Graph:
