@@ -141,7 +141,6 @@ class _Reader(LoweredStatements):
         self.fault = self.builder.variable(TRUTH, "fault") if FAULT in wider else None
         self.changing, self.declared = changing(tree), annotated(function)
         self.builder.lowered = own
-        self.functions: list[str] = []  # names of those that it calls
 
     def lowered(self, arguments: tuple[Lowered, ...], shape: str) -> LoweredFunction:
         """The function for arguments like these."""

@@ -106,7 +106,7 @@ class LoweredCalls(LoweredExpressions):
 
     def _program(self, function: Function, arguments: Sequence[Lowered]) -> Lowered:
         """Call a function that belongs to the program already."""
-
+        self.functions.append(function.name)
         results = self.builder.call(function, *leaves(tuple(arguments)))
         return results[0] if len(results) == 1 else results or None
 

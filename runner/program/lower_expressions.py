@@ -63,6 +63,7 @@ class LoweredExpressions:
         self.builder, self.function, self.local = builder, function, local
         self.names: dict[str, Lowered] = {}  # of the function's variables; what changes is a `Variable`
         self.read: list[tuple[Any, str, Any]] = []  # values from outside: owner, name, value
+        self.functions: list[str] = []  # names of those that it calls
         self.natural: set[Value] = set()  # integers that are not negative
 
     def expression(self, node: ast.expr) -> Lowered:

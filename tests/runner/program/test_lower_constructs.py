@@ -321,6 +321,27 @@ def test_a_number_from_outside_that_changes_makes_another_function(monkeypatch: 
     assert run(helper, 1.0) == 7.0
 
 
+@pytest.mark.defect(
+    "S746", before="of two functions that differ in what they call, the first for both", after="each its own"
+)
+def test_functions_of_a_program_that_are_called_make_another_function() -> None:
+    def calling(called: Any) -> Any:
+        def twice(a: float) -> float:
+            return called(a) + called(a)  # type: ignore[no-any-return]
+
+        return twice
+
+    def less(a: float) -> float:
+        return a - 1.0
+
+    first, second = (
+        lower(calling(lower(of, [Value(FLOAT)]).function), [Value(FLOAT)]).function for of in (helper, less)
+    )
+    assert first.name != second.name
+    assert evaluate(first, 4.0) == (2.0 * helper(4.0),)
+    assert evaluate(second, 4.0) == (6.0,)
+
+
 def test_each_statement_knows_its_line() -> None:
     made = lower(helper, [Value(FLOAT)]).function
     lines = {statement.line for statement in made.body}
