@@ -126,6 +126,23 @@ def test_plain_python_ends_a_loop_at_the_same_turn() -> None:
         TURN.reference(last + 1)
 
 
+def guarded(a: float, b: float) -> float:
+    return a / b if b != 0.0 else 0.0
+
+
+def guarded_root(a: float, b: float) -> float:
+    return math.sqrt(a) + b if a >= 0.0 else b
+
+
+@pytest.mark.parametrize("function", [guarded, guarded_root])
+def test_what_would_fail_in_the_other_case_does_not_fail(function: Callable[[float, float], float]) -> None:
+    columns = np.array([[4.0, -4.0, 9.0, -1.0], [2.0, 0.0, 0.0, 0.5]])
+    form = plain_form(function, (float, float), None)  # type: ignore[arg-type]
+    values, faults = over_columns(form.function, *columns)
+    assert values.tolist() == [function(a, b) for a, b in columns.T.tolist()]
+    assert not faults.any()
+
+
 def least_entry(a: int, b: int) -> int:
     return min((a, b))
 

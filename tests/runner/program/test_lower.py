@@ -1,5 +1,6 @@
 """Functions of Python as functions of a program: every block's, every construct, to the last bit."""
 
+import ctypes
 import inspect
 import itertools
 import random
@@ -17,6 +18,7 @@ from proofmass.blocks.language import arithmetic
 from proofmass.runner.fixed.digital import digital_block
 from proofmass.runner.fixed.step_formats import SteadyValue, bounds, filled, held_as
 from proofmass.runner.plan.constants import constants_of, typed
+from proofmass.runner.program.operations import wrapped
 from tests.by_hand.integer_code import Code
 from tests.by_hand.lowered import HOSTILE_INTEGERS, HOSTILE_NUMBERS, KINDS, run, same
 
@@ -173,3 +175,8 @@ def test_integers_of_64_bits_are_those_of_a_machine() -> None:
         assert run(turned_bits, n) % 2**64 == (n % 2**64) ^ (2**63 + 1)
     with pytest.raises(OverflowError, match="more than 64 bits"):  # refused before, where files are checked
         run(too_many_bits, 1)
+
+
+def test_integers_wrap_as_those_of_c() -> None:
+    for value in (2**63, -(2**63) - 1, 2**64, 2**64 + 5, -(2**64), 3 * 2**63, 2**126 - 1, -(2**126), *HOSTILE_INTEGERS):
+        assert wrapped(value) == ctypes.c_int64(value).value

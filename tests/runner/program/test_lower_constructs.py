@@ -289,6 +289,15 @@ def named_again(cells: list[float], n: int) -> float:
     return total + some[0]
 
 
+def guarded(cells: list[float], n: int) -> float:
+    return cells[n] if n < 3 else -1.0
+
+
+@pytest.mark.parametrize("n", [0, 2, 3, 10**6])
+def test_an_entry_that_a_condition_guards_is_not_read_without_it(n: int) -> None:
+    assert run(guarded, [1.0, 2.0, 3.0], n) == guarded([1.0, 2.0, 3.0], n)
+
+
 @pytest.mark.parametrize("n", [0, 1, 4])
 def test_lists_are_changed_in_place(n: int) -> None:
     cells, codes = [1.0, -2.0, 0.5], [5, 6, 7, 8]

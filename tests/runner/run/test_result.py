@@ -191,6 +191,10 @@ def test_a_time_is_its_tick_over_the_rate_rounded_once(rate: Fraction, stride: i
     assert Trace("a.b", "V", "", 1, Fraction(200_000), np.zeros(2)).times[1] == 5e-6
     late = trace.times_of(10**15, 10**15 + 3).tolist()
     assert late == [float(row * stride / rate) for row in range(10**15, 10**15 + 3)]
+    offset = Trace("a.b", "V", "", stride, rate, np.zeros(3), phase=5)
+    for first in (0, 10**15):
+        expected = [float((row * stride + 5) / rate) for row in range(first, first + 3)]
+        assert offset.times_of(first, first + 3).tolist() == expected
 
 
 def test_a_trace_is_an_array_with_a_line_to_read() -> None:

@@ -19,6 +19,7 @@ from proofmass.blocks import (
     FrequencyCounter,
     Gain,
     LowPass,
+    Product,
     SigmaDeltaModulator,
     Sine,
     Sum,
@@ -88,6 +89,14 @@ def test_a_comparator_outside_of_loops_passes_what_noise_does_to_its_decisions(a
     assert rms["beside"] == pytest.approx(0.3, rel=1e-9)
     if not amplitude:
         assert rms["hiss"] == pytest.approx(math.sqrt(2.0 / math.pi), rel=5e-3)
+
+
+def test_noise_that_a_bit_turns_keeps_its_rms() -> None:
+    graph = crossed(0.7, 0.0)
+    blocks = {**graph.blocks, "carrier": Constant(value=0.4), "turned": Product()}
+    wires = [*graph.wires, "bit.sign -> turned.first", "beside.output -> turned.second"]
+    budget = noise(dataclasses.replace(graph, blocks=blocks, wires=wires), "turned.output")
+    assert budget.rms == pytest.approx(0.3, rel=1e-9)
 
 
 @pytest.mark.exhaustive
