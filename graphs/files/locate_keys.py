@@ -45,7 +45,7 @@ def locate_keys(text: str) -> dict[KeyPath, int]:
 
 
 def repeated_key(text: str, line: int) -> tuple[KeyPath, int] | None:
-    """Return the key or table that is declared in a line and was before, and where it was; None if none is.
+    r"""Return the key or table that is declared in a line and was before, and where it was; None if none is.
 
     >>> repeated_key("[adc]\nbits = 16\nbits = 12", 3)
     (('adc', 'bits'), 2)

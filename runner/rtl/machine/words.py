@@ -75,7 +75,7 @@ _KEYWORDS = frozenset(_RESERVED.split())
 class VerilogNames:
     """Names of one module, each unique; underscores replace or follow what Verilog does not allow.
 
-    >>> names = Names(["clock"])
+    >>> names = VerilogNames(["clock"])
     >>> names.add("x.total"), names.add("history[3]"), names.add("output"), names.add("clock")
     ('total', 'history_3', 'output_', 'clock_')
     """

@@ -183,5 +183,5 @@ def _years(age: float, ends: Bounds, oldest: float) -> str:
     ('2 years (1.9 to 2.1)', '1000 h (0 to 2000)')
     """
     size, unit = (YEAR, "years") if oldest >= YEAR else (HOUR, "h")
-    low, high = ends
-    return f"{age / size:.3g} {unit} ({low / size:.3g} to {high / size:.3g})"
+    number, low, high = (f"{float(f'{seconds / size:.3g}'):g}" for seconds in (age, *ends))
+    return f"{number} {unit} ({low} to {high})"
