@@ -1,0 +1,48 @@
+"""The gain of a quantiser of one bit by an instrument: errors that go with what is quantised do not spoil it."""
+
+import numpy as np
+import pytest
+
+from proofmass.runner.analysis.decisions.one_bit import _gain
+
+COUNT, LATER = 1 << 14, 5
+SOURCE, OTHER = np.random.default_rng(3).normal(size=(2, COUNT))
+SEEN = np.append(np.zeros(LATER), SOURCE[:-LATER])  # the source some decisions later
+
+
+@pytest.mark.parametrize("size", [1.0, 1e3])
+def test_an_error_that_depends_on_the_value_is_no_gain(size: float) -> None:
+    """y = s + u and v = 0.5 y + 2 u: least squares have 0.5 + 2 / 2, but what s does is 0.5, in any unit of s."""
+    y = SEEN + OTHER
+    v = 0.5 * y + 2.0 * OTHER
+    assert float(v @ y / (y @ y)) == pytest.approx(1.5, abs=0.05)
+    assert _gain(y, v, [size * SOURCE]) == pytest.approx(0.5, abs=0.1)  # 2 / sqrt(16,384) is 0.016
+    silent = np.zeros(COUNT)
+    assert _gain(y, v, [silent, size * SOURCE]) == _gain(y, v, [size * SOURCE])
+
+
+def test_of_two_sources_the_stronger_one_counts_for_more() -> None:
+    """y = 3 s + u, v = 6 s + u: gains 2 and 1, with weights 9 and 1."""
+    y, v = 3.0 * SOURCE + OTHER, 6.0 * SOURCE + OTHER
+    assert _gain(y, v, [SOURCE, OTHER]) == pytest.approx(1.9, abs=0.05)
+
+
+def test_sources_that_hardly_show_leave_least_squares() -> None:
+    y = SOURCE
+    v = 0.7 * y + OTHER
+    assert _gain(y, v, []) == pytest.approx(float(v @ y / (y @ y)), rel=1e-12)
+    apart = np.random.default_rng(4).normal(size=COUNT)
+    assert _gain(y, v, [apart]) == pytest.approx(float(v @ y / (y @ y)), rel=1e-12)
+    late = np.append(SOURCE[100:], np.zeros(100))  # its effect comes after 100 decisions
+    assert _gain(y, v, [late]) == pytest.approx(float(v @ y / (y @ y)), rel=1e-12)
+    assert _gain(np.zeros(COUNT), v, [SOURCE]) == 0.0
+
+
+def test_what_short_runs_have_by_chance_is_subtracted() -> None:
+    """y = 3 s + u and v = 0.5 y + 8 u, 1024 decisions: 64 lags of chance would make 0.5 + 0.05."""
+    dice, found = np.random.default_rng(5), []
+    for _ in range(100):
+        source, other = dice.normal(size=(2, 1024))
+        y = 3.0 * source + other
+        found.append(_gain(y, 0.5 * y + 8.0 * other, [source]))
+    assert np.mean(found) == pytest.approx(0.5, abs=0.025)  # 8 / 3 / sqrt(1024) / 10 is 0.008
