@@ -5,6 +5,7 @@ import math
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import proofmass
@@ -24,8 +25,10 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.limit_cycles.limit_cycles import predicted, simulated
+from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, _at_half_the_rate, predicted, simulated
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.command_line import main
 
 
@@ -218,3 +221,24 @@ def test_a_clocked_block_keeps_its_tick_as_a_gain(bit: Block, port: str, unit: s
     assert not found.system.continuous
     assert found.gain_margin == pytest.approx((1.0 + decay) / (2.0 * (1.0 - decay)), rel=1e-12)
     assert found.gain_margin_frequency == pytest.approx(500.0)
+
+
+def delayed(gain: float) -> OpenLoop:
+    """A gain and a delay of one sample, at 1 kHz: L(-1) is the gain with its sign turned."""
+    wire = (("x", "output", 0),)
+    return OpenLoop(
+        PeriodMap((("x", "held", -1),), wire, wire, np.array([[0.0, 1.0, 0.0], [-gain, 0.0, 0.0]]), {}, 1e-3)
+    )
+
+
+def test_two_samples_of_a_relay_are_the_relay_itself() -> None:
+    """N(A) = 4 M / (pi A), but a sine of two samples is +-A: A = M |L|, where L is negative, of a relay alone."""
+
+    def relay(amplitude: float) -> complex:
+        return complex(4.0 * 3.0 / (math.pi * amplitude))
+
+    (cycle,) = _at_half_the_rate(delayed(0.25), relay)
+    assert cycle == LimitCycle(pytest.approx(0.75, rel=1e-12), 500.0)
+    assert not list(_at_half_the_rate(delayed(-0.25), relay))
+    assert not list(_at_half_the_rate(delayed(0.0), relay))
+    assert not list(_at_half_the_rate(delayed(0.25), lambda amplitude: 0.5 * relay(amplitude) + 1.0))

@@ -14,7 +14,10 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.analog_loop import _matters
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
+from proofmass.runner.analysis.linearisation.orbit import FROZEN
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
 
@@ -175,3 +178,15 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None
     assert main(["margins", str(path), "--json", "--sensitivity", "set.output", "error.output"]) == 0
     (loop,) = json.loads(capsys.readouterr().out)["loops"]
     assert (loop["period_s"], loop["delay_margin_samples"]) == (0.0, None)
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-3])
+@pytest.mark.parametrize(("gain", "matters"), [(130.0, 120.0), (25.0, 75.0)])
+def test_a_change_matters_within_turns_of_the_lowest_crossover(gain: float, matters: float, scale: float) -> None:
+    """K / (s + 50) crosses one at sqrt(K^2 - 50^2); where it does not, the pole of the closed loop counts."""
+    wire = (("x", "output", 0),)
+    matrix = np.array([[-50.0 * scale, scale, 0.0], [-gain, 0.0, 0.0]])
+    within = _matters(PeriodMap((("x", "state", -1),), wire, wire, matrix, {}, 0.0))
+    assert within == pytest.approx(1.0 / (FROZEN * matters * scale), rel=0.02)
+    still = PeriodMap((), wire, wire, np.array([[-gain, 0.0]]), {}, 0.0)
+    assert _matters(still) == math.inf

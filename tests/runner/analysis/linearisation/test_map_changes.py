@@ -1,9 +1,11 @@
-"""Norms of responses by as few numbers as there are states, against the responses themselves."""
+"""Norms of responses by as few numbers as there are states, and how modes turn, against the matrices themselves."""
+
+import math
 
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.map_changes import _inverse, _norms
+from proofmass.runner.analysis.linearisation.map_changes import _inverse, _norms, variation
 
 
 @pytest.mark.parametrize(("states", "inputs", "outputs"), [(3, 2, 4), (5, 50, 30), (0, 3, 2), (4, 1, 1)])
@@ -22,3 +24,22 @@ def test_norms(states: int, inputs: int, outputs: int) -> None:
     larger = np.maximum(np.linalg.norm(one, axis=(1, 2)), np.linalg.norm(two, axis=(1, 2)))
     assert size == pytest.approx(larger, rel=1e-12)
     assert moved == pytest.approx(np.linalg.norm(two - one, axis=(1, 2)), rel=1e-12)
+
+
+def turned(by: float) -> np.ndarray:  # type: ignore[type-arg]
+    return np.array([[math.cos(by), -math.sin(by)], [math.sin(by), math.cos(by)]])
+
+
+def test_modes_that_turn_with_their_orbit_move_by_what_they_turn() -> None:
+    """R diag(0.999, 0.5) R' has the same poles, and vectors of a length that stand at the angle of R."""
+    angle, closed = 0.02, np.diag([0.999, 0.5])
+    seen = variation(closed, [turned(angle) @ closed @ turned(angle).T])
+    assert np.sort(seen.poles.real) == pytest.approx([0.5, 0.999])
+    assert seen.turns == pytest.approx([1.0 - math.cos(angle)] * 2, rel=1e-6)
+
+
+def test_changes_that_move_no_pole_near_the_boundary_do_not_count() -> None:
+    """An ellipse made flatter: c - s and c + s beside the diagonal leave a rotation its poles, to first order."""
+    closed, flatter = 0.9995 * turned(0.3), 1e-3 * np.diag([1.0, -1.0])
+    assert float(np.max(variation(closed, [closed + flatter]).change)) < 1e-12
+    assert float(np.max(variation(closed, [closed + 1e-3 * np.eye(2)]).change)) == pytest.approx(1e-3)
