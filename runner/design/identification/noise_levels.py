@@ -5,7 +5,7 @@ source follows from the residuals' mean square less those of the others, by the 
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -19,6 +19,7 @@ from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.names import Missing, find_any
 from proofmass.runner.analysis.noise.budget import noise
+from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 
 _ASIDE = 0.025  # probability beyond each end of an interval of 95 %
 
@@ -55,7 +56,7 @@ def noise_levels(
     if not parameters:
         return
     flat = flatten(graph)
-    budgets = {signal: noise(graph, signal) for signal in left}
+    budgets = _budgets(graph, left)
     for written in parameters:
         name = inside(graph, graph.exports.get(written, written))
         target = find_any(flat, name)
@@ -65,12 +66,12 @@ def noise_levels(
             raise ModelError([Problem(message="is not a level of noise", key=written, hint="name a parameter")])
         block, parameter = split(name)
         before = float(getattr(flat.blocks[block], parameter))
-        shares = {}
-        for signal, budget in budgets.items():
-            of_block = sum(source.rms**2 for source in budget.sources if source.block == block)
-            shares[signal] = of_block, budget.rms**2 - of_block
-        signal = max(shares, key=lambda key: shares[key][0] / (sum(shares[key]) or 1.0))
-        of_block, others = shares[signal]
+        shares = {
+            signal: sum(source.rms**2 for source in budget.sources if source.block == block)
+            for signal, budget in budgets.items()
+        }
+        signal = max(shares, key=lambda key: shares[key] / budgets[key].rms ** 2)
+        of_block, others = shares[signal], budgets[signal].rms ** 2 - shares[signal]
         if of_block <= 0.0 or before <= 0.0:
             message, hint = "makes no noise in the recorded outputs", "give it a value above zero to begin with"
             raise ModelError([Problem(message=message, key=written, got=f"{before:g}", hint=hint)])
@@ -81,6 +82,19 @@ def noise_levels(
         half = math.inf if value is None else value * variance / rest * _larger_half(free)
         unit = short_unit(unit_of(target[0], target[1]))
         yield NoiseLevel(written, unit, before, value, half, signal)
+
+
+def _budgets(graph: Graph, signals: Iterable[str]) -> dict[str, NoiseBudget]:
+    """Return the budgets of the outputs that have one; raises the `ModelError` of the first if none has."""
+    budgets, refused = dict[str, NoiseBudget](), list[ModelError]()
+    for signal in signals:
+        try:
+            budgets[signal] = noise(graph, signal)
+        except ModelError as error:  # such as that no noise reaches it: levels follow from the others
+            refused.append(error)
+    if not budgets:
+        raise refused[0]
+    return budgets
 
 
 def _larger_half(free: float) -> float:

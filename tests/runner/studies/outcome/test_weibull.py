@@ -53,3 +53,23 @@ def test_its_intervals_cover_the_truth() -> None:
 @pytest.mark.parametrize(("left", "surviving"), [([4, 0], 996), ([500, 0], 0), ([0, 500], 500), ([59, 1], 0)])
 def test_too_little_determines_no_law(left: list[int], surviving: int) -> None:
     assert weibull([0.0, 1.0, 2.0], left, surviving) is None
+
+
+def test_intervals_of_two_looks_follow_from_counts() -> None:
+    """By y_i = log(-log S_i), var S_i = S_i (1 - S_i) / n and cov = S_2 (1 - S_1) / n; Wald's in logarithms."""
+    law = weibull([0.0, 1.0, 2.0], [100, 300], 600)
+    assert law is not None
+    s, double = np.array([0.9, 0.6]), math.log(2.0)
+    covariance = np.array([[0.09, 0.06], [0.06, 0.24]]) / 1000.0
+    by_counts = np.diag(1.0 / (s * np.log(s)))  # of y
+    y, level = np.log(-np.log(s)), math.log(-math.log(0.99))
+    shape = (y[1] - y[0]) / double
+    of_shape = np.array([-1.0, 1.0]) / double / shape  # of its logarithm
+    of_one = np.array([-1.0, 0.0]) / shape - (level - y[0]) / shape * of_shape
+    for gradient, value, ends in (
+        (of_shape, law.shape, law.shape_interval),
+        (of_one, law.one_percent, law.one_percent_interval),
+    ):
+        moved = gradient @ by_counts
+        half = 1.959964 * math.sqrt(moved @ covariance @ moved)
+        assert ends == pytest.approx((value * math.exp(-half), value * math.exp(half)), rel=1e-4)

@@ -1,0 +1,53 @@
+"""Noise in a band and referred to an input, with its derivatives: a white noise behind a gain, by hand."""
+
+import math
+
+import pytest
+
+from proofmass import Graph
+from proofmass.blocks import Constant, Gain, Sum, WhiteNoise
+from proofmass.graphs.model.quantities import Noise
+from proofmass.runner.design.quantities.noise_figures import read_noise
+from proofmass.runner.planning.plan import plan
+
+DENSITY, BEFORE, BEHIND = 0.02, 5.0, 3.0
+PLANNED = plan(
+    Graph(
+        name="",
+        rate=1000,
+        blocks={
+            "push": Constant(value=1.0),
+            "before": Gain(gain=BEFORE),
+            "hiss": WhiteNoise(density=DENSITY),
+            "noisy": Sum(),
+            "behind": Gain(gain=BEHIND),
+        },
+        wires=[
+            *("push.output -> before.input", "before.output -> noisy.first", "hiss.output -> noisy.second"),
+            "noisy.output -> behind.input",
+        ],
+    )
+)
+PARAMETERS = {"before.gain": BEFORE, "behind.gain": BEHIND, "hiss.density": DENSITY}
+
+
+@pytest.mark.parametrize(
+    ("source", "band", "width"),
+    [
+        ("", (20.0, 120.0), 100.0),
+        ("", (20.0, 9e9), 480.0),
+        ("push.output", (20.0, 120.0), 100.0),
+        ("push.output", None, 500.0),
+    ],
+)
+def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | None, width: float) -> None:
+    """Rms n g sqrt(width) at the output, up to half the rate, and n sqrt(width) / k at the input."""
+    found = read_noise(PLANNED, Noise("behind.output", source, band, "1"), "", PARAMETERS, True)
+    assert found is not None
+    size = DENSITY * math.sqrt(width)
+    rms = size / BEFORE if source else size * BEHIND
+    assert found.value == pytest.approx(rms, rel=2e-3 if band is None else 1e-9)  # a band begins at 0.05 Hz unless said
+    by_gain = (-rms / BEFORE, 0.0) if source else (0.0, rms / BEHIND)
+    slopes = {name: found.slopes.get(name, 0.0) for name in PARAMETERS}
+    expected = dict(zip(PARAMETERS, (*by_gain, rms / DENSITY), strict=True))
+    assert slopes == pytest.approx(expected, rel=2e-3 if band is None else 1e-6, abs=1e-6 * rms)
