@@ -116,6 +116,7 @@ def test_tables_and_files(findings: dict[str, Finding], tmp_path: Path) -> None:
 def test_golden_results(measurements: Measurements, tmp_path: Path) -> None:
     path = tmp_path / "graph.golden.json"
     assert record(measurements, path) == 7  # two measures, four margins and the verdict
+    assert json.loads(path.read_text())["tolerance"] == {"relative": 1e-9}
     golden = read_golden(path)
     assert all(finding.met for finding in compared(measurements, golden))
     louder = Measurements(STUDY.graph.with_parameters({"gain.gain": "100.0001 1/s"}), None, "python")  # type: ignore[attr-defined]

@@ -1,9 +1,14 @@
 """The gain of a quantiser of one bit by an instrument: errors that go with what is quantised do not spoil it."""
 
+import math
+
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.decisions.one_bit import _gain
+from proofmass.runner.analysis.decisions.one_bit import OneBit, _gain, with_spectra
+from proofmass.runner.analysis.decisions.shaping import Shaping
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.derivatives.dual_noise import ONE_BIT
 
 COUNT, LATER = 1 << 14, 5
 SOURCE, OTHER = np.random.default_rng(3).normal(size=(2, COUNT))
@@ -46,3 +51,20 @@ def test_what_short_runs_have_by_chance_is_subtracted() -> None:
         y = 3.0 * source + other
         found.append(_gain(y, 0.5 * y + 8.0 * other, [source]))
     assert np.mean(found) == pytest.approx(0.5, abs=0.025)  # 8 / 3 / sqrt(1024) / 10 is 0.008
+
+
+@pytest.mark.parametrize("quantisers", [1, 2])
+def test_every_decision_of_a_period_passes_the_filter_of_its_quantiser(quantisers: int) -> None:
+    """The first of them has the error g / (1 - 0.5 z^-1), g^2 = 0.75: of three decisions a row is g 0.5^k."""
+    first = OneBit(1.0, 1.0, 100, Shaping(math.sqrt(0.75), ((0.5, 0.0),)), 0.0)
+    other = OneBit(1.0, 1.0, 100, None, 0.0)
+    count = 3 * quantisers
+    entries = tuple(("bit", ONE_BIT, i) for i in range(count))
+    outputs = tuple(("bit", "output", i) for i in range(count))
+    whole = PeriodMap((), entries, outputs, np.hstack([np.eye(count), np.zeros((count, 1))]), {}, 1e-3)
+    filtered = with_spectra(whole, {"bit": (first, other)[:quantisers]})
+    _, _, _, direct = filtered.parts()
+    row = math.sqrt(0.75) * np.array([[1.0, 0.0, 0.0], [0.5, 1.0, 0.0], [0.25, 0.5, 1.0]])
+    assert direct[::quantisers, ::quantisers] == pytest.approx(row)
+    assert direct[1::2, 1::2] == pytest.approx(np.eye(3)) if quantisers == 2 else True
+    assert filtered.order == 1

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.lasting import Lasting
+from proofmass.runner.analysis.linearisation.lasting import Lasting, _invariant
 
 
 @pytest.mark.parametrize("second", [1.0, 1.0 - 3e-13, 0.999, 0.9])
@@ -37,3 +37,16 @@ def test_the_trim_of_a_gyroscope_at_rest() -> None:
     ])  # fmt: skip
     left, right = Lasting(a).reduction
     assert np.max(np.abs(np.linalg.eigvals(left @ a @ right))) < 1e-4
+
+
+def test_bases_to_the_right_and_to_the_left_belong_together() -> None:
+    """W V = 1, A V = V T and W A = T W, with T the part of the matrix that lasts."""
+    basis = np.random.default_rng(5).normal(size=(5, 5))
+    a = basis @ np.diag([1.0, 0.995, 0.6, 0.3, -0.2]) @ np.linalg.inv(basis)
+    right, left = _invariant(a, 0.9)
+    assert right.shape == left.shape == (5, 2)
+    part = left.T @ a @ right
+    assert left.T @ right == pytest.approx(np.eye(2), abs=1e-12)
+    assert a @ right == pytest.approx(right @ part, abs=1e-12)
+    assert left.T @ a == pytest.approx(part @ left.T, abs=1e-11)
+    assert np.sort(np.linalg.eigvals(part).real) == pytest.approx([0.995, 1.0], abs=1e-12)

@@ -116,3 +116,30 @@ def test_a_loop_whose_gain_follows_a_sequence(length: int, seed: int) -> None:
     assert found.system.per_period == length
     assert found.gain_margin == pytest.approx(limit, rel=1e-9)
     assert found.slowest[0].value.real == pytest.approx(np.prod(1.0 - 0.4 * weights), rel=1e-9, abs=1e-300)
+
+
+def test_levels_are_crossed_with_a_direct_path() -> None:
+    """One state: y = c x + d u is fed back as it is, and T = y / (y - 1) crosses each level where it has that size."""
+    a, b, c, d = 0.5, 1.0, 0.1, 0.4
+    maps = TickMaps(np.full((1, 1, 1), a), np.array([[b]]), np.array([[c]]), np.array([d]), {STATES[0]: 0})
+
+    def size(angle: float) -> float:
+        answer = c * b / (np.exp(1j * angle) - a) + d
+        return float(abs(1.0 + answer / (1.0 - answer)))
+
+    ends = sorted([size(0.0), size(math.pi)])
+    assert ends == pytest.approx([1.5, 2.5])
+    for level in (1.2, 1.7, 2.2, 2.7):
+        inside = ends[0] < level < ends[1]
+        angles = maps.crossed(level, 1.0, 1e-8)
+        assert bool(angles) == inside, (level, ends)
+        assert [size(angle) for angle in angles] == pytest.approx([level] * len(angles), rel=1e-9)
+
+
+def test_what_the_wire_feeds_back_is_scaled_before_it_leaves_the_range_of_numbers() -> None:
+    """x' = (0.5 + 1e50 f) x, 32 values of the wire in a period."""
+    ticks, factors = 32, np.linspace(0.1, 1.0, 20)
+    maps = TickMaps(
+        np.full((ticks, 1, 1), 0.5), np.ones((ticks, 1)), np.full((ticks, 1), 1e50), np.zeros(ticks), {STATES[0]: 0}
+    )
+    assert maps.growths(factors) == pytest.approx(ticks * np.log(0.5 + 1e50 * factors), rel=1e-12)

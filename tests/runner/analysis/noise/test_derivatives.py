@@ -2,7 +2,9 @@
 
 import math
 
+import numpy as np
 import pytest
+import scipy.integrate
 
 from proofmass import Graph, ModelError, noise
 from proofmass.blocks import (
@@ -17,6 +19,9 @@ from proofmass.blocks import (
     WhiteNoise,
 )
 from proofmass.graphs.model.changes import with_parameters
+from proofmass.runner.analysis.noise.derivatives import rms_slopes
+from proofmass.runner.analysis.noise.noise_map import NoiseMap
+from proofmass.runner.derivatives.dual_noise import DEVIATE
 
 EXACT = 1e-6
 RATE = 1000.0
@@ -133,3 +138,23 @@ def test_without_being_asked_there_are_none() -> None:
     with pytest.raises(ModelError):
         noise(first_order(), "y.nothing", derivatives=True)
     assert math.isfinite(found.rms)
+
+
+def test_derivatives_in_a_band_are_those_of_the_integral() -> None:
+    """x' = 0.6 x + 0.8 w, y = 1.5 x + 0.2 w, w white: density 2 T |h|^2, h = 1.5 * 0.8 / (z - 0.6) + 0.2."""
+    period, entries = 1e-3, {"a": 0.6, "b": 0.8, "c": 1.5, "d": 0.2}
+    units = {name: tuple(np.full((1, 1), float(other == name)) for other in entries) for name in entries}
+    matrices = tuple(np.full((1, 1), value) for value in entries.values())
+    of = NoiseMap(matrices, period, inputs=(("hiss", DEVIATE, 0),), values=1, slopes=units)  # type: ignore[arg-type]
+
+    def square(a: float, b: float, c: float, d: float) -> float:
+        def density(f: float) -> float:
+            return 2.0 * period * abs(c * b / (np.exp(2j * math.pi * f * period) - a) + d) ** 2
+
+        return float(scipy.integrate.quad(density, 50.0, 200.0, epsabs=0.0, epsrel=1e-12)[0])
+
+    rms = math.sqrt(square(**entries))
+    found = rms_slopes(of, (50.0, 200.0), rms)
+    for name, value in entries.items():
+        sides = [math.sqrt(square(**{**entries, name: value + side})) for side in (1e-5, -1e-5)]
+        assert found[name] == pytest.approx((sides[0] - sides[1]) / 2e-5, rel=1e-6), name
