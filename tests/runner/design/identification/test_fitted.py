@@ -182,7 +182,11 @@ def test_the_picture_shows_run_residuals_and_autocorrelation() -> None:
     fitted = fit(GRAPH, recorded(12), inputs=INPUTS, outputs=OUTPUTS, free=FREE)
     figure = plot_fitted(fitted)
     assert "white" in " ".join(axes.get_title(loc="left") for axes in figure.axes)
-    _, closer, residual, _ = figure.axes
+    _, closer, residual, lags = figure.axes
+    (middle,), (band, *bars) = lags.lines, lags.patches
+    assert middle.get_ydata() == [0.0, 0.0]
+    assert band.get_height() == pytest.approx(2.0 * 1.96 / math.sqrt(ROWS))  # type: ignore[attr-defined]
+    assert [bar.get_height() for bar in bars] == fitted.outputs[0].whiteness.autocorrelation.tolist()  # type: ignore[attr-defined]
     assert residual.get_ylabel().startswith("residual [")
     assert closer.get_xlabel() == residual.get_xlabel() == "time [ms]"
     assert residual.lines[0].get_xdata()[-1] == pytest.approx(1e3 * TIMES[-1])

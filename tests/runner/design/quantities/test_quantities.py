@@ -46,6 +46,14 @@ def test_margins_are_those_of_the_closed_form(evaluator: Evaluator, gain: float)
     assert limit is not None
     assert limit.value == pytest.approx(-20.0 * math.log10(gain * 1e-3), rel=1e-9)
     assert limit.slopes["controller.gain"] == pytest.approx(-20.0 / math.log(10.0) / gain, rel=1e-9)
+    # |T|^2 = g^2 / |z^2 - z + g|^2 is 1 / 2 where 4 g c^2 - 2 (1 + g) c + 2 - 2 g - g^2 = 0, c = cos w T, g = K T
+    g, wide = 1e-3 * gain, at["bandwidth"]
+    c = (1.0 + g - math.sqrt((1.0 + g) ** 2 - 4.0 * g * (2.0 - 2.0 * g - g * g))) / (4.0 * g)
+    by_g = -(4.0 * c * c - 2.0 * c - 2.0 - 2.0 * g) / (8.0 * g * c - 2.0 * (1.0 + g))  # of c
+    assert wide is not None
+    assert wide.value == pytest.approx(math.acos(c) * 1e3 / (2.0 * math.pi), rel=1e-9)
+    by_gain = -by_g / math.sqrt(1.0 - c * c) / (2.0 * math.pi)
+    assert wide.slopes["controller.gain"] == pytest.approx(by_gain, rel=1e-6)
 
 
 @pytest.mark.exhaustive

@@ -187,3 +187,9 @@ def test_large_values_have_an_order() -> None:
     tolerances: dict[str, Any] = {"readout.gain": [1e6, 1e7], "sensor.stiffness": "10 %"}
     found = worst(read_graph_text(RESONATOR), quantity, tolerances=tolerances, samples=3)
     assert found.cases[1].worst == pytest.approx(1e7 / 4.5)
+
+
+@pytest.mark.parametrize(("points", "unseen"), [(0, 1.0), (1, 0.95), (59, 0.0495), (299, 0.00997)])
+def test_the_part_of_the_box_that_random_points_may_miss(points: int, unseen: float) -> None:
+    """Wilks: 59 points show 95 % of it with a confidence of 95 %, and 299 points 99 %."""
+    assert WorstCases((), (), 0, points, points, False, {}).unseen == pytest.approx(unseen, rel=2e-3)

@@ -168,3 +168,16 @@ def test_intervals_of_an_influence(runs: int) -> None:
             true = {"a": 2.0, "b": 1.0, "c": 0.0}[influence.parameter] * columns[influence.parameter].std(ddof=1)
             covered += abs(influence.effect - true) <= influence.effect_half
     assert covered / 1200 == pytest.approx(0.95, abs=0.03)  # standard error 0.006
+
+
+@pytest.mark.parametrize("runs", [5, 12, 400])
+def test_factors_are_one_beyond_three_standard_errors_of_their_correlation(runs: int) -> None:
+    """Fisher: atanh r has the standard error 1 / sqrt(n - 3)."""
+    border = math.tanh(math.atanh(0.9) + 3.0 / math.sqrt(runs - 3.0))
+    dice = np.random.default_rng(9)
+    columns = dice.normal(size=(runs, 3))
+    first, other, noise = np.linalg.qr(columns - columns.mean(axis=0))[0].T
+    for r, together in ((border - 1e-6, False), (border + 1e-6 * (1.0 - border), True)):
+        found = regression({"a": first, "b": r * first + math.sqrt(1.0 - r * r) * other}, first + noise)
+        assert found is not None
+        assert len(found.influences) == (1 if together else 2), r
