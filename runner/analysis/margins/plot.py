@@ -202,7 +202,7 @@ def _draw_nyquist(
 def _draw_step(margins: Margins, panel: "Axes") -> None:
     values = step_response(margins)
     times = np.arange(len(values)) * (margins.sample or _tick(margins))
-    factor, unit = prefix("s", float(times[-1]) if len(times) > 1 else margins.sample)
+    factor, unit = prefix("s", float(np.max(times, initial=margins.sample)))
     panel.plot(times * factor, values, color=BLUE, drawstyle="steps-post" if margins.sample else "default")
     panel.axhline(1.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"time [{unit}]")

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.map_changes import _inverse, _norms, variation
+from proofmass.runner.analysis.linearisation.map_changes import _inverse, _norms, change_between, variation
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 
 
 @pytest.mark.parametrize(("states", "inputs", "outputs"), [(3, 2, 4), (5, 50, 30), (0, 3, 2), (4, 1, 1)])
@@ -43,3 +44,18 @@ def test_changes_that_move_no_pole_near_the_boundary_do_not_count() -> None:
     closed, flatter = 0.9995 * turned(0.3), 1e-3 * np.diag([1.0, -1.0])
     assert float(np.max(variation(closed, [closed + flatter]).change)) < 1e-12
     assert float(np.max(variation(closed, [closed + 1e-3 * np.eye(2)]).change)) == pytest.approx(1e-3)
+
+
+@pytest.mark.parametrize("unit", [1.0, 1e6, 1e-9])
+def test_what_a_block_does_to_another_changes_alike_in_all_units(unit: float) -> None:
+    """One of three entries grows by 1 %; where the state of the first block is small or large does not count."""
+    wire, states = (("b", "output", 0),), (("a", "state", -1), ("b", "state", -1))
+
+    def loop(grown: float) -> PeriodMap:
+        rows = [[0.5, 0.2 * grown * unit, unit, 0.0], [0.3 / unit, 0.6, 0.0, 0.0], [0.0, 1.0, 0.0, 0.0]]
+        return PeriodMap(states, wire, wire, np.array(rows), {}, 1e-3)
+
+    assert change_between(loop(1.0), loop(1.0)) == 0.0
+    assert change_between(loop(1.0), loop(1.01)) == pytest.approx(0.01 / 1.01, rel=1e-9)
+    assert change_between(loop(1.01), loop(1.0)) == pytest.approx(0.01 / 1.01, rel=1e-9)
+    assert change_between(loop(1.0), loop(1.0).kept([0])) == math.inf

@@ -24,7 +24,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
-from proofmass.runner.analysis.linearisation.orbit import FROZEN
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, _axis
 from proofmass.runner.planning.plan import plan
 
 RATE, SLOW = 10_000, 1000
@@ -187,3 +187,13 @@ def test_a_start_up_is_noted_and_a_settled_loop_is_not() -> None:
     with pytest.raises(ModelError, match="does not repeat") as caught:
         linearised(planned, 5).loop(("back", "output"))
     assert caught.value.problems[0].hint == "take a later time, or --at settled"
+
+
+@pytest.mark.parametrize("periods", [1, 40])
+def test_loops_without_a_crossover_are_compared_up_to_half_the_rate(periods: int) -> None:
+    """Over so many periods as one the rate is less; low frequencies are many."""
+    angles = np.angle(_axis(periods)) * periods / math.pi
+    assert (np.diff(angles) > 0.0).all()
+    assert 0.0 < angles[0] < 1e-3
+    assert 0.8 < angles[-1] < 1.0
+    assert np.median(angles) < 0.02

@@ -21,7 +21,7 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, _late, period_map
 from proofmass.runner.continuous.exact_hold import hold
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import Interpreter
@@ -235,3 +235,12 @@ def test_too_long_a_period_is_refused() -> None:
     graph = chain(("mean", Decimator(ratio=500_000), "input", "mean"), ("after", UnitDelay(), "input", "output"))
     with pytest.raises(ModelError, match="tick together too rarely"):
         period_map(plan(graph), [("source", "output")], [("after", "output")])
+
+
+def test_an_output_is_late_by_the_offset_of_its_clock() -> None:
+    """Of one wire to another alone: several have no one delay."""
+    blocks = ("first", UnitDelay(), "input", "output"), ("last", UnitDelay(), "input", "output")
+    planned = plan(chain(*blocks, rates={"last": 100}, offsets={"last": "3 ms"}))
+    first, last = ("first", "output"), ("last", "output")
+    assert _late(planned, [first], [last]) == pytest.approx(3e-3)
+    assert _late(planned, [first, last], [last]) == _late(planned, [first], [first, last]) == 0.0

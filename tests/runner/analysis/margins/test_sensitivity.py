@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 
 from proofmass.blocks import (
@@ -24,8 +25,16 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
-from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
+from proofmass.runner.analysis.margins.sensitivity import (
+    Sensitivity,
+    _by_factor,
+    _critical,
+    margin_sensitivities,
+    transfer_sensitivities,
+)
 from proofmass.runner.planning.plan import plan
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
@@ -231,3 +240,28 @@ def test_sum_takes_part() -> None:
     scale, bias = transfer(graph, "source.output", "sum.output")
     assert (scale.value, bias.value) == (1.0, 0.5)
     assert slopes(bias) == {"other.value": 1.0}
+
+
+def beside_a_hidden_mode(neutral: float, a: list[list[float]], c: list[float], continuous: bool) -> OpenLoop:
+    """A loop from its last state to a row of states, and a state that takes no part in it."""
+    n, wire = len(a) + 1, (("x", "output", 0),)
+    matrix = np.zeros((n + 1, n + 2))
+    matrix[0, 0], matrix[1:n, 1:n], matrix[n - 1, n], matrix[n, 1:n] = neutral, a, 1.0, -np.array(c)
+    states = tuple(("x", f"state_{i}", -1) for i in range(n))
+    return OpenLoop(PeriodMap(states, wire, wire, matrix, {}, 0.0 if continuous else 1e-3), continuous)
+
+
+def test_the_critical_pole_is_one_that_the_factor_moves() -> None:
+    """Of 5 / (z - 1) a factor of 0.4 puts the pole 1 - 5 f at -1: outwards by 5 a unit of the factor.
+
+    Of 8 / (s + 1)^3 the poles are -1 + 2 f^(1/3) exp(+-j pi / 3), and a third one far inside.
+    """
+    sampled = beside_a_hidden_mode(1.0 + 1e-9, [[1.0]], [5.0], False)
+    by_factor = _by_factor(sampled, 0.4)
+    along, move = _critical(sampled, 0.4, by_factor)
+    assert along * move(by_factor) == pytest.approx(5.0)
+    chain = [[0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [-1.0, -3.0, -3.0]]
+    analog = beside_a_hidden_mode(1e-9, chain, [8.0, 0.0, 0.0], True)
+    by_factor = _by_factor(analog, 1.0)
+    along, move = _critical(analog, 1.0, by_factor)
+    assert (along * move(by_factor)).real == pytest.approx(1.0 / 3.0)

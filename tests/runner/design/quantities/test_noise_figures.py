@@ -41,7 +41,7 @@ PARAMETERS = {"before.gain": BEFORE, "behind.gain": BEHIND, "hiss.density": DENS
     ],
 )
 def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | None, width: float) -> None:
-    """Rms n g sqrt(width) at the output, n sqrt(width) / k at the input; the widest band is 1e-4 to 1 of half the rate."""
+    """Rms n g sqrt(width) at the output, n sqrt(width) / k at the input, there from 0.05 Hz on."""
     found = read_noise(PLANNED, Noise("behind.output", source, band, "1"), "", PARAMETERS, True)
     assert found is not None
     size = DENSITY * math.sqrt(width)
