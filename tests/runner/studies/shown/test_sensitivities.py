@@ -1,6 +1,7 @@
 """Sobol indices and regressions against closed forms: a linear model, Ishigami's function, and ranks of SciPy."""
 
 import dataclasses
+import itertools
 import math
 from collections.abc import Callable, Mapping
 
@@ -12,7 +13,7 @@ from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.studies.build import Study
 from proofmass.runner.studies.draws.factors import Drawn
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.sensitivities import regression, sobol_indices
+from proofmass.runner.studies.shown.sensitivities import _indices, _ranks, regression, sobol_indices
 from proofmass.runner.studies.whole.study import run_study
 
 GRAPH = read_graph_text("""
@@ -181,3 +182,21 @@ def test_factors_are_one_beyond_three_standard_errors_of_their_correlation(runs:
         found = regression({"a": first, "b": r * first + math.sqrt(1.0 - r * r) * other}, first + noise)
         assert found is not None
         assert len(found.influences) == (1 if together else 2), r
+
+
+def test_indices_of_all_combinations_are_exact() -> None:
+    """Of 2 x + y the parts are 4 / 5 and 1 / 5; of x y nothing is due to one alone, and all to both."""
+    signs = np.array(list(itertools.product((-1.0, 1.0), repeat=4)))
+    a, b = signs[:, :2], signs[:, 2:]
+    mixed = [np.column_stack([b[:, 0], a[:, 1]]), np.column_stack([a[:, 0], b[:, 1]])]
+
+    def groups(function: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> np.ndarray:  # type: ignore[type-arg]
+        return np.column_stack([function(*x.T) for x in (a, b, *mixed)])
+
+    assert _indices(groups(lambda x, y: 2.0 * x + y + 7.0)) == pytest.approx(np.array([[0.8, 0.2], [0.8, 0.2]]))
+    assert _indices(groups(lambda x, y: x * y)) == pytest.approx(np.array([[0.0, 0.0], [1.0, 1.0]]))
+
+
+def test_equal_values_share_their_mean_rank() -> None:
+    column = np.array([3.0, 1.0, 3.0, 2.0, 3.0, 0.0])
+    assert _ranks(column[:, None])[:, 0].tolist() == stats.rankdata(column).tolist()
