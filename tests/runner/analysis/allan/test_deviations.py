@@ -7,8 +7,9 @@ import pytest
 
 from proofmass import allan
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.runner.analysis.allan.deviations import deviation_at
+from proofmass.runner.analysis.allan.deviations import deviation_at, dominating
 from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
+from proofmass.runner.analysis.allan.levels import NAMES, Level, Levels, density_terms
 from tests.by_hand.amounts import amounts
 
 PUBLISHED = {  # NIST SP 1065, table 31; averages of 1, 10 and 100 values
@@ -96,3 +97,12 @@ def test_a_signal_that_stands_still_is_refused() -> None:
 def test_a_short_signal_is_refused() -> None:
     with pytest.raises(ModelError, match="too short for an Allan deviation"):
         allan(np.ones(63), rate=1.0)
+
+
+@pytest.mark.parametrize(("name", "exponent"), [("N", 0), ("B", -1), ("K", -2), ("Q", 2)])
+def test_a_noise_alone_dominates_with_the_exponent_of_its_density(name: str, exponent: int) -> None:
+    """White, 1 / f, 1 / f^2 of a random walk, f^2 of a difference: the slopes of `density_terms` at low frequencies."""
+    levels = Levels(tuple(Level(n, float(n == name), 0.0, 2.0) for n in NAMES), 0.1, 0.0)
+    assert dominating(levels, np.array([0.1, 1.0, 100.0])) == [exponent] * 3
+    low = density_terms(np.array([1e-4, 2e-4]), 0.1)[:, NAMES.index(name)]
+    assert math.log2(low[1] / low[0]) == pytest.approx(exponent, abs=1e-6)

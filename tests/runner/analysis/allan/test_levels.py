@@ -7,9 +7,8 @@ import pytest
 from scipy.stats import binom
 
 from proofmass import Series
-from proofmass.runner.analysis.allan.deviations import dominating
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
-from proofmass.runner.analysis.allan.levels import NAMES, Level, Levels, allan_terms, density_terms, fitted, matched
+from proofmass.runner.analysis.allan.levels import allan_terms, density_terms, fitted, matched
 from tests.by_hand.amounts import amounts
 
 PERIOD, COUNT = 0.1, 20_000
@@ -107,15 +106,6 @@ def test_a_vibration_line_is_told_as_what_it_is(line: float) -> None:
     found = fitted(Series(1e-2 * np.sin(2.0 * math.pi * line * t) + noise, 1.0 / 200.0))
     assert all(level.low <= level.value <= level.high < math.inf for level in found.levels)
     assert found.misfit > 2.0  # dB
-
-
-@pytest.mark.parametrize(("name", "exponent"), [("N", 0), ("B", -1), ("K", -2), ("Q", 2)])
-def test_a_noise_alone_dominates_with_the_exponent_of_its_density(name: str, exponent: int) -> None:
-    """White, 1 / f, 1 / f^2 of a random walk, f^2 of a difference: the slopes of `density_terms` at low frequencies."""
-    levels = Levels(tuple(Level(n, float(n == name), 0.0, 2.0) for n in NAMES), PERIOD, 0.0)
-    assert dominating(levels, np.array([0.1, 1.0, 100.0])) == [exponent] * 3
-    low = density_terms(np.array([1e-4, 2e-4]), PERIOD)[:, NAMES.index(name)]
-    assert math.log2(low[1] / low[0]) == pytest.approx(exponent, abs=1e-6)
 
 
 def test_the_interval_of_white_noise_is_that_of_its_independent_lines() -> None:

@@ -8,7 +8,6 @@ import pytest
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
-from proofmass.runner.design.quantities.loop_figures import read_figure
 from proofmass.runner.design.quantities.step_figures import step_figures
 
 WIRE = (("plant", "output", 0),)
@@ -36,14 +35,3 @@ def test_a_step_of_first_order() -> None:
     found = step_figures(margins_of(loop, "main", "plant.output"))
     assert found["overshoot"] == 0.0
     assert found["settling_time"] == pytest.approx(math.log(50.0) / 40.0, rel=1e-3)
-
-
-def test_slopes_of_a_step_are_those_of_its_closed_form() -> None:
-    """K / (s / 10 + 1) settles after log(50) / (10 + 10 K) s, and never rises above its end."""
-    matrix, by_gain = np.array([[-10.0, 10.0, 0.0], [-3.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
-    moved = PeriodMap((("plant", "x", -1),), WIRE, WIRE, matrix, {"gain": by_gain}, 0.0)
-    loop = OpenLoop(moved, continuous=True)
-    margins = margins_of(loop, "main", "plant.output")
-    found = read_figure(margins, loop, "settling_time", {"gain": 3.0, "other": 1.0})
-    assert found.slopes == {"gain": pytest.approx(-10.0 * math.log(50.0) / 40.0**2, rel=1e-3)}
-    assert read_figure(margins, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}

@@ -5,6 +5,8 @@ import os
 import signal
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,8 +18,9 @@ from proofmass.graphs.tuning.reader import read_tuning
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.tune.plot import plot_tuned
 from proofmass.runner.design.tune.text import tuned_text
-from proofmass.runner.design.tune.tune import tune
+from proofmass.runner.design.tune.tune import _multipliers, tune
 from tests.by_hand.design_texts import INTEGRATING, TUNE
+from tests.by_hand.tried_points import row, tried
 
 GRAPH = read_graph_text(INTEGRATING)
 FREE = {"controller.gain": {"at_least": 1, "at_most": 1000}}
@@ -166,3 +169,36 @@ def test_goals_hold_at_ages_as_parameters_drift(tmp_path: Path) -> None:
         assert read_tuning(path) == tuning
     with pytest.raises(ModelError, match="nothing drifts"):
         tune(GRAPH, free=FREE, goals={"phase": PHASE}, ages=["1 year"])
+
+
+TUNING: Any = SimpleNamespace(free=("gain", "pole"))
+
+
+def test_what_a_percent_of_a_limit_costs() -> None:
+    """(3, 6) is three times (1, 2): by Lagrange, the objective falls by 3 for each 1 that the limit gives way."""
+    limit, far = row("phase", 0.0, 1.0, 2.0), row("slow", 0.5, -1.0, 0.0)
+    prices, bounds = _multipliers(tried((0.5, 0.5), (limit, far), (row("noise", 0.0, 3.0, 6.0),)), TUNING)
+    assert prices == {"phase": pytest.approx(0.03)}
+    assert bounds == {}
+
+
+def test_bounds_that_a_better_point_lies_behind() -> None:
+    """(2, 6) - 3 (0, 2) is left: the first parameter would go below its lower bound."""
+    limit = row("phase", 0.0, 0.0, 2.0)
+    prices, bounds = _multipliers(tried((0.0, 0.5), (limit,), (row("noise", 0.0, 2.0, 6.0),)), TUNING)
+    assert prices == {"phase": pytest.approx(0.03)}
+    assert bounds == {"gain": "lower"}
+    _, bounds = _multipliers(tried((0.5, 1.0), (), (row("noise", 0.0, 0.0, -1.0),)), TUNING)
+    assert bounds == {"pole": "upper"}
+
+
+def test_goals_in_conflict_share_what_is_missed() -> None:
+    """One slack grows by 1 where the other falls by 3: three parts of one and one of the other balance."""
+    slacks = row("phase", -0.3, 1.0, 0.0), row("fast", -0.3, -3.0, 0.0), row("quiet", 0.1, 0.0, 1.0)
+    prices, _ = _multipliers(tried((0.5, 0.5), slacks), TUNING)
+    assert prices == {"phase": pytest.approx(0.75), "fast": pytest.approx(0.25)}
+
+
+def test_without_goals_or_values_nothing_binds() -> None:
+    assert _multipliers(tried((0.0, 0.5)), TUNING) == ({}, {})
+    assert _multipliers(tried((0.0, 0.5), (row("phase", -0.3, 1.0, 0.0),), known=False), TUNING) == ({}, {})
