@@ -218,7 +218,7 @@ EXPLANATIONS = (
         "P0701",
         "A graph cannot be linearised there, or has no such loop",
         r"linearis|loop|periodic|stimulus|operating point|settle|perturbations|derivative|does not come back"
-        r"|does not move|for margins",
+        r"|does not move|for margins|^the way (from|of noise)|that of a run: this",
         "Margins, noise and responses are those of a loop that is opened at a wire, about a point where the graph"
         " rests.",
         'Name a loop with [loops.main] open_at = "dac.voltage", or choose another operating point by --at.',
@@ -227,7 +227,8 @@ EXPLANATIONS = (
         "P0702",
         "A signal does not suit the analysis",
         r"spectrum|Allan|tone|band |segment|does not move|signal|density|figures|lines of|a yield is required"
-        r"|temperatures|exponentials",
+        r"|temperatures|exponentials|two limits|lies between these|the input itself"
+        r"|no noise reaches",
         "Too few values, the wrong band, or a signal that stands still.",
         "Run longer, or choose another signal or band.",
     ),

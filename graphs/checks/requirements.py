@@ -13,7 +13,16 @@ from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
 from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any, is_value
-from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf, checked_quantity
+from proofmass.graphs.model.quantities import (
+    PARTS,
+    LoopFigure,
+    MeasureOf,
+    Noise,
+    Quantity,
+    TransferPart,
+    YieldOf,
+    checked_quantity,
+)
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.model.requirements import SPREAD, TABLE, YIELD, Requirement
 
@@ -63,14 +72,18 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
 def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict") -> None:
     """Raise `Refusal` for what `proofmass prove` does not claim."""
     figure = quantity.figure if isinstance(quantity, LoopFigure) else ""
-    if not isinstance(quantity, StabilityVerdict) and figure not in PROVABLE:
-        expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop"
+    noise = isinstance(quantity, Noise) and not quantity.input and quantity.band is None
+    of_output = noise or (isinstance(quantity, TransferPart) and quantity.part == PARTS[0])
+    if not isinstance(quantity, StabilityVerdict) and figure not in PROVABLE and not of_output:
+        expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop, a scale_factor, or noise without input and band"
         raise Refusal("has no proof", "leave proved out: then the worst case is searched", expected=expected)
     if not requirement.tolerances:
         hint = 'name what varies: tolerances = { "torquer.gain" = "5 %" }'
         raise Refusal("there is nothing to be proved over", hint, key="proved", got="true")
-    if requirement.at_least is None or requirement.at_most is not None:
+    if not of_output and (requirement.at_least is None or requirement.at_most is not None):
         raise Refusal("must be at_least alone", key="proved", got="at_most")
+    if noise and (requirement.at_most is None or requirement.at_least is not None):
+        raise Refusal("must be at_most alone", key="proved", got="at_least")
     if requirement.at and (requirement.at == SETTLED or read_duration(requirement.at) > 0):
         raise Refusal("must be the start of the run", "leave it out", key="at", got=shown(requirement.at))
 

@@ -34,6 +34,9 @@ def show_proofs(request: ProveRequest) -> int:
             disk_margin=request.disk_margin,
             delay_margin=request.delay_margin,
             decay_rate=request.decay_rate,
+            input=request.source_signal,
+            scale_factor=dict(map(_limits, request.scale_factors)),
+            noise=dict(map(_limits, request.noises)),
             bounds=request.bounds,
             seconds=request.seconds,
             progress=bar,
@@ -61,6 +64,12 @@ def check_proof(request: CheckProofRequest) -> int:
     data = {"valid": True, "claims": claims, "assumed": ASSUMED}
     print_answer(request.as_json, lambda: data, lines)
     return DONE
+
+
+def _limits(text: str) -> tuple[str, str]:
+    """Return the output and the limits of an option such as `adc.number=1.9..2.1`."""
+    output, _, limits = text.partition("=")
+    return output.strip(), limits.strip()
 
 
 def _same(text: str, graph: Graph) -> bool:

@@ -188,11 +188,14 @@ class NoisyTicks(DualTicks):
         known.append((value, output))
         return output
 
+    def _same(self, before: Any, value: Any) -> bool:
+        """Return whether a quantiser is given in a tick what it was given before."""
+        return bool(before == value and slopes_of(before, SIGNALS) == slopes_of(value, SIGNALS))
+
     def _rounded(self, owner: str, value: Any, rule: Callable[[Any], Any]) -> Any:
         """The value with an error of its own; outputs that round the same value in a tick err alike."""
         tick, given, key = self._last.get(owner, (-1, None, ("", "", 0)))
-        same = tick == self._memory.tick and given == value and slopes_of(given, SIGNALS) == slopes_of(value, SIGNALS)
-        if not same:
+        if tick != self._memory.tick or not self._same(given, value):
             key = (owner, ROUNDING, self._counts[owner, ROUNDING])
             self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key

@@ -6,9 +6,11 @@ from typing import Any
 
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
+from proofmass.runner.design.proof.attempt import MarginProof
+from proofmass.runner.design.proof.claim import QUANTITIES
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.design.proof.prove import MarginProof, Proofs
+from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.host.versions import version
 from proofmass.runner.verification.proof_checker import FORMAT, digest_of
 
@@ -17,6 +19,7 @@ ASSUMED = (
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
     "Loops are those of the start of the run, tick 0. Quantisers count as a gain of one, limits by their slope there.",
     "Parameters stay as they are while the sensor runs.",
+    "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
 
 
@@ -51,6 +54,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             places[id(leaf.loops)] = len(loops)
             loops.append(_loop(leaf.loops, leaf.box[:-1]))
         beyond = sum(leaf.norm.family.shares.values(), 0.0 * leaf.norm.transform)
+        left, noise = leaf.norm.family.left, leaf.norm.family.beyond_noise
         leaves.append(
             {
                 "box": leaf.box,
@@ -58,10 +62,13 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
                 "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
                 "transform": leaf.norm.transform.tolist(),
                 "beyond": (beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
+                **({} if left is None else {"left": left.tolist()}),
+                **({} if noise is None else {"noise": noise.tolist()}),
             }
         )
     claim = proof.claim
-    return {
+    of_quantity = {"most": claim.most, "unit": claim.unit} if claim.kind in QUANTITIES else {}
+    return of_quantity | {
         "loop": claim.loop,
         "open_at": claim.open_at,
         "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
@@ -80,6 +87,7 @@ def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:
     return {
         "order": of.order,
         "values": of.values,
+        "inputs": of.corners.middle.shape[2] - of.order,
         "box": box,
         "interpolated": list(of.interpolated),
         "bounded": [i for i in wide if i not in of.interpolated],

@@ -2,14 +2,15 @@
 
 A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
 wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners,
-bounds R of how far the closed loop may lie beyond those, a disc and a matrix T. The checker verifies, in whole numbers
+bounds of how far the closed loop may lie beyond those, a disc and a matrix T. The checker verifies, in whole numbers
 of 2^-300 with every rounding counted:
 
-1. the hash of the certificate, and that the factors and discs are those of its claim;
-2. that the leaves cover the box;
-3. that the closed loops at all corners and factors, with R, less the centre of the disc, have a norm below its radius r
-   in the coordinates of T: r^2 I - B'B has positive leading minors, by Bareiss' elimination (Mathematics of
-   Computation 22, 1968, 565).
+1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
+2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
+   radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
+3. of a scale factor D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the limit g.
+   Then det M has the sign of det R, and is a positive number times g less the scale factor;
+4. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's.
 
 What it takes for granted is in the certificate: that the matrices enclose those of the graph.
 """
@@ -17,7 +18,7 @@ What it takes for granted is in the certificate: that the matrices enclose those
 import hashlib
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal, localcontext
 from fractions import Fraction
 from typing import Any
@@ -29,13 +30,15 @@ FORMAT = "proofmass proof 1"
 _BITS, _FEWER = 300, 80  # after the point: of matrices, and of those whose norm is below one
 ONE = 1 << _BITS
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
-_DIGITS = 50
-_TERMS = 150  # of the series of sine and cosine: the last is below 2^-400
+_DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
-_UNITS = {"gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s", "decay rate": "1/s"}
-_DEEPEST = 200  # halves of a box
+_REST, _NOISE = "scale factor", "noise"
+_UNITS = {"stable": "", "gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s"}
+_UNITS |= {"decay rate": "1/s", _REST: "", _NOISE: ""}
+_FACTORS = {"disk margin": "disk", _REST: "rest", _NOISE: "noise"}
 
 _Whole = npt.NDArray[np.object_]  # of integers
+_Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
 _Box = tuple[tuple[float, float], ...]
 
 
@@ -54,10 +57,11 @@ def check_certificate(text: str) -> list[str]:
             raise FalseCertificateError("was changed: its hash is another")
         if not data["claims"] or not isinstance(data["graph_sha256"], str):
             raise FalseCertificateError("has no claim about a graph")
-        return [_claim(data, claim) for claim in data["claims"]]
+        with localcontext(prec=_DIGITS):
+            return [_claim(data, claim) for claim in data["claims"]]
+    except FalseCertificateError:
+        raise
     except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError) as error:
-        if isinstance(error, FalseCertificateError):
-            raise
         raise FalseCertificateError(f"cannot be read: {error}") from None
 
 
@@ -73,21 +77,24 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     kind, limit = claim["kind"], float(claim["limit"])
-    where = f"{claim['loop']}, {kind}" + ("" if kind == "stable" else f" of at least {limit:g} {_UNITS[kind]}").rstrip()
-    _check_ends(claim, where)
+    of_output, most = kind in (_REST, _NOISE), kind == _NOISE or (kind == _REST and claim["most"] is True)
+    where = f"{' to '.join([claim['loop']] * (kind != _NOISE) + [claim['open_at']] * of_output)}, {kind}"
+    size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
+    where += "" if kind == "stable" else f" of at {'most' if most else 'least'} {size}"
     sides = [(float(one["low"]), float(one["high"])) for one in claim["coordinates"]]
-    whole = (*sides, _side(claim["ends"]))
+    _check_ends(claim, where)
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
-    if not _covered(whole, boxes, 0):
+    if not _covered((*sides, _side(claim["ends"])), boxes):
         raise FalseCertificateError(f"{where}: its boxes do not cover the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
-        _check_disc(claim, leaf, box[-1], where)
-        if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"]):
-            raise FalseCertificateError(f"{where}: box {number} does not contract")
-    sizes = [
-        f"{'1 / ' * one['inverse']}{one['name']} from {one['low']:g} to {one['high']:g}" for one in claim["coordinates"]
-    ]
-    return f"{where}: {len(boxes)} box{'es' if len(boxes) > 1 else ''}" + "".join(f", {size}" for size in sizes)
+        if not _has_disc(claim, leaf, box[-1]):
+            raise FalseCertificateError(f"{where}: a disc is not that of the claim")
+        if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most):
+            raise FalseCertificateError(f"{where}: box {number} does not contract, or lies on the other side")
+    where += f": {len(boxes)} box{'es' if len(boxes) > 1 else ''}"
+    for one in claim["coordinates"]:
+        where += f", {'1 / ' * one['inverse']}{one['name']} from {one['low']:g} to {one['high']:g}"
+    return where
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
@@ -99,29 +106,23 @@ def _side(ends: Sequence[float]) -> tuple[float, float]:
 
 def _check_ends(claim: Mapping[str, Any], where: str) -> None:
     """Raise where the factors are fewer than those of the claim."""
-    (low, high), limit = _side(claim["ends"]), Decimal(float(claim["limit"]))
-    with localcontext() as context:
-        context.prec = _DIGITS
-        kind, factor = claim["kind"], claim["factor"]
-        if not limit >= 0 or (kind in ("delay margin", "decay rate") and not claim["period"] > 0.0):
-            right = False
-        elif kind == "phase margin":
-            right = factor == "phase" and low <= 0.0 and Decimal(high) >= limit * _PI / 180
-        elif kind == "delay margin":
-            samples = limit / Decimal(float(claim["period"]))
-            right = factor == "phase" and low <= 0.0 and Decimal(high) >= _PI * min(samples, Decimal(2))
-        elif kind == "disk margin":
-            right = factor == "disk" and low == high and Decimal(low) >= limit
-        else:
-            gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
-            right = factor == "gain" and Decimal(low) * gain <= 1 and Decimal(high) >= gain
-            right = right and (kind != "stable" or limit == 0)
-    if not right:
+    (low, high), factor, kind = map(Decimal, _side(claim["ends"])), claim["factor"], claim["kind"]
+    limit, period = Decimal(float(claim["limit"])), Decimal(float(claim.get("period", 0.0)))
+    if kind in ("phase margin", "delay margin"):
+        most = limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)) if period > 0 else -1
+        right = factor == "phase" and low <= 0 and high >= _PI * most >= 0
+    elif kind in _FACTORS:
+        right = factor == _FACTORS[kind] and low == high >= limit and (low == limit or factor == "disk")
+    else:
+        gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
+        right = factor == "gain" and low * gain <= 1 and high >= gain
+        right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
+    if not right or not (limit >= 0 or kind == _REST):
         raise FalseCertificateError(f"{where}: its factors are not those of the claim")
 
 
-def _check_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float], where: str) -> None:
-    """Raise where poles in the disc of a leaf may break its claim.
+def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
+    """Return whether poles in the disc of a leaf keep its claim.
 
     A delay of m samples turns what is at exp(-j w) by p = m w: a pole may not be there where w is above p / m. The
     distance of the arc from a centre above the real axis is least at an end of the arc.
@@ -132,103 +133,112 @@ def _check_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tupl
         least = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
         ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
         away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
-        right = imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
-    else:
-        with localcontext() as context:
-            context.prec = _DIGITS
-            rate = Decimal(limit) * Decimal(period) if kind == "decay rate" else Decimal(0)
-            most = (-rate).exp() * (1 - Decimal(10) ** -45) if rate else 1
-            right = real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
-    if not right:
-        raise FalseCertificateError(f"{where}: a disc is not that of the claim")
+        return imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
+    rate = Decimal(limit) * Decimal(period) if kind == "decay rate" else Decimal(0)
+    most = (-rate).exp() * (1 - Decimal(10) ** -45) if rate else 1
+    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
 
 
-def _covered(whole: _Box, boxes: Sequence[_Box], depth: int) -> bool:
+def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
     """Return whether boxes that came of halving cover all of a box."""
-    if whole in boxes:
-        return True
-    if len(boxes) < 2 or depth > _DEEPEST:
-        return False
     for place, (low, high) in enumerate(whole):
         middle = 0.5 * low + 0.5 * high
         below = [box for box in boxes if box[place][1] <= middle]
         above = [box for box in boxes if box[place][0] >= middle]
         if low < middle < high and len(below) + len(above) == len(boxes) and below and above:
             halves = ((low, middle), below), ((middle, high), above)
-            return all(_covered((*whole[:place], side, *whole[place + 1 :]), some, depth + 1) for side, some in halves)
-    return False
+            return all(_covered((*whole[:place], side, *whole[place + 1 :]), some) for side, some in halves)
+    return whole in boxes
 
 
-def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str) -> bool:
-    """Return whether all closed loops of a box shorten every vector in the coordinates of its T."""
-    sides, parts, disk = box[:-1], 2 if factor == "phase" else 1, factor == "disk"
+def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str, most: bool) -> bool:
+    """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
+    sides, parts, limit = box[:-1], 2 if factor == "phase" else 1, box[-1][1]
     wide = [i for i, (low, high) in enumerate(sides) if low < high]
-    if tuple(map(_side, loop["box"])) != sides or sorted(loop["interpolated"] + loop["bounded"]) != wide:
-        raise FalseCertificateError("has a loop of another box")
-    n, k = int(loop["order"]), int(loop["values"])
+    same = tuple(map(_side, loop["box"])) == sides and sorted(loop["interpolated"] + loop["bounded"]) == wide
+    n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
     middles, radii = (np.array(loop["corners"][name], dtype=float) for name in ("middle", "radius"))
-    if middles.shape != (2 ** len(loop["interpolated"]), n + k, n + k) or radii.shape != middles.shape:
-        raise FalseCertificateError("lacks corners")
     t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
-    size = n + k if disk else parts * n
-    if t.shape != (size, size) or beyond.shape != t.shape or (beyond < 0.0).any() or (radii < 0.0).any():
-        raise FalseCertificateError("has matrices of a wrong size")
-    if disk and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any()):
-        raise FalseCertificateError("has coordinates that mix a disk with states")
+    size = {"disk": n + k, "noise": n + k, "rest": 2 * n + k}.get(factor, parts * n)
+    left, noise = (_whole(np.array(leaf.get(name, []), dtype=float)) for name in ("left", "noise"))
+    right = {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, True)
+    right &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
+    right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
+    mixed = factor in ("disk", "noise") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
+    if mixed or not (right and same):
+        raise FalseCertificateError("has a loop of another box, or matrices that do not fit")
     real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
-    turned = np.array([[real, -imaginary], [imaginary, real]] if parts == 2 else [[real]], dtype=object)
-    centre = np.kron(turned, np.eye(size // parts, dtype=int).astype(object))
-    x, t_whole = _whole(np.linalg.inv(t)), _whole(t)
-    apart = np.abs(x @ t_whole - ONE * ONE * np.eye(len(t), dtype=object)) // ONE + 1
-    room = radius - _bound(apart) * radius // ONE - 1
-    beyond_whole = _whole(beyond) + 1
+    turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
+    centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
+    beside = [slice(n)] * (n > 0) + [slice(n, None)] if factor == "rest" else [slice(None)]
+    turns = [(part, *_turned(t[part, part], radius)) for part in beside]
     for middle, near in zip(map(_whole, middles), map(_whole, radii), strict=True):
         for f in _factors(factor, box[-1], k):
-            closed, off = _closed((middle, near + 1), f, n, parts, box[-1][1] if disk else None)
-            b = x @ (closed - centre) @ t_whole // (ONE * ONE)
-            unknown = np.abs(x) @ (off + beyond_whole) @ np.abs(t_whole) // (ONE * ONE) + 2
-            r = (room - _bound(unknown)) >> (_BITS - _FEWER)
-            b >>= _BITS - _FEWER
-            r -= 2 * len(b)  # of dropping bits
-            if r <= 0 or not _positive(r * r * np.eye(len(b), dtype=object) - b.T @ b):
-                return False
-    return True
+            opened = middle, near + 1
+            closed, off = _closed(opened, f, n, factor, limit, left)
+            for part, x, back, room in turns:
+                b = x @ (closed - centre)[part, part] @ back // (ONE * ONE)
+                unknown = np.abs(x) @ (off + more)[part, part] @ np.abs(back) // (ONE * ONE) + 2
+                r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(b)  # of dropping bits
+                b >>= _BITS - _FEWER
+                if r <= 0 or not all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b)):
+                    return False
+                if factor == "noise":
+                    entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
+                    mixed = x[:n, n:].any() or (x[n:] != ONE * _unit(size)[n:]).any()
+                    if mixed or ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
+                        return False
+    return factor != "rest" or ([*_minors(left)][-1] > 0) == most
 
 
-_Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
+def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, int]:
+    """Return a matrix near the inverse of T, T, and what a norm in these coordinates has to be below."""
+    scale = np.maximum(np.abs(t).max(axis=1), 1e-300)
+    x, whole = _whole(np.linalg.inv(t / scale[:, None]) / scale), _whole(t)
+    apart = np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1
+    return x, whole, radius - _bound(apart) * radius // ONE - 1
 
 
-def _closed(loop: _Rounded, f: _Rounded, n: int, parts: int, disk: float | None) -> _Rounded:
+def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, left: _Whole) -> _Rounded:
     """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
 
-    With a disk of size a it is the matrix [A + B E C, B E; a E C, a (E - I / 2)].
+    With a disk of size a it is [A + B E C, B E; a E C, a (E - I / 2)], at rest it is A and I - R M side by side,
+    and with noise [A 0; C 0].
     """
-    a, b, c, d = (
-        (_repeated(loop[0][rows, columns], parts), _repeated(loop[1][rows, columns], parts))
-        for rows in (slice(None, n), slice(n, None))
-        for columns in (slice(None, n), slice(n, None))
-    )
+    halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
+    a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
+    if factor == "rest":
+        border = ONE * _unit(n + 1)
+        border[n, n] = math.floor(Fraction(limit) * ONE)
+        rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
+        empty = [0 * part[:n] for part in opened]
+        return _joined([[a, empty], [[part.T for part in empty], rest]])
+    if factor == "noise":
+        return _joined([[a, [0 * part.T for part in c]], [c, [0 * (part @ part.T) for part in c]]])
     e = power = f
-    for _ in range(len(loop[0]) - n - 1):
+    for _ in range(len(opened[0]) - n - 1):
         power = _times(f, _times(d, power))
         e = e[0] + power[0], e[1] + power[1]
-    b, forward = _times(b, e), _times(_times(b, e), c)
+    b_e, forward = _times(b, e), _times(_times(b, e), c)
     closed = a[0] + forward[0], a[1] + forward[1]
-    if disk is None:
+    if factor != "disk":
         return closed
-    size = int(Fraction(disk) * ONE) * np.eye(len(e[0]), dtype=int).astype(object), 0 * e[0] + 1
-    below = _times(size, _times(e, c)), _times(size, (e[0] - f[0] // 2, e[1]))
-    middle, near = (np.block([[part[i] for part in row] for row in ((closed, b), below)]) for i in (0, 1))
+    scale = int(Fraction(limit) * ONE) * _unit(len(e[0])), 0 * e[0] + 1
+    return _joined([[closed, b_e], [_times(scale, _times(e, c)), _times(scale, (e[0] - f[0] // 2, e[1]))]])
+
+
+def _joined(rows: Sequence[Sequence[Sequence[_Whole]]]) -> _Rounded:
+    middle, near = (np.block([[part[i] for part in row] for row in rows]) for i in (0, 1))
     return middle, near
 
 
-def _times(left: _Rounded, right: _Rounded) -> _Rounded:
+def _times(left: Sequence[_Whole], right: Sequence[_Whole]) -> _Rounded:
     errors = np.abs(left[0]) @ right[1] + left[1] @ (np.abs(right[0]) + right[1])
     return left[0] @ right[0] // ONE, errors // ONE + 2
 
 
-def _repeated(matrix: _Whole, parts: int) -> _Whole:
-    return np.kron(np.eye(parts, dtype=int).astype(object), matrix)
+def _unit(size: int) -> _Whole:
+    return np.eye(size, dtype=int).astype(object)
 
 
 def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded]:
@@ -238,22 +248,16 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     several values in a period, the ends alone are corners.
     """
     low, high = map(Fraction, ends)
-    if kind != "phase":
-        turns = [(place, Fraction(0)) for place in dict.fromkeys((low, high) if kind == "gain" else [Fraction(1)])]
-    else:
-        turns = [_turn(place) for place in dict.fromkeys((low, high))]
-        if not high - low < 3:
-            raise FalseCertificateError("has an arc without a triangle about it")
-        if values == 1 and low < high:
-            cosine, sine = _turn((low + high) / 2)
-            stretch = 1 / _turn((high - low) / 2)[0]
-            turns.append((cosine * stretch, sine * stretch))
-    unit = np.eye(values, dtype=int).astype(object)
+    turns: list[Any] = [_turn(at) if kind == "phase" else (at if kind == "gain" else 1, 0) for at in {low, high}]
+    if kind == "phase" and not high - low < 3:
+        raise FalseCertificateError("has an arc without a triangle about it")
+    if kind == "phase" and values == 1 and low < high:
+        stretch = 1 / _turn((high - low) / 2)[0]
+        turns.append([part * stretch for part in _turn((low + high) / 2)])
     rounded = []
-    for cosine, sine in turns:
-        c, s = (int(part * ONE) for part in (cosine, sine))
+    for c, s in ([int(part * ONE) for part in turn] for turn in turns):
         matrix = np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object)
-        rounded.append((np.kron(matrix, unit), np.kron(np.abs(matrix) * 0 + 4, unit)))
+        rounded.append((np.kron(matrix, _unit(values)), np.kron(np.abs(matrix) * 0 + 4, _unit(values))))
     return rounded
 
 
@@ -269,13 +273,9 @@ def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
 
 
 def _whole(matrix: npt.NDArray[np.float64]) -> _Whole:
-    """Return numbers as whole ones, rounded down."""
-    if not np.isfinite(matrix).all():
-        raise FalseCertificateError("has a number that is not finite")
+    """Return numbers as whole ones, rounded down; raises an error for what is not finite."""
     flat = [math.floor(Fraction(value) * ONE) for value in matrix.ravel().tolist()]
-    whole = np.empty(len(flat), dtype=object)
-    whole[:] = flat
-    return whole.reshape(matrix.shape)
+    return np.array(flat, dtype=object).reshape(matrix.shape)
 
 
 def _bound(sizes: _Whole) -> int:
@@ -283,17 +283,18 @@ def _bound(sizes: _Whole) -> int:
     return math.isqrt(int(sizes.sum(axis=0).max()) * int(sizes.sum(axis=1).max())) + 1
 
 
-def _positive(matrix: _Whole) -> bool:
-    """Return whether a symmetric matrix of integers is positive definite: all its leading minors are positive."""
+def _minors(matrix: _Whole) -> Iterator[int]:
+    """Yield the leading minors of a matrix of integers: the last is its determinant, where rows were exchanged too."""
     rows, before = matrix.tolist(), 1
     for k, row in enumerate(rows):
-        if row[k] <= 0:
-            return False
-        for other in rows[k + 1 :]:
-            factor = other[k]
-            other[k + 1 :] = [
-                (row[k] * value - factor * mine) // before
-                for value, mine in zip(other[k + 1 :], row[k + 1 :], strict=True)
-            ]
+        yield row[k]
+        other = next((i for i in range(k, len(rows)) if rows[i][k]), None)
+        if other is None:
+            return
+        if other > k:  # one of them with another sign: the determinant stays
+            rows[k], rows[other] = rows[other], [-value for value in row]
+        row = rows[k]
+        for below in rows[k + 1 :]:
+            factor, rest = below[k], zip(below[k + 1 :], row[k + 1 :], strict=True)
+            below[k + 1 :] = [(row[k] * value - factor * mine) // before for value, mine in rest]
         before = row[k]
-    return True

@@ -35,7 +35,15 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
     varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
     for one in claims:
-        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one.get("period", 0.0))
+        claim = Claim(
+            one["loop"],
+            one["open_at"],
+            one["kind"],
+            one["limit"],
+            one.get("period", 0.0),
+            one.get("most", False),
+            one.get("unit", ""),
+        )
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [
@@ -45,7 +53,7 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
         beyond = tuple(name for name, ends in varied.items() if name not in sides or not _within(ends, sides[name]))
         shown = measure if measure in measures else ""
         limit = claim.limit if claim.unit else VERDICTS["stable"]
-        yield ProvedBound(shown, f"{claim.loop}: {claim}", limit, ", ".join(words) or "nothing varies", beyond)
+        yield ProvedBound(shown, f"{claim.about}: {claim}", limit, ", ".join(words) or "nothing varies", beyond)
 
 
 def _ends(side: Mapping[str, Any]) -> tuple[float, float]:

@@ -10,11 +10,13 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Quantity, YieldOf
+from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart, YieldOf
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.design.proof.least_found import margin_of, margins_there
-from proofmass.runner.design.proof.prove import prove_margin
+from proofmass.runner.design.proof.attempt import MarginProof
+from proofmass.runner.design.proof.claim import QUANTITIES
+from proofmass.runner.design.proof.least_found import value_there
+from proofmass.runner.design.proof.prove import prove, prove_margin
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.worst import worst_of
 from proofmass.runner.planning.plan import plan
@@ -122,24 +124,34 @@ class Measurements:
         cases = worst_of(source, {_IT: quantity}, tolerances, requirement.at, samples=_SAMPLES, signs=signs).cases
         return [math.nan if case.worst is None else case.worst for case in cases]
 
-    def proved(self, requirement: Requirement, limit: float) -> tuple[float, str]:
-        """Return the limit if all sensors within the tolerances are proved to keep it.
+    def proved(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[float, str]:
+        """Return a limit if all sensors within the tolerances are proved to keep both.
 
-        Else return the margin of one that does not, or NaN if none is known, and what is to be said of it.
+        Else return the value of one that does not, or NaN if none is known, and what is to be said of it.
         """
-        quantity = quantity_of(self.flat, requirement)
-        assert isinstance(quantity, LoopFigure | StabilityVerdict)
-        kind = PROVABLE[quantity.figure] if isinstance(quantity, LoopFigure) else "stable"
-        tolerances = _tolerances(requirement)
-        source = self.graph if tolerances else self._needed_study("a proof over the spread")
-        proof = prove_margin(source, quantity.loop, kind, limit, tolerances)
+        proofs = self._proofs(requirement, limits)
+        proof = next((one for one in proofs if one.status != "proved"), proofs[0])
         if proof.status == "proved":
-            return limit, ""
+            return proof.claim.limit, ""
         if proof.counterexample is None:
             return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
         sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
-        margin = margin_of(margins_there(self.graph, proof.claim, proof.counterexample), kind)
-        return max(margin, 0.0), f"a sensor within the tolerances has {proof.shown}: {sensor}"
+        value = value_there(self.graph, proof.claim, proof.counterexample)
+        value = value if proof.claim.kind in QUANTITIES else max(value, 0.0)
+        return value, f"a sensor within the tolerances has {proof.shown}: {sensor}"
+
+    def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:
+        """Return what comes of the claims of a requirement: one for each limit."""
+        quantity, tolerances = quantity_of(self.flat, requirement), _tolerances(requirement)
+        source = self.graph if tolerances else self._needed_study("a proof over the spread")
+        if isinstance(quantity, TransferPart):
+            wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
+            return prove(source, tolerances=tolerances, input=quantity.input, scale_factor=wanted).proofs
+        if isinstance(quantity, Noise):
+            return prove(source, tolerances=tolerances, noise={quantity.output: limits[1]}).proofs
+        assert isinstance(quantity, LoopFigure | StabilityVerdict)
+        kind = PROVABLE[quantity.figure] if isinstance(quantity, LoopFigure) else "stable"
+        return (prove_margin(source, quantity.loop, kind, limits[0], tolerances),)
 
     @cached_property
     def flat(self) -> FlatGraph:
@@ -188,7 +200,7 @@ def finding_of(measurements: Measurements, name: str, requirement: Requirement) 
     reason = ""
     try:
         if requirement.proved:
-            value, reason = measurements.proved(requirement, low)
+            value, reason = measurements.proved(requirement, (low, high))
             values = [value]
         else:
             values = measurements.values(requirement)

@@ -141,13 +141,14 @@ class Loop:
         """Base ticks of a period."""
         return math.lcm(*(element.every for element in self.elements))
 
-    def graph(self) -> Graph:
-        """Return the loop as a graph."""
+    def graph(self, noisy: bool = False) -> Graph:
+        """Return the loop as a graph, with numbers of variance one added behind its gain if it is `noisy`."""
         chain = [*self.elements]
         wires = ["minus.output -> gain.input", *(wire for element in chain for wire in element.wires)]
-        ends = ["gain.output", *(element.last for element in chain)]
+        ends = ["mixed.output" if noisy else "gain.output", *(element.last for element in chain)]
         starts = [*(element.first for element in chain), "minus.input"]
         wires += [f"{a} -> {b}" for a, b in zip(ends, starts, strict=True)]
+        wires += ["gain.output -> mixed.first", "hiss.output -> mixed.second"] if noisy else []
         parameters: dict[str, float] = dict(self.values)
         pairs = ", ".join(f'"{wire}"' for wire in wires)
         unit = 'unit = "rad"\n' if self.elements[-1].last.endswith("angle") else ""
@@ -156,6 +157,9 @@ class Loop:
         text += f'[blocks.minus]\nkind = "Negation"\n{unit}[blocks.gain]\nkind = "Gain"\n'
         text += 'input_unit = "rad"\noutput_unit = "1"\n' if unit else ""
         text += "".join(element.text for element in chain)
+        if noisy:
+            density = math.sqrt(2.0 / RATE)
+            text += f'[blocks.mixed]\nkind = "Sum"\n[blocks.hiss]\nkind = "WhiteNoise"\ndensity = {density!r}\n'
         return read_graph_text(text).with_parameters(parameters)
 
     def matrix(self, values: Values, factor: complex = 1.0) -> Any:
@@ -163,7 +167,31 @@ class Loop:
         size = sum(element.size + 1 for element in self.elements)
         return np.array([self._period(values, factor, row) for row in np.eye(size)], dtype=complex).T
 
-    def _period(self, values: Values, factor: complex, memory: Any) -> list[Any]:
+    def scale_factor(self, values: Values, name: str) -> float:
+        """Return what the output of an element settles to, on average, for one added to the wire behind the gain."""
+        a, b, c, d = self._pushed(values, name)
+        settled = np.linalg.solve(np.eye(len(a)) - a, b.sum(axis=1))
+        return float(np.mean(c @ settled + d.sum(axis=1)))
+
+    def rms(self, values: Values, name: str) -> float:
+        """Return the rms of the output of an element, for independent numbers of variance one added to the wire."""
+        a, b, c, d = self._pushed(values, name)
+        covariance = scipy.linalg.solve_discrete_lyapunov(a, b @ b.T)
+        return math.sqrt(float(np.trace(c @ covariance @ c.T) + np.sum(d**2)) / len(c))
+
+    def _pushed(self, values: Values, name: str) -> tuple[Any, Any, Any, Any]:
+        """Return the map of a period from what is added to the wire in each tick to the outputs of an element."""
+        size = sum(element.size + 1 for element in self.elements)
+        columns = []
+        for row in np.eye(size + self.ticks):
+            put_out: list[tuple[str, Any]] = []
+            after = self._period(values, 1.0, row[:size], row[size:], put_out)
+            columns.append([*after, *(value for of, value in put_out if of == name)])
+        whole = np.array(columns, dtype=float).T
+        return whole[:size, :size], whole[:size, size:], whole[size:, :size], whole[size:, size:]
+
+    def _period(self, values: Values, factor: complex, memory: Any, push: Any = None, put_out: Any = None) -> list[Any]:
+        """Return the memory after a period, with numbers added to the wire; `put_out` takes all outputs."""
         states, held, place = {}, {}, 0
         for element in self.elements:
             states[element.name] = list(memory[place : place + element.size])
@@ -178,10 +206,12 @@ class Loop:
                 inputs = wire
                 if tick % element.every == 0:
                     held[element.name] = element.output(values, states[element.name], inputs)
+                    if put_out is not None:
+                        put_out.append((element.name, held[element.name]))
                 if place:
                     given[element.name] = inputs
                 wire = held[element.name]
-            given[ordered[0].name] = -wire * values["gain.gain"] * factor
+            given[ordered[0].name] = -wire * values["gain.gain"] * factor + (0.0 if push is None else push[tick])
             for element in ordered:
                 if tick % element.every == 0:
                     states[element.name] = list(element.update(values, states[element.name], given[element.name]))

@@ -14,6 +14,8 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
+_ROUNDING = 1e-12
+
 
 class SteadyState:
     """Scale factor and bias from one output to another; raises `ModelError` if there is no steady state."""
@@ -39,6 +41,12 @@ class SteadyState:
         """Return scale factor and bias."""
         _, _, c, d, _, level, at_input = self._parts(self._map.matrix)
         return float(c @ self._by_input) + d, float(c @ self._at_zero) + level - d * at_input
+
+    @property
+    def rounding(self) -> float:
+        """The part of a scale factor that rounding may make: of the sizes that it is the sum of."""
+        _, _, c, d, *_ = self._parts(self._map.matrix)
+        return _ROUNDING * (float(np.abs(c) @ np.abs(self._by_input)) + abs(d))
 
     @property
     def size(self) -> float:

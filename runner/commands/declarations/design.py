@@ -109,7 +109,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 
 
 class ProveRequest(Answered, does="prove_command.show_proofs"):
-    """Prove margins over tolerances, for every sensor.
+    """Prove margins, scale factors and noise over tolerances, for every sensor.
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
@@ -123,6 +123,8 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --bounds
     proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --disk-margin 0.5 \\
         --delay-margin "300 us" --decay-rate "50 1/s"
+    proofmass prove library:closed_loop_accelerometer --tolerance "torquer.gain=5 %" --input acceleration.output \\
+        --scale-factor "dac.code=-9300..-8400" --noise dac.code=0.32
     """
 
     source: Path = file_argument(library=True)
@@ -135,7 +137,20 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     )
     delay_margin: str = option("Prove that no delay up to this makes a loop unstable.", default="", metavar="TIME")
     decay_rate: str = option('Prove that the slowest pole decays this fast, as "50 1/s".', default="", metavar="RATE")
-    bounds: bool = flag("Also look for the largest margins that can be proved, and for the least there are.")
+    scale_factors: tuple[str, ...] = several(
+        "Prove limits of the scale factor of this output, as adc.number=1.9..2.1; without limits look for the nearest"
+        " that can be proved; repeatable.",
+        "--scale-factor",
+        metavar="BLOCK.PORT=LIMITS",
+    )
+    noises: tuple[str, ...] = several(
+        "Prove that the rms noise of this output is at most this, as adc.number=0.4; without a limit look for the"
+        " nearest that can be proved; repeatable.",
+        "--noise",
+        metavar="BLOCK.PORT=LIMIT",
+    )
+    source_signal: str = option("Count scale factors from this output of a source.", "--input", default="", **PORT)
+    bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
     )

@@ -28,7 +28,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import TickError
 
-_MOST_STATES, _MOST_VALUES = 64, 32  # of a loop, and of its wire in a period: matrices are met thousands of times
+MOST_STATES, _MOST_VALUES = 64, 32  # of a map, and of a loop's wire in a period: matrices are met thousands of times
 MatrixRows = list[list[Any]]  # of balls and numbers
 
 
@@ -64,22 +64,68 @@ class BallTicks(DualTicks):
         return DualAdvance(plan, solver.group, False)
 
 
+class BallRun:
+    """A period from the start of a run in balls: what is between two ends at its operating point."""
+
+    def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint) -> None:
+        self._plan, self._ends, self._point = plan, ends, point
+        self._blocks = ends.blocks(plan)[0]
+
+    def rows(self, parameters: Mapping[str, Any]) -> tuple[MatrixRows, int]:
+        """Return the map of all states for parameters that hold balls, and how many these are.
+
+        Raises `UndecidedError` where a block decides differently within the box.
+        """
+        plan = with_balls(self._plan, parameters)
+        begin = self._begin(plan)
+        rings, entries = self._point.rings, self._point.map.states
+        for entry in entries:
+            _seed(begin, place_of(begin, entry, rings), entry)
+        engine = self._engine(plan, begin)
+        advanced(engine, begin.tick + self._point.ticks)
+        memory = engine.memory()
+        values = [_at(memory, place_of(memory, entry, rings)) for entry in entries]
+        values += [value for node in self._ends.outputs for value in engine.recorded[node]]
+        columns = [*entries, *self._columns(engine)]
+        return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
+
+    def _begin(self, plan: Plan) -> Memory:
+        """Return the memory from which the period goes on."""
+        return start(plan)
+
+    def _engine(self, plan: Plan, begin: Memory) -> DualTicks:
+        ends = self._ends
+        return BallTicks(plan, begin, self._blocks, ends.inputs, ends.outputs, ends.cut, False)
+
+    def _columns(self, engine: DualTicks) -> list[Any]:
+        """Return what enters, in order."""
+        return sorted(engine.injected, key=lambda key: key[2])
+
+
+def advanced(engine: DualTicks, tick: int) -> None:
+    """Advance an engine in balls to a tick; raises `UndecidedError` where a block decides differently within them."""
+    try:
+        engine.advance(tick, ())
+    except TickError as error:
+        cause = error.__cause__ or error.value
+        raise UndecidedError(f"{error.at}: {cause}") from error
+
+
 class StartingLoop:
     """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
 
     def __init__(self, plan: Plan, node: Endpoint) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""
-        self._plan, self._node = plan, node
-        self._ends = Ends((node,), (node,), cut=True)
-        self._blocks = self._ends.blocks(plan)[0]
-        self._point: OrbitPoint = linearised(plan).point_of(self._ends)
-        if self._point.map.tick or (self._point.moves and OperatingPoints(plan).about_loop(node)[0].told):
+        ends = Ends((node,), (node,), cut=True)
+        point = linearised(plan).point_of(ends)
+        if point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told):
             raise ModelError([plan.graph.placed(_not_at_the_start(node))])
-        between = self._point.map.between()
+        between = point.map.between()
         if not between.order:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
-        if between.order > _MOST_STATES or len(between.outputs) > _MOST_VALUES:
+        if between.order > MOST_STATES or len(between.outputs) > _MOST_VALUES:
             raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
+        self._run = BallRun(plan, ends, point)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -87,24 +133,9 @@ class StartingLoop:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        plan = with_balls(self._plan, parameters)
-        begin = start(plan)
-        rings, entries = self._point.rings, self._point.map.states
-        for entry in entries:
-            _seed(begin, place_of(begin, entry, rings), entry)
-        engine = BallTicks(plan, begin, self._blocks, [self._node], [self._node], True, False)
-        try:
-            engine.advance(self._point.ticks, ())
-        except TickError as error:
-            cause = error.__cause__ or error.value
-            raise UndecidedError(f"{error.at}: {cause}") from error
-        memory = engine.memory()
-        values = [_at(memory, place_of(memory, entry, rings)) for entry in entries]
-        values += engine.recorded[self._node]
-        columns = [*entries, *sorted(engine.injected, key=lambda key: key[2])]
-        rows = [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values]
-        kept = _kept(rows, len(entries)) if kept is None else kept
-        places = [*kept.states, *(len(entries) + value for value in kept.values)]
+        rows, order = self._run.rows(parameters)
+        kept = _kept(rows, order) if kept is None else kept
+        places = [*kept.states, *(order + value for value in kept.values)]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
 
@@ -153,14 +184,14 @@ def _seed(memory: Memory, place: Any, entry: Any) -> None:
 
 def _kept(rows: MatrixRows, order: int) -> Kept:
     """Return what matters: a value that nothing reads, or that follows nothing, is not a part of the loop."""
-    states = _between(rows, order)
+    states = states_between(rows, order)
     wire = range(order, len(rows))
     enter = {j for i in (*states, *wire) for j in wire if not _is_zero(rows[i][j])}
     leave = {i for i in wire for j in (*states, *wire) if not _is_zero(rows[i][j])}
     return Kept(tuple(states), tuple(sorted(place - order for place in enter & leave)))
 
 
-def _between(rows: MatrixRows, order: int) -> list[int]:
+def states_between(rows: MatrixRows, order: int) -> list[int]:
     """Return the states that the input reaches and that reach the output, by what is not exactly zero anywhere."""
     links = [(i, j) for i, row in enumerate(rows) for j, value in enumerate(row) if not _is_zero(value)]
     causes: dict[int, list[int]] = {}
@@ -209,7 +240,7 @@ def _too_large(node: Endpoint, states: int, values: int) -> Problem:
     return Problem(
         message=f"the loop through {signal} has {states} states and {values} values of its wire in a period",
         key=signal,
-        expected=f"at most {_MOST_STATES} states and {_MOST_VALUES} values",
+        expected=f"at most {MOST_STATES} states and {_MOST_VALUES} values",
         hint="open the loop at its slowest wire with --loop",
         path=("blocks", node[0]),
     )

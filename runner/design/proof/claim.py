@@ -3,6 +3,8 @@
 - stable, gain margin, phase margin: the disc is that of radius 1, for all factors between two ends at the wire.
 - decay rate s: it has the radius exp(-s T), for a period of T.
 - disk margin a: the same as stable, for all complex factors (2 + a d) / (2 - a d), |d| <= 1 (`closed_loop`).
+- noise x: a norm in which the disc holds bounds the rms too (`noise_norm`).
+- scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
 - delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
   to 2 pi may a pole lie at exp(-j w) with w from p / M to pi. All poles may lie in any disc that leaves out this arc.
 """
@@ -11,7 +13,7 @@ import math
 from dataclasses import dataclass
 
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.design.proof.closed_loop import DISK, GAIN, PHASE, Disc, Factor
+from proofmass.runner.design.proof.closed_loop import DISK, GAIN, NOISE, PHASE, REST, Disc, Factor
 
 UNITS = {
     "stable": "",
@@ -21,6 +23,8 @@ UNITS = {
     "delay margin": "s",
     "decay rate": "1/s",
 }
+SCALE_FACTOR, RMS = "scale factor", "noise"
+QUANTITIES = (SCALE_FACTOR, RMS)  # of outputs, not of loops: their units are those of the outputs
 _LESS = 1.0 - 1e-14  # more than the rounding of a radius
 _MORE = 1.0 + 1e-15
 _REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc from that of the circle
@@ -28,18 +32,21 @@ _REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc f
 
 @dataclass(frozen=True)
 class Claim:
-    """A claim about all sensors: a loop has at least some margin or decay rate."""
+    """A claim about all sensors: a loop has at least some margin or decay rate, or a quantity keeps a limit."""
 
-    loop: str
-    open_at: str
-    kind: str  # a key of `UNITS`
+    loop: str  # its name; of a quantity the input, if it has one
+    open_at: str  # of a quantity the output
+    kind: str  # a key of `UNITS`, or one of `QUANTITIES`
     limit: float  # in the unit of the kind; 0 for "stable"
     period: float = 0.0  # s, of the loop
+    most: bool = False  # the quantity is at most the limit, not at least
+    unit_of_quantity: str = ""
 
     @property
     def factor(self) -> Factor:
         """The factors at the wire."""
-        return {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK}.get(self.kind, GAIN)
+        factors = {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK, SCALE_FACTOR: REST, RMS: NOISE}
+        return factors.get(self.kind, GAIN)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -48,7 +55,7 @@ class Claim:
             return 0.0, math.nextafter(math.radians(self.limit), math.inf)
         if self.kind == "delay margin":
             return 0.0, min(2.0, self.limit / self.period) * math.pi * _MORE
-        if self.kind == "disk margin":
+        if self.kind in ("disk margin", *QUANTITIES):
             return self.limit, self.limit
         if self.kind != "gain margin":
             return 1.0, 1.0
@@ -67,7 +74,21 @@ class Claim:
     @property
     def unit(self) -> str:
         """The unit of the limit, "" for "stable", which has none."""
-        return UNITS[self.kind]
+        return UNITS.get(self.kind, self.unit_of_quantity)
+
+    @property
+    def about(self) -> str:
+        """The loop, or the way of the quantity."""
+        return " to ".join(filter(None, (self.loop, self.open_at))) if self.kind in QUANTITIES else self.loop
+
+    @property
+    def sign(self) -> float:
+        """1 where the limit is a lower one, -1 where it is an upper one."""
+        return -1.0 if self.most else 1.0
+
+    def broken_by(self, value: float) -> bool:
+        """Return whether a value lies beyond the limit."""
+        return self.sign * (value - self.limit) < 0.0
 
     def shown(self, value: float) -> str:
         """Return a margin or rate with its unit."""
@@ -81,6 +102,10 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
+        if self.kind in QUANTITIES and not math.isfinite(self.limit):
+            return f"{self.kind}, {'upper' if self.most else 'lower'} bound"
+        if self.kind in QUANTITIES:
+            return f"{self.kind} of at {'most' if self.most else 'least'} {in_print(self.limit, self.unit, 12)}"
         if self.unit in ("dB", "deg"):
             return f"{self.kind} of at least {self.limit:g} {self.unit}"
         return f"{self.kind} of at least {in_print(self.limit, self.unit, 6)}" if self.unit else self.kind

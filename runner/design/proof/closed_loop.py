@@ -80,6 +80,8 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
 GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
 DISK = Factor("disk", 1, GAIN.derivatives)  # its coordinate is a, both ends of which are the same
+NOISE = Factor("noise", 1, GAIN.derivatives)  # the same
+REST = Factor("rest", 1, GAIN.derivatives)  # its coordinate is a limit, both ends of which are the same
 
 
 @dataclass(frozen=True)
@@ -110,6 +112,11 @@ class Family:
     factors: int  # at each corner of the others
     shares: Mapping[int, Array]  # what each coordinate adds, entry by entry
     still: int = 0  # last coordinates that a norm leaves as they are
+    blocks: tuple[int, ...] = ()  # sizes of matrices that lie side by side, if there are several
+    left: Array | None = None  # what a matrix at rest was multiplied by (`at_rest`)
+    noise: Enclosed | None = None  # [B; D] of sources at the corners (`noise_norm`)
+    beyond_noise: Array | None = None  # how far others may lie beyond those
+    limit: float = math.inf  # of what it adds
 
     def within(self, disc: Disc, parts: int) -> "Family":
         """Return the matrices (M - centre) / radius: their poles lie in the disc of radius 1 if M's lie in this."""
@@ -120,6 +127,15 @@ class Family:
         moved = self.corners.moved(-centre).scaled(1.0 / disc.radius)
         scale = UP / disc.radius
         return replace(self, corners=moved, shares={i: share * scale for i, share in self.shares.items()})
+
+    def parts(self) -> "list[Family]":
+        """Return the families of the matrices that lie side by side."""
+        ends = list(itertools.accumulate(self.blocks))
+        places = [slice(end - size, end) for end, size in zip(ends, self.blocks, strict=True)]
+        return [
+            replace(self, corners=self.corners[i, i], shares={k: s[i, i] for k, s in self.shares.items()}, blocks=())
+            for i in places
+        ]
 
     @property
     def centre(self) -> Array:
@@ -175,10 +191,10 @@ def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], wid
     whole = flint.arb(ends[0]).union(flint.arb(ends[1]))
     jets = [_closed_jet(parts, of.values, factor, whole, last) for parts in of.jets]
     exact = {*of.interpolated, last}
-    return Family(stacked, len(factors), _shares(jets, widths, exact, last if chord else None))
+    return Family(stacked, len(factors), shares_of(jets, widths, exact, last if chord else None))
 
 
-def _shares(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], linear: int | None) -> dict[int, Array]:
+def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], linear: int | None) -> dict[int, Array]:
     """Return what each coordinate adds beyond the corners; `exact` ones are at both ends there."""
     shares = {}
     for i, width in enumerate(widths):
@@ -205,7 +221,7 @@ def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
     below = (e @ c).scaled(size), e.moved(-0.5 * np.eye(k)).scaled(size)
     corners = Enclosed.joined([[a + b @ c, b], list(below)])
     jets = [_disk_jet(parts, n, k, flint.arb(size)) for parts in of.jets]
-    return Family(corners, 1, _shares(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
+    return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
 
 
 def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:
@@ -214,12 +230,12 @@ def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:
     e: Jet = {(): unit}
     power = e
     for _ in range(values - 1 if d else 0):
-        power = _product(d, power)
+        power = product(d, power)
         e = _sum(e, power)
-    b = _product(b, e)
+    b = product(b, e)
     scale: Jet = {(): size * unit}
-    below = _product(scale, _product(e, c)), _product(scale, _sum(e, {(): unit * flint.arb(-0.5)}))
-    return _joined([[_sum(a, _product(b, c)), b], list(below)], (order, values))
+    below = product(scale, product(e, c)), product(scale, _sum(e, {(): unit * flint.arb(-0.5)}))
+    return joined([[_sum(a, product(b, c)), b], list(below)], (order, values))
 
 
 def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
@@ -241,11 +257,11 @@ def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
 def _closed_jet(jets: Sequence[Jet], values: int, factor: Factor, place: Any, last: int) -> Jet:
     a, b, c, d = ({key: _repeated(m, factor.parts) for key, m in jet.items()} for jet in jets)
     f = {(last,) * order: _spread(rows, values) for order, rows in enumerate(factor.derivatives(place))}
-    power = back = _product(f, c)
+    power = back = product(f, c)
     for _ in range(values - 1 if d else 0):
-        power = _product(f, _product(d, power))
+        power = product(f, product(d, power))
         back = _sum(back, power)
-    return _sum(a, _product(b, back))
+    return _sum(a, product(b, back))
 
 
 def _jet(rows: MatrixRows) -> Jet:
@@ -278,7 +294,7 @@ def _spread(factors: Sequence[Sequence[Any]], values: int) -> Any:
     return flint.arb_mat(size, size, entries)
 
 
-def _product(left: Jet, right: Jet) -> Jet:
+def product(left: Jet, right: Jet) -> Jet:
     total: dict[Key, Any] = {}
     for one, u in left.items():
         for other, v in right.items():
@@ -296,9 +312,9 @@ def _sum(left: Jet, right: Jet) -> Jet:
     return both
 
 
-def _joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
+def joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
     """Return blocks of matrices as one, with rows and columns of these sizes."""
-    joined: dict[Key, Any] = {}
+    whole: dict[Key, Any] = {}
     for key in {key for row in parts for part in row for key in part}:
         rows: list[list[Any]] = []
         for row, height in zip(parts, sizes, strict=True):
@@ -307,8 +323,8 @@ def _joined(parts: Sequence[Sequence[Jet]], sizes: Sequence[int]) -> Jet:
                 for part, width in zip(row, sizes, strict=True)
             ]
             rows += [list(itertools.chain(*lines)) for lines in zip(*blocks, strict=True)]
-        joined[key] = flint.arb_mat(rows)
-    return joined
+        whole[key] = flint.arb_mat(rows)
+    return whole
 
 
 def _sizes(matrix: Any) -> Array:

@@ -10,6 +10,7 @@ X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm e
 after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433).
 """
 
+import itertools
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -40,12 +41,15 @@ class Norm:
     family: Family
 
     @cached_property
-    def _inverse(self) -> Array:
-        return np.asarray(np.linalg.inv(self.transform), dtype=np.float64)
+    def inverse(self) -> Array:
+        """The inverse of the transformation, as doubles have it: of rows that are made alike, since units are not."""
+        scale = np.maximum(np.abs(self.transform).max(axis=1), 1e-300)
+        return np.asarray(np.linalg.inv(self.transform / scale[:, None]) / scale, dtype=np.float64)
 
     @cached_property
-    def _corners(self) -> Enclosed:
-        x, t = (Enclosed(part[None], np.zeros_like(part)[None]) for part in (self._inverse, self.transform))
+    def corners(self) -> Enclosed:
+        """The matrices at the corners in these coordinates."""
+        x, t = (Enclosed(part[None], np.zeros_like(part)[None]) for part in (self.inverse, self.transform))
         return x @ self.family.corners @ t
 
     @cached_property
@@ -56,32 +60,56 @@ class Norm:
     @cached_property
     def rest(self) -> Array:
         """Bounds of what lies beyond the middles of the corners, entry by entry."""
-        beyond = sum(map(self._turned, self.family.shares.values()), self._corners.radius.max(axis=0))
+        beyond = sum(map(self._turned, self.family.shares.values()), self.corners.radius.max(axis=0))
         return np.asarray(beyond * UP)
 
     @cached_property
     def room(self) -> float:
         """The norm that the middles of the corners may have."""
         n = len(self.transform)
-        apart = np.abs(self._inverse @ self.transform - np.eye(n))
-        apart += (n + 4) * UNIT * (np.abs(self._inverse) @ np.abs(self.transform))
-        return (1.0 - _bound(apart * UP)) / UP - _bound(self.rest)
+        apart = np.abs(self.inverse @ self.transform - np.eye(n))
+        apart += (n + 4) * UNIT * (np.abs(self.inverse) @ np.abs(self.transform))
+        return (1.0 - bound_of(apart * UP)) / UP - bound_of(self.rest)
 
     def worst(self) -> float:
         """Return the largest norm at a corner, as a double."""
-        return float(np.linalg.norm(self._corners.middle, 2, axis=(1, 2)).max())
+        return float(np.linalg.norm(self.corners.middle, 2, axis=(1, 2)).max())
 
     def moves(self) -> list[float]:
         """Return how much each coordinate that is at both ends among the corners moves the matrix."""
-        return [float(np.linalg.norm(self._inverse @ move @ self.transform, 2)) for move in self.family.moves()]
+        return [float(np.linalg.norm(self.inverse @ move @ self.transform, 2)) for move in self.family.moves()]
 
     def contracts(self) -> bool:
-        """Return whether all matrices of the family shorten every vector: a proof."""
-        return self.room > 0.0 and _shorter_than(self._corners.middle, self.room)
+        """Return whether all matrices of the family shorten every vector: a proof.
+
+        Of matrices side by side each does so alone.
+        """
+        if self.family.blocks:
+            return all(part.contracts() for part in self.parts())
+        if self.family.noise is not None and not self.rms <= self.family.limit:
+            return False
+        return self.room > 0.0 and _shorter_than(self.corners.middle, self.room)
+
+    @cached_property
+    def rms(self) -> float:
+        """A bound of the noise that enters, in these coordinates (`noise_norm`)."""
+        noise, x = self.family.noise, Enclosed(self.inverse[None], np.zeros_like(self.inverse)[None])
+        if noise is None or self.family.beyond_noise is None:
+            return 0.0
+        turned = x @ noise
+        sizes = np.abs(turned.middle) + turned.radius + np.abs(self.inverse) @ self.family.beyond_noise
+        return float(np.sqrt((sizes**2).sum(axis=(1, 2)).max())) * UP
+
+    def parts(self) -> "list[Norm]":
+        """Return the norms of matrices that lie side by side."""
+        families = self.family.parts()
+        ends = itertools.accumulate(self.family.blocks)
+        pairs = zip(families, ends, self.family.blocks, strict=True)
+        return [Norm(self.transform[end - size : end, end - size : end], one) for one, end, size in pairs if size]
 
     def improved(self) -> "Norm":
         """Return a norm with more room: smaller at the worst corner, and for what lies beyond the corners."""
-        matrices, rest, n = self._corners.middle, self.rest, len(self.transform)
+        matrices, rest, n = self.corners.middle, self.rest, len(self.transform)
         free = np.zeros((n, n))
         free[: n - self.family.still, : n - self.family.still] = 1.0
 
@@ -114,7 +142,7 @@ class Norm:
         return Norm(np.asarray(self.transform @ (np.eye(n) + x.reshape(n, n))), self.family)
 
     def _turned(self, sizes: Array) -> Array:
-        return np.asarray(np.abs(self._inverse) @ sizes @ np.abs(self.transform) * UP)
+        return np.asarray(np.abs(self.inverse) @ sizes @ np.abs(self.transform) * UP)
 
 
 def first_norm(family: Family) -> Norm | None:
@@ -123,23 +151,30 @@ def first_norm(family: Family) -> Norm | None:
         return _norm_of_disk(family)
     try:
         radius = radius_of(family)
-        if not radius < 1.0:
-            return None
-        _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
-        a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
         grown = 1.0 + 0.5 * (max(radius, 0.5) ** -2 - 1.0)
-        w = np.eye(len(a))
-        for _ in range(_ROUNDS):
-            parts = np.einsum("kij,jl,kml->kim", directions, w, directions)
-            shares = np.sqrt(np.maximum(np.einsum("kim,mi->k", parts, np.linalg.inv(w)), 1e-300))
-            shares = np.maximum(shares / shares.sum(), 1e-6)
-            forced = np.einsum("k,kim->im", 1.0 / shares, parts)
-            forced += 1e-6 * (np.diag(np.diag(w)) + (np.trace(forced) or 1.0) * np.eye(len(a)))
-            w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
-            w = (w + w.T) / np.trace(w)
-        return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w), dtype=np.float64), family)
+        return covariance_norm(family, family.centre, grown, 1e-6) if radius < 1.0 else None
     except (np.linalg.LinAlgError, ValueError):
         return None
+
+
+def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) -> Norm:
+    """Return the norm of the covariance that noise along the moves makes, with some more in all directions.
+
+    The mean of the corners counts as `grown`; states are scaled by what makes the rows and columns of `sizes` alike.
+    Raises `LinAlgError` or `ValueError` where there is none.
+    """
+    _, (scale, _) = scipy.linalg.matrix_balance(sizes, permute=False, separate=True)
+    a, directions = (m * scale / scale[:, None] for m in (family.centre, family.moves()))
+    w = np.eye(len(a))
+    for _ in range(_ROUNDS):
+        parts = np.einsum("kij,jl,kml->kim", directions, w, directions)
+        shares = np.sqrt(np.maximum(np.einsum("kim,mi->k", parts, np.linalg.inv(w)), 1e-300))
+        shares = np.maximum(shares / shares.sum(), 1e-6)
+        forced = np.einsum("k,kim->im", 1.0 / shares, parts)
+        forced += noise * (np.diag(np.diag(w)) + (np.trace(forced) or 1.0) * np.eye(len(a)))
+        w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
+        w = (w + w.T) / np.trace(w)
+    return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w), dtype=np.float64), family)
 
 
 def _norm_of_disk(family: Family) -> Norm | None:
@@ -191,7 +226,7 @@ def radius_of(family: Family) -> float:
     return float(max(abs(np.linalg.eigvals(family.centre)), default=0.0))
 
 
-def _bound(sizes: Array) -> float:
+def bound_of(sizes: Array) -> float:
     """Return at least the spectral norm of all matrices with entries of at most these sizes."""
     return math.sqrt(float(sizes.sum(axis=0).max()) * float(sizes.sum(axis=1).max())) * UP
 

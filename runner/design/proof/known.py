@@ -9,7 +9,9 @@ import numpy as np
 
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.design.proof.rest_norm import Start
+
+_SAME = ("loop", "open_at", "kind", "limit", "period", "most")
 
 
 @dataclass(frozen=True)
@@ -18,12 +20,12 @@ class KnownProofs:
 
     claims: Sequence[Mapping[str, Any]]
 
-    def leaves(self, claim: Claim, coordinates: Sequence[Mapping[str, Any]]) -> dict[Sides, Array]:
+    def leaves(self, claim: Claim, coordinates: Sequence[Mapping[str, Any]]) -> dict[Sides, Start]:
         """Return the boxes of a claim over the same coordinates, with their norms."""
-        wanted = (claim.open_at, claim.kind, claim.limit, claim.period, list(coordinates))
+        wanted = [getattr(claim, key) for key in _SAME] + [list(coordinates)]
         for one in self.claims:
-            if tuple(one[key] for key in ("open_at", "kind", "limit", "period", "coordinates")) == wanted:
-                return {_sides(leaf["box"]): np.array(leaf["transform"], dtype=float) for leaf in one["leaves"]}
+            if [one.get(key, False) for key in (*_SAME, "coordinates")] == wanted:
+                return {_sides(leaf["box"]): _start(leaf) for leaf in one["leaves"]}
         return {}
 
 
@@ -35,6 +37,11 @@ def known_proofs(certificate: str, graph_sha256: str) -> KnownProofs:
         return KnownProofs((*data["claims"], *data["unfinished"]) if same else ())
     except (ValueError, KeyError, TypeError):
         return KnownProofs(())
+
+
+def _start(leaf: Mapping[str, Any]) -> Start:
+    left = leaf.get("left")
+    return Start(np.array(leaf["transform"], dtype=float), None if left is None else np.array(left, dtype=float))
 
 
 def _sides(box: Sequence[Sequence[float]]) -> Sides:

@@ -8,8 +8,9 @@ the blocks in real numbers; rounding in a run is not a part of it, and the loop 
 import math
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import flint
@@ -23,12 +24,15 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
+from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.claim import UNITS, Claim
-from proofmass.runner.design.proof.coordinates import Coordinates, Sides, coordinates_of
+from proofmass.runner.design.proof.ball_noise import StartingNoise
+from proofmass.runner.design.proof.ball_path import StartingPath
+from proofmass.runner.design.proof.claim import QUANTITIES, RMS, UNITS, Claim
+from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.known import KnownProofs
-from proofmass.runner.design.proof.least_found import LeastFound, least_found, margin_of, margins_there
-from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
+from proofmass.runner.design.proof.quantity_claims import noise_claims, scale_factor_claims
+from proofmass.runner.design.proof.search import BoxMaps, Searched
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
@@ -46,44 +50,10 @@ USUAL: Mapping[str, float | None] = {  # limits of what nobody gives one for
     "decay rate": None,
 }
 MOST_DISK = 2.0
+_Subject = tuple[
+    Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
+]  # a loop or path, and claims about it
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
-_NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
-
-
-@dataclass(frozen=True)
-class MarginProof:
-    """A claim, what came of it, and the parameters of a sensor that breaks it, if one was found."""
-
-    claim: Claim
-    searched: Searched
-    seconds: float
-    coordinates: Coordinates | None = None
-    counterexample: Mapping[str, float] | None = None
-    shown: str = ""  # the margins of that sensor
-    least: LeastFound | None = None  # the least margin that was found, if the largest bound was looked for
-
-    @property
-    def status(self) -> str:
-        """ "proved", "refuted" or "open"."""
-        return self.searched.status
-
-    def as_data(self) -> dict[str, Any]:
-        """Plain data, for `--json`."""
-        return {
-            "loop": self.claim.loop,
-            "open_at": self.claim.open_at,
-            "claim": str(self.claim),
-            "kind": self.claim.kind,
-            "limit": self.claim.limit,
-            "status": self.status,
-            "part": self.searched.part,
-            "boxes": self.searched.boxes,
-            "seconds": self.seconds,
-            "why": self.searched.why,
-            "counterexample": None if self.counterexample is None else dict(self.counterexample),
-            "margins_there": self.shown,
-            "least_found": self.least and self.least.as_data(),
-        }
 
 
 @dataclass(frozen=True, repr=False)
@@ -131,6 +101,9 @@ def prove(
     disk_margin: str = "",
     delay_margin: str = "",
     decay_rate: str = "",
+    input: str = "",
+    scale_factor: Mapping[str, Any] | None = None,
+    noise: Mapping[str, Any] | None = None,
     bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
@@ -142,10 +115,15 @@ def prove(
     `tolerances` maps parameters to "5 %", to a width with a unit or to a list of two values. `loop` names one loop;
     unless given, all of them count. `gain_margin` and `phase_margin` are limits such as "10 dB" and "60 deg"; unless
     given, those that a loop requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as
-    "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given. With `bounds`
-    the largest limits that can be proved are looked for beyond these, beside the least that are found. The search ends
-    after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has what an
-    earlier search proved, which is not searched again.
+    "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
+
+    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", and `noise` maps outputs to the most rms
+    that they may have. Without a limit, "", the nearest is looked for that can be proved. Where these are given, loops
+    count only if one is named, or a margin.
+
+    With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
+    search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
+    what an earlier search proved, which is not searched again.
 
     Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
     after the start, or lies among continuous blocks, is open, with the reason. Raises `ModelError` for what is wrong
@@ -157,10 +135,6 @@ def prove(
     """
     graph, box, coordinates = _varied(source, tolerances)
     planned = plan(graph)
-    if loop:
-        loops = dict([one_loop(planned, loop)])
-    else:
-        loops = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
     given = {
         "gain margin": gain_margin,
         "phase margin": phase_margin,
@@ -168,7 +142,14 @@ def prove(
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
-    claims = [(node, list(_claims(planned.graph.loops.get(name), name, node, given))) for name, node in loops.items()]
+    wanted = [*scale_factor_claims(planned, input, scale_factor or {}), *noise_claims(planned, noise or {})]
+    quantities = [(_path(planned, own[0]), own) for own in wanted]
+    loops = _loops(planned, loop) if loop or not quantities or any(given.values()) else {}
+    claims: list[_Subject] = [
+        (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
+        for name, node in loops.items()
+    ]
+    claims += quantities
     proofs = list[MarginProof]()
     every = sum(len(wanted) for _, wanted in claims)
     with interrupts() as stop:
@@ -177,6 +158,20 @@ def prove(
             if progress is not None:
                 progress(len(proofs), every)
         return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
+
+
+def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
+    """Return the node of a loop, or of all loops."""
+    if loop:
+        return dict([one_loop(planned, loop)])
+    return {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
+
+
+def _path(planned: Plan, claim: Claim) -> Callable[[], StartingPath | StartingNoise]:
+    target = node_of(planned, claim.open_at)
+    if claim.kind == RMS:
+        return partial(StartingNoise, planned, target)
+    return partial(StartingPath, planned, node_of(planned, claim.loop), target)
 
 
 def prove_margin(
@@ -196,7 +191,8 @@ def prove_margin(
     name, node = one_loop(planned, loop)
     claim = Claim(name, ".".join(node), kind, limit)
     with interrupts() as stop:
-        return next(_proofs(graph, planned, [(node, [claim])], coordinates, False, seconds, stop, KnownProofs(())))
+        subjects = [(partial(_starting, planned, node), [claim])]
+        return next(_proofs(graph, planned, subjects, coordinates, False, seconds, stop, KnownProofs(())))
 
 
 def _varied(
@@ -212,18 +208,18 @@ def _varied(
 def _proofs(
     graph: Graph,
     planned: Plan,
-    claims: Sequence[tuple[Endpoint, Sequence[Claim]]],
+    claims: Sequence["_Subject"],
     coordinates: Coordinates,
     bounds: bool,
     seconds: float,
     stop: threading.Event,
     known: KnownProofs,
 ) -> Iterator[MarginProof]:
-    """Yield what comes of each claim about the loops through some outputs; all share the time that is left."""
+    """Yield what comes of each claim about some loops and paths; all share the time that is left."""
     end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
-    for node, wanted in claims:
+    for start, wanted in claims:
         try:
-            starting = _starting(planned, node)
+            starting = start()
         except ModelError as error:
             why = "; ".join(problem.message for problem in error.problems)
             yield from (MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0) for claim in wanted)
@@ -239,8 +235,14 @@ def _proofs(
             if claim.kind == "delay margin" and starting.values > 1:
                 yield MarginProof(claim, Searched("open", (), 0, 0.0, None, _WHOLE_DELAYS), 0.0)
                 continue
+            if not math.isfinite(claim.limit):
+                yield attempt.bounded(claim, search_ends)
+                continue
             proof = attempt.at(claim, search_ends)
-            if bounds and proof.status == "proved" and claim.unit:
+            if bounds and proof.status == "proved" and claim.kind in QUANTITIES:
+                nearer = attempt.bounded(claim, search_ends)
+                proof = nearer if nearer.claim.broken_by(claim.limit) else replace(proof, least=nearer.least)
+            elif bounds and proof.status == "proved" and claim.unit:
                 proof = attempt.tightened(proof, search_ends)
             yield proof
 
@@ -251,79 +253,7 @@ def _starting(planned: Plan, node: Endpoint) -> StartingLoop:
     return StartingLoop(planned, node)
 
 
-@dataclass(frozen=True)
-class Attempt:
-    """Searches about one loop."""
-
-    graph: Graph
-    maps: BoxMaps
-    coordinates: Coordinates
-    stop: threading.Event
-    known: KnownProofs
-
-    def at(self, claim: Claim, until: float) -> MarginProof:
-        """Return what comes of a claim."""
-        begin = time.monotonic()
-        known = self.known.leaves(claim, self.coordinates.as_data())
-        search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
-        searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
-        counterexample, text = None, ""
-        if searched.status == "refuted" and searched.at is not None:
-            counterexample = self._middle(searched.at)
-            text, fails = _checked(self.graph, claim, counterexample)
-            if not fails:
-                why = f"a pole lies at the boundary of stability, at margins of {text}"
-                searched, counterexample, text = replace(searched, status="open", why=why), None, ""
-        return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text)
-
-    def _breaks(self, claim: Claim, box: Sides) -> bool:
-        """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""
-        return claim.kind not in ("delay margin", "disk margin") or _checked(self.graph, claim, self._middle(box))[1]
-
-    def _middle(self, box: Sides) -> dict[str, float]:
-        return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])
-
-    def tightened(self, proof: MarginProof, until: float) -> MarginProof:
-        """Return the proof of the largest limit found by halving what lies between it and the least margin found.
-
-        Each attempt has half of the time that is left.
-        """
-        best, least = proof, least_found(self.graph, self.coordinates.ranges, proof.claim)
-        beyond = least.margin  # a limit that was not proved
-        while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
-            now = time.monotonic()
-            if now >= until or self.stop.is_set():
-                break
-            part = 0.9 if beyond == least.margin else 0.5
-            limit = proof.claim.rounded(best.claim.limit + part * (beyond - best.claim.limit))
-            if limit <= best.claim.limit:
-                break
-            claim = replace(proof.claim, limit=limit)
-            tried = self.at(claim, now + 0.5 * (until - now))
-            if tried.status == "proved":
-                best = tried
-                continue
-            beyond = limit
-            if tried.counterexample is not None:
-                margin = margin_of(margins_there(self.graph, claim, tried.counterexample), claim.kind)
-                least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
-        return replace(best, least=least)
-
-
-def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
-    """Return the margins of a sensor in words, and whether the claim fails for it."""
-    found = margins_there(graph, claim, parameters)
-    kinds: dict[str, None] = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
-    known = [
-        (kind, replace(claim, kind=kind).shown(value))
-        for kind in kinds
-        if math.isfinite(value := margin_of(found, kind))
-    ]
-    words = [text if kind in ("gain margin", "phase margin") else f"{kind} {text}" for kind, text in known]
-    return ", ".join(words) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit
-
-
-def _straight(loop: StartingLoop, coordinates: Coordinates) -> Coordinates:
+def _straight(loop: StartingLoop | StartingPath | StartingNoise, coordinates: Coordinates) -> Coordinates:
     """Return the coordinates of which each bends less, of a parameter and one divided by it."""
 
     def bends(of: Coordinates) -> list[float]:

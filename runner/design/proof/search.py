@@ -17,12 +17,26 @@ import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
+from proofmass.runner.design.proof.at_rest import keeps_side, none_settles, scale_factors
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
-from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.closed_loop import Disc, Factor, Family, OpenCorners, bends, closed_loops, open_loops
+from proofmass.runner.design.proof.ball_noise import StartingNoise
+from proofmass.runner.design.proof.ball_path import StartingPath
+from proofmass.runner.design.proof.claim import QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.closed_loop import (
+    NOISE,
+    REST,
+    Disc,
+    Factor,
+    Family,
+    OpenCorners,
+    bends,
+    closed_loops,
+    open_loops,
+)
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
+from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
 
 _Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
 MOST_CORNERS = 9  # coordinates whose ends are looked at together
@@ -31,6 +45,8 @@ _FINEST = 1e-6  # part of a side of the first box below which none is halved
 _KEPT = 4_096  # maps of boxes
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
 _AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
+_AT_THE_LIMIT = "the value of a sensor lies too near the limit"
+_STAYS = "something on the way does not decay, though it may not show"
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
 
 
@@ -57,15 +73,27 @@ class Searched:
 
 
 class BoxMaps:
-    """Maps of a loop over boxes; halves along the factor share those of the parameters."""
+    """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
-    def __init__(self, loop: StartingLoop, parameters: _Parameters) -> None:
+    def __init__(self, loop: StartingLoop | StartingPath | StartingNoise, parameters: _Parameters) -> None:
         self._loop, self._parameters = loop, parameters
         self._known: dict[Sides, OpenCorners] = {}
 
     def family(self, box: Sides, factor: Factor) -> Family:
         """Return the closed loops of a box, the last side of which is that of the factor; raises `UndecidedError`."""
-        return closed_loops(self.open(box[:-1]), factor, box[-1], [_half(*side) for side in box])
+        return closed_loops(self.open(box[:-1]), factor, box[-1], widths_of(box))
+
+    def worst_corner(self, box: Sides, claim: Claim) -> Sides | None:
+        """Return the corner of a box where a quantity is worst, if its value there lies beyond the limit."""
+        opened = self.open(box[:-1])
+        values = claim.sign * (rms_at_corners(opened) if claim.kind == RMS else scale_factors(opened))
+        worst = int(np.argmin(values))
+        if not claim.broken_by(claim.sign * float(values[worst])):
+            return None
+        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[worst]
+        ends = dict(zip(opened.interpolated, places, strict=True))
+        points = [side[ends[i]] if i in ends else _middle(*side) for i, side in enumerate(box[:-1])]
+        return (*((point, point) for point in points), box[-1])
 
     def open(self, sides: Sides) -> OpenCorners:
         """Return the open loops of a box of parameters."""
@@ -77,7 +105,7 @@ class BoxMaps:
 
     def _over(self, sides: Sides) -> OpenCorners:
         whole = self._dual(sides)
-        bent = int(np.argmax(bends(whole, [_half(*side) for side in sides]))) if sides else 0
+        bent = int(np.argmax(bends(whole, widths_of(sides)))) if sides else 0
         around = [self._dual(part, whole.kept) for part in _slices(sides, bent)] if sides else [whole]
         wide = [i for i, (low, high) in enumerate(sides) if low < high]
         chosen = wide[:MOST_CORNERS]
@@ -91,7 +119,7 @@ class BoxMaps:
     def bends(self, sides: Sides) -> list[float]:
         """Return how far the loop bends along each side of a box, by its middle; raises `UndecidedError`."""
         middle = tuple((_middle(*side), _middle(*side)) for side in sides)
-        return bends(self._dual(middle), [_half(*side) for side in sides])
+        return bends(self._dual(middle), widths_of(sides))
 
     def _dual(self, sides: Sides, kept: Kept | None = None) -> BallMap:
         """Return the map over a box, with its derivatives, of what is `kept`."""
@@ -105,7 +133,26 @@ class ProofSearch:
     maps: BoxMaps
     claim: Claim
     breaks: Callable[[Sides], bool]  # whether the middle of a box breaks the claim: asked where no disc has its poles
-    known: Mapping[Sides, Array] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
+    known: Mapping[Sides, Start] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
+
+    def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
+        """Return a point of a box that breaks the claim: its middle if that does not decay, or a corner."""
+        if (norm is None or radius_of(norm.family) >= 1.0) and self.breaks(box):
+            return box
+        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in QUANTITIES else None
+        return corner if corner is not None and self.breaks(corner) else None
+
+    @property
+    def _stuck(self) -> str:
+        return _AT_THE_LIMIT if self.claim.kind in QUANTITIES else _AT_THE_BOUNDARY
+
+    def _stays(self, box: Sides) -> bool:
+        """Return whether no corner of a box settles, though the quantity does: halving does not help."""
+        return self.claim.kind in QUANTITIES and none_settles(self.maps.open(box[:-1]))
+
+    def _keeps_side(self, norm: Norm) -> bool:
+        left = norm.family.left
+        return left is None or keeps_side(left, self.claim.most)
 
     def over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
         """Return a proof for all of a box, or where it fails, or how far it came by a time or a wish."""
@@ -113,11 +160,11 @@ class ProofSearch:
             return self._over(whole, until, stop)
 
     def _over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
-        left: list[tuple[Sides, Array | None]] = [(whole, None)]
+        left: list[tuple[Sides, Start | None]] = [(whole, None)]
         leaves, boxes, late = list[ProvedRegion](), 0, list[Sides]()
         while left:
-            box, transform = left.pop()
-            halves, why = self._towards_known(box), _AT_THE_BOUNDARY
+            box, start = left.pop()
+            halves, why = self._towards_known(box), self._stuck
             is_late = boxes and (time.monotonic() > until or (stop is not None and stop.is_set()))
             if is_late and not halves and box not in self.known:  # what is known is kept all the same
                 late.append(box)
@@ -127,38 +174,44 @@ class ProofSearch:
             if not halves:
                 boxes += 1
                 try:
-                    norm, disc = self._norm(box, transform)
+                    norm, disc = self._norm(box, start)
                 except UndecidedError as error:
                     norm, disc, why = None, None, str(error)
                 weights = _widths(box, whole) if norm is None else _weights(norm, box)
-                if norm is not None and disc is not None and norm.contracts():
+                if norm is not None and disc is not None and norm.contracts() and self._keeps_side(norm):
                     leaves.append(ProvedRegion(box, norm, self.maps.open(box[:-1]), disc))
                     continue
+                broken = None if disc is None else self._refuted_at(box, norm)
+                if broken is not None:
+                    return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), broken)
                 if disc is not None and (norm is None or radius_of(norm.family) >= 1.0):
-                    if self.breaks(box):
-                        return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), box)
                     weights[-1] *= _FACTORS_FIRST
+                if disc is not None and self._stays(box):
+                    return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, _STAYS)
                 halves = _halves(box, weights, whole)
-                transform = transform if norm is None else norm.transform
+                start = start if norm is None else Start(norm.transform, norm.family.left)
             if not halves:
                 return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
-            left += [(half, transform) for half in halves]
+            left += [(half, start) for half in halves]
         if late:
             return Searched("open", tuple(leaves), boxes, _part(leaves, whole), late[0], "the time is up")
         return Searched("proved", tuple(leaves), boxes, 1.0)
 
-    def _norm(self, box: Sides, transform: Array | None) -> tuple[Norm | None, Disc]:
+    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Disc]:
         """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
 
         Raises `UndecidedError`.
         """
         factor, discs = self.claim.factor, self.claim.discs(box[-1])
+        if factor in (REST, NOISE):
+            search = norm_at_rest if factor is REST else norm_of_noise
+            return search(self.maps.open(box[:-1]), box[-1][0], widths_of(box), self.known.get(box, start)), discs[0]
         family = self.maps.family(box, factor)
         moved = [(family.within(disc, factor.parts), disc) for disc in discs if disc.radius > 0.0]
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]
-        return _norm(best, self.known.get(box, transform)), disc
+        return _norm(best, self.known.get(box, start)), disc
 
     def _towards_known(self, box: Sides) -> list[Sides]:
         """Return halves of a box of which some parts are known, none if it has no such parts or is one."""
@@ -173,9 +226,9 @@ class ProofSearch:
         return []
 
 
-def _norm(family: Family, transform: Array | None) -> Norm | None:
+def _norm(family: Family, start: Start | None) -> Norm | None:
     """Return a norm for a box, that of its whole if it serves; None where the middle does not decay."""
-    given = None if transform is None else Norm(transform, family)
+    given = None if start is None else Norm(start.transform, family)
     if given is not None and (given.contracts() or given.worst() < 1.0 - _NEARLY):
         return given
     own = first_norm(family)
@@ -186,6 +239,12 @@ def _norm(family: Family, transform: Array | None) -> Norm | None:
 def _weights(norm: Norm, box: Sides) -> list[float]:
     """Return what halving each side promises."""
     shares = [norm.shares.get(i, 0.0) for i in range(len(box))]
+    if norm.family.noise is not None:
+        moves = dict(
+            zip([i for i, (low, high) in enumerate(box) if low < high][:MOST_CORNERS], norm.moves(), strict=True)
+        )
+        decays = max(1.0 - radius_of(norm.family) ** 2, 1e-12)  # both act against what the slowest pole loses
+        return [2.0 * share + moves.get(i, 0.0) ** 2 / decays for i, share in enumerate(shares)]
     if norm.worst() < 1.0 and any(shares):
         return shares
     *sides, factor = (high > low for low, high in box)
@@ -203,6 +262,11 @@ def _slices(box: Sides, place: int) -> list[Sides]:
 
 def _middle(low: float, high: float) -> float:
     return 0.5 * low + 0.5 * high
+
+
+def widths_of(box: Sides) -> list[float]:
+    """Return at least the half of each side of a box."""
+    return [_half(*side) for side in box]
 
 
 def _half(low: float, high: float) -> float:

@@ -4,8 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.prove import MarginProof, Proofs
+from proofmass.runner.design.proof.attempt import MarginProof
+from proofmass.runner.design.proof.claim import QUANTITIES, Claim
+from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 
@@ -16,12 +17,18 @@ def proofs_text(proofs: Proofs) -> str:
     """Return each claim with what came of it, and sensors that break one."""
     lines = ["interrupted: what was proved until then"] if proofs.interrupted else []
     lines += [_box(proofs)]
-    for loop, open_at in dict.fromkeys((one.claim.loop, one.claim.open_at) for one in proofs.proofs):
-        own = [one for one in proofs.proofs if one.claim.loop == loop]
-        lines.append(f"loop {loop}" + (f", opened at {open_at}" if open_at != loop else ""))
+    for about in dict.fromkeys(_about(one.claim) for one in proofs.proofs):
+        own = [one for one in proofs.proofs if _about(one.claim) == about]
+        lines.append(about)
         lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
     return "\n".join([*lines, *_shown(proofs)])
+
+
+def _about(claim: Claim) -> str:
+    if claim.kind in QUANTITIES:
+        return f"from {claim.about}" if claim.loop else f"at {claim.about}"
+    return f"loop {claim.loop}" + (f", opened at {claim.open_at}" if claim.open_at != claim.loop else "")
 
 
 def _box(proofs: Proofs) -> str:
@@ -36,11 +43,17 @@ def _result(proof: MarginProof) -> str:
     looked = f"{count(searched.boxes, 'region')}, {proof.seconds:.1f} s"
     if proof.status == "proved":
         least = proof.least
-        return looked + (f"; {least.margin:.4g} {proof.claim.unit} found" if least and least.margin < math.inf else "")
+        return looked + (
+            f"; {_found(proof.claim, least.margin)} found" if least and math.isfinite(least.margin) else ""
+        )
     if proof.status == "refuted":
         return proof.shown + (" at the sensor below" if proof.counterexample else "")
     part = f"{100.0 * searched.part:.3g} % of the tolerances proved, {looked}; " if searched.boxes else ""
     return f"{part}{searched.why}"
+
+
+def _found(claim: Claim, value: float) -> str:
+    return in_print(value, claim.unit, 8) if claim.kind in QUANTITIES else f"{value:.4g} {claim.unit}"
 
 
 def _shown(proofs: Proofs) -> Iterator[str]:
@@ -48,10 +61,10 @@ def _shown(proofs: Proofs) -> Iterator[str]:
     for proof in proofs.proofs:
         claim, least = proof.claim, proof.least
         if proof.counterexample is not None:
-            yield from _typed(f"not {claim}, of {claim.loop}", proofs, claim, proof.counterexample)
-        elif least is not None and least.at and least.margin < math.inf:
+            yield from _typed(f"not {claim}, of {claim.about}", proofs, claim, proof.counterexample)
+        elif least is not None and least.at and math.isfinite(least.margin):
             yield from _typed(
-                f"{claim.kind} of {least.margin:.4g} {claim.unit}, of {claim.loop}", proofs, claim, least.at
+                f"{claim.kind} of {_found(claim, least.margin)}, of {claim.about}", proofs, claim, least.at
             )
 
 
@@ -59,4 +72,11 @@ def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, flo
     units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
     settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items()]
     yield f"{what}: see it by"
-    yield f'  proofmass margins GRAPH --at "0 s" --loop {claim.loop}{"".join(settings)}'
+    command = f'margins GRAPH --at "0 s" --loop {claim.loop}'
+    if claim.kind in QUANTITIES:
+        command = f'response GRAPH {claim.loop} {claim.open_at} --at "0 s"' if claim.loop else _noise_of(claim)
+    yield f"  proofmass {command}{''.join(settings)}"
+
+
+def _noise_of(claim: Claim) -> str:
+    return f"noise GRAPH --output {claim.open_at}"

@@ -82,6 +82,38 @@ def test_other_claims_and_a_second_call_that_goes_on(loop: str, capsys: Captured
     assert "main, disk margin of at least 1: 1 box" in capsys.readouterr().out
 
 
+def test_limits_and_bounds_of_a_scale_factor(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--input", "wanted.output"]
+    assert main([*words, "--scale-factor", "plant.output=0.99..1.01", "--out", "proof.json", "--quiet"]) == 0
+    shown = capsys.readouterr().out
+    assert "from wanted.output to plant.output" in shown
+    assert "stable" not in shown
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "wanted.output to plant.output, scale factor of at most 1.01: 1 box" in capsys.readouterr().out
+    assert main([*words, "--scale-factor", "plant.output", "--json"]) == 0
+    for one in json.loads(capsys.readouterr().out)["proofs"]:
+        assert (one["status"], one["least_found"]["margin"]) == ("proved", pytest.approx(1.0))
+    assert main([*words, "--scale-factor", "plant.output=1.01.."]) == 1
+    assert "refuted  scale factor 1 at the sensor below" in capsys.readouterr().out
+    assert main([*words, "--scale-factor", "plannt.output=0.99..1.01"]) == 1
+    assert "did you mean plant" in capsys.readouterr().err
+
+
+def test_a_limit_of_noise(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--noise"]
+    assert main([*words, "plant.output=0.006", "--out", "proof.json", "--quiet"]) == 0
+    assert "noise of at most 0.006  proved" in capsys.readouterr().out
+    assert main(["check-proof", "proof.json", loop]) == 0
+    shown = capsys.readouterr().out
+    assert "plant.output, noise of at most 0.006: " in shown
+    assert "sources of noise" in shown.lower()
+    assert main([*words, "plant.output=0.005"]) == 1
+    (line,) = [line for line in capsys.readouterr().out.splitlines() if line.strip().startswith("proofmass noise")]
+    setting = line.split('--set "')[1].rstrip('"')
+    assert main(["noise", loop, "--output", "plant.output", "--set", setting, "--json"]) == 0
+    assert json.loads(capsys.readouterr().out)["rms"] > 0.005
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

@@ -47,6 +47,16 @@ def test_bounds_are_those_of_the_certificate_and_say_what_goes_beyond_them(proof
     assert proved_bounds(proof, study_of(5.0), [])[1].measure == ""
 
 
+def test_scale_factors_stand_in_the_table_of_a_report() -> None:
+    study = study_of(5.0)
+    text = certificate(prove(study, input="wanted.output", scale_factor={"plant.output": [0.99, 1.01]}))
+    least, most = proved_bounds(text, study, MEASURES)
+    assert (least.measure, least.limit, most.limit) == ("", 0.99, 1.01)
+    assert least.claim == "wanted.output to plant.output: scale factor of at least 0.99"
+    page = proved_section(run_study(study, engine="python", runs=2), [least, most])
+    assert "scale factor of at most 1.01" in page
+
+
 def test_certificates_of_other_graphs_and_forged_ones_are_refused(proof: str) -> None:
     other = read_study_text(INTEGRATING.replace("gain = 100.0", "gain = 101.0") + STUDY.format(width=5))
     with pytest.raises(ModelError, match="is that of another graph"):

@@ -124,6 +124,46 @@ spread = {{ "plant.gain" = {{ uniform = "10 %", relative = true }} }}
 """
 
 
+def test_noise_that_is_proved() -> None:
+    """The plant is z / (z^2 - z + a) a / z of the noise: its variance is a (1 + a) / ((1 - a) (2 + a)) of that."""
+    a, variance = 1.1 * K * T, 1e-6 * 0.5 / T
+    worst = math.sqrt(variance * a * (1.0 + a) / ((1.0 - a) * (2.0 + a)))
+    text = (
+        INTEGRATING
+        + f"""
+[requirements]
+calm = {{ quantity = {{ noise = "plant.output" }}, at_most = {1.02 * worst}, {VARIED}
+loud = {{ quantity = {{ noise = "plant.output" }}, at_most = {0.98 * worst}, {VARIED}
+"""
+    )
+    found = {f.id: f for f in verify(Measurements(read_graph_text(text), None)) if f.id in ("calm", "loud")}
+    assert [finding.met for finding in found.values()] == [True, False]
+    assert found["calm"].quantity == "noise of plant.output, proved"
+    assert 0.98 * worst < found["loud"].value < 1.001 * worst
+
+
+def test_scale_factors_that_are_proved() -> None:
+    """The plant settles to what is wanted, whatever its gain."""
+    of = '{ quantity = { scale_factor = "plant.output", input = "wanted.output" }'
+    lines = [
+        f"{name} = {of}, {limits}, {VARIED}"
+        for name, limits in (
+            ("both", "at_least = 0.999, at_most = 1.001"),
+            ("one", 'at_most = "1.001"'),
+            ("wrong", "at_least = 1.001, at_most = 2"),
+        )
+    ]
+    text = INTEGRATING + "\n[requirements]\n" + "\n".join(lines)
+    graph = read_graph_text(text)
+    found = {f.id: f for f in verify(Measurements(graph, None)) if f.id in ("both", "one", "wrong")}
+    assert [finding.met for finding in found.values()] == [True, True, False]
+    assert found["both"].quantity == "scale factor from wanted.output to plant.output, proved"
+    assert (found["both"].value, found["one"].value) == (0.999, 1.001)
+    assert found["wrong"].value == pytest.approx(1.0)
+    assert "a sensor within the tolerances has scale factor 1" in found["wrong"].reason
+    assert VALIDATOR.is_valid(tomllib.loads(text))
+
+
 @pytest.mark.exhaustive
 def test_margins_that_are_proved() -> None:
     """z^2 - z + K T is stable up to K T = 1: 10 % more gain leave a factor of 1 / 0.11, 19.17 dB."""
@@ -163,6 +203,12 @@ def test_they_read_back_and_the_schema_knows_them() -> None:
         ('{ quantity = "main.phase_margin", at_least = 1, proved = true }', "nothing to be proved over", "proved"),
         ('{ quantity = "main.phase_margin", at_least = 1, proved = "yes" }', "must be true or false", "proved"),
         (f'{{ quantity = "main.phase_margin", at_most = 1, {VARIED}', "must be at_least alone", "proved"),
+        (
+            f'{{ quantity = {{ bias = "plant.output", input = "wanted.output" }}, at_most = 1, {VARIED}',
+            "has no proof",
+            "quantity",
+        ),
+        (f'{{ quantity = {{ noise = "plant.output" }}, at_least = 1, {VARIED}', "must be at_most alone", "proved"),
         (f'{{ quantity = "main.sensitivity_peak", at_least = 1, {VARIED}', "has no proof", "quantity"),
         (f'{{ quantity = "main.stable", at_least = 1, at = "0.1 s", {VARIED}', "must be the start of the run", "at"),
     ],

@@ -1,0 +1,96 @@
+"""A path at rest, over a box of coordinates: that its scale factor is nowhere a value g.
+
+With the map [A B; C D] of a period, from a constant input to the mean of the output, the scale factor is
+
+    G = D + C (I - A)^-1 B,   det [I - A, -B; -C, g - D] = det(I - A) (g - G)
+
+Where all poles lie in the circle det(I - A) is positive, so that g - G has the sign of the determinant of this bordered
+matrix M. It is regular where the poles of I - R M lie in the circle too, for any R: then it has the sign of det R. R is
+near the inverse in the middle of the box. So A and I - R M, side by side, are one matrix whose poles all lie in a disc.
+"""
+
+from collections.abc import Sequence
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.runner.design.proof.closed_loop import Family, Jet, OpenCorners, joined, product, shares_of
+from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.host.arrays import Array
+
+_BITS = 1_000  # of a determinant
+_NEUTRAL = 1e-12  # distance from the circle to which rounding may move a pole that lies on it
+
+
+def at_rest(of: OpenCorners, limit: float, widths: Sequence[float], left: Array | None = None) -> Family:
+    """Return A and I - R M, R = `left`, for all of a box of half `widths`, whose last is that of the limit."""
+    n = of.order
+    left = _near_inverse(of, limit) if left is None else left
+    border = np.diag([1.0] * n + [limit])
+    rest = (Enclosed(left[None], np.zeros_like(left)[None]) @ of.corners.moved(-border)).moved(np.eye(n + 1))
+    beside = np.zeros((len(rest.middle), n, n + 1))
+    below = np.swapaxes(beside, 1, 2)
+    poles = of.corners[slice(n), slice(n)]
+    corners = Enclosed.joined([[poles, Enclosed(beside, beside)], [Enclosed(below, below), rest]])
+    jets = [_jet(parts, n, left) for parts in of.jets]
+    return Family(corners, 1, shares_of(jets, widths, {*of.interpolated}, None), blocks=(n, n + 1), left=left)
+
+
+def keeps_side(left: Array, most: bool) -> bool:
+    """Return whether the scale factors of a family that contracts lie below the limit, or above a lower one.
+
+    The sign of det R says so, in balls.
+    """
+    with flint.ctx.workprec(_BITS):
+        determinant: Any = flint.arb_mat(left.tolist()).det()
+        return bool(determinant > 0) if most else bool(determinant < 0)
+
+
+def scale_factors(of: OpenCorners) -> Array:
+    """Return the scale factor at each corner, as a double: infinite where it does not settle."""
+    n = of.order
+    a, b, c, d = _parts(of.corners.middle, n)
+    with np.errstate(all="ignore"):
+        try:
+            gains = d + c @ np.linalg.solve(np.eye(n) - a, b)
+        except np.linalg.LinAlgError:
+            return np.full(len(d), np.inf)
+    return np.asarray(gains[:, 0, 0])
+
+
+def none_settles(of: OpenCorners) -> bool:
+    """Return whether a pole of each corner lies on the circle or outside, as doubles have it."""
+    a = of.corners.middle[:, : of.order, : of.order]
+    return bool(of.order) and bool((np.abs(np.linalg.eigvals(a)).max(axis=1) >= 1.0 - _NEUTRAL).all())
+
+
+def _near_inverse(of: OpenCorners, limit: float) -> Array:
+    """Return R = [I h; 0 1] [H 0; 0 1 / s] [I 0; q 1]: with H = (I - A)^-1, h = H B, q = C H it is the inverse of M.
+
+    In place of g - G in the middle of the box s is the mean of its ends, that each lies between zero and two s.
+    """
+    n = of.order
+    a, b, c, _ = _parts(of.corners.middle.mean(axis=0), n)
+    try:
+        inverse = np.linalg.inv(np.eye(n) - a)
+    except np.linalg.LinAlgError:
+        return np.eye(n + 1)
+    room = limit - scale_factors(of)
+    middle = 0.5 * (room.min() + room.max())
+    lower, scaled, upper = np.eye(n + 1), np.zeros((n + 1, n + 1)), np.eye(n + 1)
+    lower[n:, :n], upper[:n, n:] = c @ inverse, inverse @ b
+    scaled[:n, :n], scaled[n, n] = inverse, 1.0 / middle if middle else 1.0
+    near = upper @ scaled @ lower
+    return np.asarray(near) if np.isfinite(near).all() else np.eye(n + 1)
+
+
+def _jet(parts: tuple[Jet, Jet, Jet, Jet], n: int, left: Array) -> Jet:
+    """Return the derivatives of A and I - R M; the matrices themselves are not those of a jet."""
+    a, b, c, d = parts
+    moved = product({(): flint.arb_mat(left.tolist())}, joined([[a, b], [c, d]], (n, 1)))
+    return joined([[a, {}], [{}, moved]], (n, n + 1))
+
+
+def _parts(whole: Array, n: int) -> tuple[Array, Array, Array, Array]:
+    return whole[..., :n, :n], whole[..., :n, n:], whole[..., n:, :n], whole[..., n:, n:]

@@ -1,0 +1,186 @@
+"""Searches about one loop or path: what comes of a claim, and the best limit that can be proved."""
+
+import math
+import threading
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.graphs.model.graph import Graph
+from proofmass.runner.design.proof.claim import QUANTITIES, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.coordinates import Coordinates, Sides
+from proofmass.runner.design.proof.known import KnownProofs
+from proofmass.runner.design.proof.least_found import (
+    LeastFound,
+    least_found,
+    margin_of,
+    margins_there,
+    quantity_there,
+    value_there,
+    worst_of,
+)
+from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
+
+_NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
+_ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
+_FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
+_LEAST_ROOM, _SMALLEST = {SCALE_FACTOR: 1e-6, RMS: 0.01}, 1e-12  # of the value, and of a value of zero
+_WIDENED = 8  # times
+
+
+@dataclass(frozen=True)
+class MarginProof:
+    """A claim, what came of it, and the parameters of a sensor that breaks it, if one was found."""
+
+    claim: Claim
+    searched: Searched
+    seconds: float
+    coordinates: Coordinates | None = None
+    counterexample: Mapping[str, float] | None = None
+    shown: str = ""  # the margins of that sensor, or its value
+    least: LeastFound | None = None  # the worst that was found, if the best bound was looked for
+
+    @property
+    def status(self) -> str:
+        """ "proved", "refuted" or "open"."""
+        return self.searched.status
+
+    def as_data(self) -> dict[str, Any]:
+        """Plain data, for `--json`."""
+        return {
+            "loop": self.claim.loop,
+            "open_at": self.claim.open_at,
+            "claim": str(self.claim),
+            "kind": self.claim.kind,
+            "limit": self.claim.limit if math.isfinite(self.claim.limit) else None,
+            "side": "at most" if self.claim.most else "at least",
+            "status": self.status,
+            "part": self.searched.part,
+            "boxes": self.searched.boxes,
+            "seconds": self.seconds,
+            "why": self.searched.why,
+            "counterexample": None if self.counterexample is None else dict(self.counterexample),
+            "margins_there": self.shown,
+            "least_found": self.least and self.least.as_data(),
+        }
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """Searches about one loop or path."""
+
+    graph: Graph
+    maps: BoxMaps
+    coordinates: Coordinates
+    stop: threading.Event
+    known: KnownProofs
+
+    def at(self, claim: Claim, until: float) -> MarginProof:
+        """Return what comes of a claim."""
+        begin = time.monotonic()
+        known = self.known.leaves(claim, self.coordinates.as_data())
+        search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
+        searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
+        counterexample, text = None, ""
+        if searched.status == "refuted" and searched.at is not None:
+            counterexample = self._middle(searched.at)
+            text, fails = _checked(self.graph, claim, counterexample)
+            if not fails:
+                why = f"a pole lies at the boundary of stability, at margins of {text}"
+                searched, counterexample, text = replace(searched, status="open", why=why), None, ""
+        return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text)
+
+    def _breaks(self, claim: Claim, box: Sides) -> bool:
+        """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""
+        looked_at = claim.kind in ("delay margin", "disk margin", *QUANTITIES)
+        return not looked_at or _checked(self.graph, claim, self._middle(box))[1]
+
+    def _middle(self, box: Sides) -> dict[str, float]:
+        return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])
+
+    def tightened(self, proof: MarginProof, until: float) -> MarginProof:
+        """Return the proof of the largest limit found by halving what lies between it and the least margin found.
+
+        Each attempt has half of the time that is left.
+        """
+        best, least = proof, least_found(self.graph, self.coordinates.ranges, proof.claim)
+        beyond = least.margin  # a limit that was not proved
+        while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
+            now = time.monotonic()
+            if now >= until or self.stop.is_set():
+                break
+            part = 0.9 if beyond == least.margin else 0.5
+            limit = proof.claim.rounded(best.claim.limit + part * (beyond - best.claim.limit))
+            if limit <= best.claim.limit:
+                break
+            claim = replace(proof.claim, limit=limit)
+            tried = self.at(claim, now + 0.5 * (until - now))
+            if tried.status == "proved":
+                best = tried
+                continue
+            beyond = limit
+            if tried.counterexample is not None:
+                margin = margin_of(margins_there(self.graph, claim, tried.counterexample), claim.kind)
+                least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
+        return replace(best, least=least)
+
+    def bounded(self, claim: Claim, until: float) -> MarginProof:
+        """Return the proof of the limit of a quantity that lies nearest beyond the worst value that is found.
+
+        The room between both is widened until there is a proof, then narrowed until there is none. Each attempt has
+        half of the time that is left.
+        """
+        ranges = self.coordinates.ranges
+        least = least_found(self.graph, ranges, claim)
+        nominal, rounding = quantity_there(self.graph, claim, {r.written: r.nominal for r in ranges})
+        way = abs(nominal - least.margin)
+        if not math.isfinite(way):
+            nowhere, shown = Searched("refuted", (), 0, 0.0), _checked(self.graph, claim, least.at)[0]
+            return MarginProof(claim, nowhere, 0.0, self.coordinates, least.at, shown)
+        close = max(_CLOSEST * way, _LEAST_ROOM[claim.kind] * abs(nominal), rounding) or _SMALLEST
+        room, best, tries = max(_ROOM * way, _FINER * close), None, 0
+        while True:
+            now = time.monotonic()
+            limit = beyond(least.margin, claim.sign, room)
+            tried = self.at(replace(claim, limit=limit), now + 0.5 * (until - now))
+            if tried.counterexample is not None:
+                value = value_there(self.graph, claim, tried.counterexample)
+                least = worst_of([least, LeastFound(value, tried.counterexample)], claim)
+            proved, tries = tried.status == "proved", tries + 1
+            best = tried if proved or best is None else best
+            narrows = best.status == "proved"
+            late = time.monotonic() >= until or self.stop.is_set() or tries > _WIDENED
+            if late or (narrows and (not proved or room <= close)) or not math.isfinite(least.margin):
+                return replace(best, least=least)
+            room = max(room / _FINER, close) if narrows else room * _FINER
+
+
+def beyond(value: float, sign: float, room: float) -> float:
+    """Return a number of few digits that lies beyond a value by about some room: below it where the sign is 1.
+
+    >>> beyond(-8827.4014, 1.0, 0.3), beyond(0.25, -1.0, 1e-3)
+    (-8827.71, 0.251)
+    """
+    digits = 1 - math.floor(math.log10(room))
+    scale = 10.0**digits
+    return sign * math.floor((sign * value - room) * scale + 1e-9) / scale
+
+
+def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
+    """Return the margins or the value of a sensor in words, and whether the claim fails for it."""
+    if claim.kind in QUANTITIES:
+        value, rounding = quantity_there(graph, claim, parameters)
+        without = "it has no bound" if claim.kind == RMS else "it does not settle"
+        shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else without
+        return shown, claim.broken_by(value + claim.sign * rounding)
+    found = margins_there(graph, claim, parameters)
+    kinds: dict[str, None] = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
+    known = [
+        (kind, replace(claim, kind=kind).shown(value))
+        for kind in kinds
+        if math.isfinite(value := margin_of(found, kind))
+    ]
+    words = [text if kind in ("gain margin", "phase margin") else f"{kind} {text}" for kind, text in known]
+    return ", ".join(words) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit

@@ -1,0 +1,149 @@
+"""The map from sources of noise to one output over a period in balls.
+
+    x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n]
+
+w are independent numbers with a variance of one, and y the values of the output in a period, divided by the square root
+of their number: the mean square of the output is that of all of y.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import flint
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.decisions.truths import decided_by_noise
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.map_blocks import common_period
+from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.noise.noise_map import noise_map, variance
+from proofmass.runner.derivatives.ball import Ball
+from proofmass.runner.derivatives.dual_noise import NoisyTicks, noise_blocks
+from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.design.proof.ball_map import (
+    MOST_STATES,
+    BallMap,
+    BallRun,
+    BallTicks,
+    Kept,
+    MatrixRows,
+    advanced,
+    states_between,
+)
+from proofmass.runner.plan.memory import Memory, start
+from proofmass.runner.plan.planned import Plan
+
+_MOST_ENDS = 512  # random numbers and values of the output in a period
+
+
+class StartingNoise:
+    """The way of noise to an output at the start of a run: in tick 0 processes start, so that it is a period later."""
+
+    def __init__(self, plan: Plan, target: Endpoint) -> None:
+        """Raises `ModelError` where the sources are not known without a run, or are too many."""
+        first = common_period(plan, (), [target], noise=noise_blocks(plan))
+        about = linearised(plan, first)
+        noisy = noise_at(about, [target])
+        bits = [name for name, own in noisy.items() if own or name in plan.digital]
+        bits += decided_by_noise(plan, target, first)
+        if bits:
+            raise ModelError([plan.graph.placed(_decides(target, bits))])
+        ends = Ends((), (target,), noise=noisy)
+        point = about.point_of(ends)
+        if point.map.tick != first:
+            raise ModelError([plan.graph.placed(_changes(target))])
+        between = noise_map(point.map, target)
+        if between.settles and not any(between.mean_squares()):
+            raise ModelError([plan.graph.placed(_none(target))])
+        size = max(len(point.map.inputs), len(point.map.outputs))
+        if point.map.order > MOST_STATES or size > _MOST_ENDS:
+            raise ModelError([plan.graph.placed(_too_many(target, point.map.order, size))])
+        self._run = _NoiseRun(plan, ends, point)
+        self.period, self.values = point.map.period, 1
+
+    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
+        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
+
+        Raises `UndecidedError` where a block decides differently within the box.
+        """
+        rows, order, sources = self._run.rows_of_sources(parameters)
+        kept = Kept(tuple(states_between(rows, order)), ()) if kept is None else kept
+        part = Ball(1 / flint.arb(len(rows) - order).sqrt())
+        twelfth = Ball(1 / flint.arb(12).sqrt())
+        weights = [1.0] * order + [1.0 if variance(name) == 1.0 else twelfth for _, name, _ in sources]
+        places = [*kept.states, *range(order, len(weights))]
+        scaled = [[value * weight for value, weight in zip(row, weights, strict=True)] for row in rows]
+        inner = [[scaled[i][j] for j in places] for i in kept.states]
+        return BallMap(len(inner), inner + [[row[j] * part for j in places] for row in scaled[order:]], kept)
+
+
+class _NoiseRun(BallRun):
+    """A period whose random numbers and errors of quantisers have directions."""
+
+    def rows_of_sources(self, parameters: Mapping[str, Any]) -> tuple[MatrixRows, int, list[Entry]]:
+        """Return the map, the number of its states, and its inputs; raises `UndecidedError`."""
+        rows, order = self.rows(parameters)
+        return rows, order, self._sources
+
+    def _begin(self, plan: Plan) -> Memory:
+        engine = BallTicks(plan, start(plan), self._blocks, (), (), False, False)
+        advanced(engine, self._point.map.tick)
+        return engine.memory()
+
+    def _engine(self, plan: Plan, begin: Memory) -> DualTicks:
+        noisy = self._ends.noise
+        return _NoisyBallTicks(plan, begin, self._blocks, (), self._ends.outputs, False, False, noise=noisy)
+
+    def _columns(self, engine: DualTicks) -> list[Any]:
+        self._sources = sorted(engine.sources)
+        return self._sources
+
+
+class _NoisyBallTicks(BallTicks, NoisyTicks):
+    """Ticks of balls with a direction for each source."""
+
+    def _same(self, before: Any, value: Any) -> bool:
+        """Return whether two numbers are alike to the last digit: balls cannot say that they are equal."""
+        return repr(before) == repr(value)
+
+
+def _decides(target: Endpoint, blocks: Sequence[str]) -> Problem:
+    signal = ".".join(target)
+    return Problem(
+        message=f"the noise of {signal} is that of a run: this has no proof",
+        key=signal,
+        got=", ".join(blocks),
+        expected="sources that do not depend on decisions of one bit or on fixed point",
+        hint="search with `proofmass worst`",
+        path=("blocks", target[0]),
+    )
+
+
+def _none(target: Endpoint) -> Problem:
+    signal = ".".join(target)
+    hint = "a WhiteNoise, or a converter, must lie on a path to it"
+    return Problem(message=f"no noise reaches {signal}", key=signal, hint=hint, path=("blocks", target[0]))
+
+
+def _changes(target: Endpoint) -> Problem:
+    signal = ".".join(target)
+    return Problem(
+        message=f"the way of noise to {signal} changes after the start",
+        key=signal,
+        hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
+        path=("blocks", target[0]),
+    )
+
+
+def _too_many(target: Endpoint, states: int, ends: int) -> Problem:
+    signal = ".".join(target)
+    return Problem(
+        message=f"the way of noise to {signal} has {states} states and {ends} random numbers or values in a period",
+        key=signal,
+        expected=f"at most {MOST_STATES} states and {_MOST_ENDS} numbers",
+        hint="search with `proofmass worst`",
+        path=("blocks", target[0]),
+    )

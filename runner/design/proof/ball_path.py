@@ -1,0 +1,93 @@
+"""The map from one wire to another over a period in balls, for an input that is the same in all of it.
+
+    x[n+1] = A x[n] + B u,   y = C x[n] + D u
+
+B and D are sums over the values of the input in a period, C and D means over those of the output: as the scale factor
+has them.
+"""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
+from proofmass.runner.analysis.linearisation.steady_state import SteadyState
+from proofmass.runner.derivatives.ball import ball
+from proofmass.runner.design.proof.ball_map import MOST_STATES, BallMap, BallRun, Kept, MatrixRows, states_between
+from proofmass.runner.plan.planned import Plan
+
+
+class StartingPath:
+    """The way from one wire to another at the start of a run."""
+
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+        """Raises `ModelError` where the graph changes after the start, or has too many states."""
+        ends = Ends((source,), (target,))
+        self._point: OrbitPoint = linearised(plan).point_of(ends)
+        if self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target)):
+            raise ModelError([plan.graph.placed(_changes(source, target))])
+        order = self._point.map.between().order
+        if order > MOST_STATES:
+            raise ModelError([plan.graph.placed(_too_many_states(source, target, order))])
+        self._run = BallRun(plan, ends, self._point)
+        self.period = self._point.map.period
+        self.values = 1
+
+    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
+        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
+
+        Raises `UndecidedError` where a block decides differently within the box.
+        """
+        rows, order = self._run.rows(parameters)
+        rows = _summed(rows, order)
+        kept = Kept(tuple(states_between(rows, order)), (0,)) if kept is None else kept
+        places = [*kept.states, order]
+        return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
+
+
+def _answers_at_start(plan: Plan, source: Endpoint, target: Endpoint) -> bool:
+    """Return whether the scale factor is that of the start, though the graph moves on from there."""
+
+    def ask(about: Linearisation) -> bool:
+        SteadyState(plan, about.map([source], [target, source], everything=True).seen(), target)
+        return not about.told
+
+    return OperatingPoints(plan).answered(ask)
+
+
+def _summed(rows: MatrixRows, order: int) -> MatrixRows:
+    """Return the map for an input that stays as it is, to the mean of the output."""
+    unit, part = ball(1.0, 1.0), ball(1.0, 1.0) / (len(rows) - order)
+    inner = [[*row[:order], _sum(row[order:], unit)] for row in rows]
+    below = [_sum([row[place] for row in inner[order:]], part) for place in range(order + 1)]
+    return [*inner[:order], below]
+
+
+def _sum(values: Sequence[Any], part: Any) -> Any:
+    """Return a sum of numbers times a part: 0.0 where each of them is."""
+    return sum((value * part for value in values), 0.0)
+
+
+def _changes(source: Endpoint, target: Endpoint) -> Problem:
+    signal = ".".join(target)
+    return Problem(
+        message=f"the way from {'.'.join(source)} to {signal} changes after the start",
+        key=signal,
+        expected="a way that is the same in each period from the start of the run",
+        hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
+        path=("blocks", target[0]),
+    )
+
+
+def _too_many_states(source: Endpoint, target: Endpoint, states: int) -> Problem:
+    signal = ".".join(target)
+    return Problem(
+        message=f"the way from {'.'.join(source)} to {signal} has {states} states",
+        key=signal,
+        expected=f"at most {MOST_STATES}",
+        hint="search with `proofmass worst`",
+        path=("blocks", target[0]),
+    )

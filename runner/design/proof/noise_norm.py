@@ -1,0 +1,189 @@
+"""Norms that bound the noise of an output over a box.
+
+With the map [A B; C D] of a period from noise of unit variance, Q bounds what the output has of it:
+
+    Q >= A'Q A + C'C   for all A and C:   its mean square is at most the trace of B'Q B + D'D
+
+With Q = S'S the first is that [S A; C] S^-1 shortens every vector: S^-1 = T is a norm that leaves the outputs as they
+are. The second is the sum of the squares of [S B; D]. Both are convex: of what lies between corners, the corners
+suffice.
+
+S is descended from that of the middle, for log max tr(B'Q B) + log max of C M^-1 C', M = Q - A'Q A: the size of S does
+not matter, and is then the least with which C is short enough. By Q the first has the slope B B', and the second, of
+its vector w = M^-1 C'u, the slope A w (A w)' - w w'.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+import scipy.linalg
+import scipy.optimize
+
+from proofmass.runner.analysis.noise.noise_map import summed
+from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined, shares_of
+from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
+from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.rest_norm import Start
+from proofmass.runner.host.arrays import Array
+
+_SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maxima that are descended
+_STEPS = 60  # of each descent
+_WIDER = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)  # parts of the largest part of Q that begin in all directions
+_SPARE = 1e-10  # of the norm, beside what lies beyond the corners
+_UNKNOWN, _KNOWN = 3.3, 2.02  # by which the square of a norm leaves room for that, by its Frobenius norm and in the end
+_NOWHERE = 1e3
+
+
+def with_noise(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
+    """Return [A 0; C 0] for all of a box of half `widths`, beside [B; D], whose squares have a `limit`."""
+    n, r = of.order, of.values
+    states, rest = slice(n), slice(n, None)
+    empty = np.zeros((len(of.corners.middle), n + r, r))
+    square = Enclosed.joined([[of.corners[slice(None), states], Enclosed(empty, empty)]])
+    exact, last = {*of.interpolated}, None
+    shares = shares_of([joined([[a, {}], [c, {}]], (n, r)) for a, _, c, _ in of.jets], widths, exact, last)
+    entering = of.corners[slice(None), rest]
+    beyond = np.zeros(entering.middle.shape[1:])
+    for place, part in ((states, 1), (rest, 3)):
+        beyond[place] = sum(shares_of([jets[part] for jets in of.jets], widths, exact, last).values(), beyond[place])
+    return Family(square, 1, shares, still=r, noise=entering, beyond_noise=beyond, limit=limit)
+
+
+def rms_at_corners(of: OpenCorners) -> Array:
+    """Return the rms of the output at each corner, as a double: infinite where it has no bound."""
+    n, squares = of.order, []
+    for corner in of.corners.middle:
+        a, b, c, d = corner[:n, :n], corner[:n, n:], corner[n:, :n], corner[n:, n:]
+        decays = not n or float(np.max(np.abs(np.linalg.eigvals(a)))) < 1.0
+        q = summed(a.T, c.T @ c) if decays else None
+        squares.append(math.inf if q is None else float(np.trace(b.T @ q @ b)) + float(np.sum(d**2)))
+    return np.asarray(np.sqrt(squares))
+
+
+def norm_of_noise(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
+    """Return a norm with a small bound of the noise; None where the mean of the corners does not decay.
+
+    That of a `start` is taken where it serves.
+    """
+    family = with_noise(of, limit, widths)
+    if start is not None:
+        given = Norm(start.transform, family)
+        if given.contracts():
+            return given
+    n = of.order
+    if not n:
+        return Norm(np.eye(family.still), family)
+    states = slice(n)
+    poles = replace(
+        family,
+        corners=family.corners[states, states],
+        shares={i: s[:n, :n] for i, s in family.shares.items()},
+        still=0,
+        noise=None,
+    )
+    first = first_norm(poles)
+    if first is None:
+        return None
+    first = first if first.contracts() else first.improved()
+    root = _root(first, family)
+    return None if root is None else Norm(np.asarray(scipy.linalg.block_diag(root, np.eye(family.still))), family)
+
+
+def _root(first: Norm, family: Family) -> Array | None:
+    """Return T of the least bound that is found, None where no Q is found at all."""
+    n = len(first.transform)
+    assert family.noise is not None
+    entering = first.inverse @ family.noise.middle[:, :n]
+    corners = _Corners(
+        first.corners.middle,
+        family.corners.middle[:, n:, :n] @ first.transform,
+        entering @ np.swapaxes(entering, 1, 2),
+        first.rest,
+    )
+    begin = corners.first()
+    if begin is None:
+        return None
+    s = corners.descended(begin)
+    unknown = np.abs(s) @ first.rest @ np.abs(np.linalg.inv(s))
+    known = corners.observed(s, _KNOWN * bound_of(unknown) + _SPARE)
+    if known is None:
+        return None
+    return np.asarray(first.transform @ np.linalg.inv(s * math.sqrt(float(known[0].max()) * (1.0 + _SPARE))))
+
+
+@dataclass(frozen=True)
+class _Corners:
+    """A, C and B B' at the corners of a box, in the coordinates of a norm in which all A decay."""
+
+    a: Array
+    c: Array
+    b: Array  # B B'
+    rest: Array  # bounds of what lies beyond the corners, of A
+
+    def first(self) -> Array | None:
+        """Return the root of Q of the middle, with as much in all directions as it needs to serve at the corners."""
+        a, c = self.a.mean(axis=0), self.c.mean(axis=0)
+        q = summed(a.T, c.T @ c)
+        unit = np.eye(len(a)) * (float(np.linalg.norm(q, 2)) or 1.0)
+        best, least = None, math.inf
+        for part in _WIDER:
+            try:
+                root = np.asarray(np.linalg.cholesky(q + part * unit).T, dtype=np.float64)
+            except np.linalg.LinAlgError:
+                continue
+            value = self.smooth(np.zeros(root.size), root, _SHARPNESS[-1])[0]
+            if value < min(least, _NOWHERE):
+                best, least = root, value
+        return best
+
+    def descended(self, begin: Array) -> Array:
+        """Return a root with a smaller bound."""
+        x = np.zeros(begin.size)
+        for sharpness in _SHARPNESS:
+            options = {"maxiter": _STEPS}
+            x = scipy.optimize.minimize(
+                self.smooth, x, args=(begin, sharpness), jac=True, method="L-BFGS-B", options=options
+            ).x
+        return np.asarray((np.eye(len(begin)) + x.reshape(begin.shape)) @ begin)
+
+    def observed(self, s: Array, spare: float) -> tuple[Array, Array] | None:
+        """Return the largest values of C M^-1 C', and their w; None where M, less a part of Q, is not positive."""
+        q = s.T @ s
+        try:
+            lower = np.linalg.cholesky((1.0 - spare) * q - np.swapaxes(self.a, 1, 2) @ q @ self.a)
+            u, sizes, _ = np.linalg.svd(np.linalg.solve(lower, np.swapaxes(self.c, 1, 2)), full_matrices=False)
+        except np.linalg.LinAlgError:
+            return None
+        w = np.linalg.solve(np.swapaxes(lower, 1, 2), u[:, :, :1] * sizes[:, None, :1])[:, :, 0]
+        return sizes[:, 0] ** 2, w
+
+    def smooth(self, x: Array, begin: Array, sharpness: float) -> tuple[float, Array]:
+        """Return the logarithm of the bound for (I + X) S, with its slopes."""
+        s = (np.eye(len(begin)) + x.reshape(begin.shape)) @ begin
+        back = np.linalg.inv(s)
+        before, after = np.abs(s) @ self.rest, self.rest @ np.abs(back)
+        unknown = before @ np.abs(back)
+        size = float(np.linalg.norm(unknown)) or 1e-300
+        spare = _UNKNOWN * size + _SPARE
+        known = self.observed(s, spare)
+        if known is None or not (known[0] > 0.0).all():
+            return _NOWHERE, np.zeros(x.size)
+        squares, w = known
+        entering = np.einsum("ij,kji->k", s.T @ s, self.b) + 1e-300
+        moved = np.einsum("kij,kj->ki", self.a, w)
+        value, slope, weights = 0.0, np.zeros_like(begin), entering
+        for sizes, slopes in (
+            (entering, self.b),
+            (squares, moved[:, :, None] * moved[:, None] - (1.0 - spare) * w[:, :, None] * w[:, None]),
+        ):
+            logs = np.log(sizes)
+            parts = np.exp(sharpness * (logs - logs.max()))
+            value += float(logs.max()) + math.log(parts.sum()) / sharpness
+            weights = parts / parts.sum() / sizes
+            slope += np.einsum("k,kij->ij", weights, slopes)
+        by_spare = float(weights @ np.sum((w @ s.T) ** 2, axis=1)) * _UNKNOWN / size
+        by_s = 2.0 * s @ slope + by_spare * np.sign(s) * (unknown @ after.T)
+        by_s -= by_spare * back.T @ (np.sign(back) * (before.T @ unknown)) @ back.T
+        return value, (by_s @ begin.T).ravel()

@@ -1,0 +1,85 @@
+"""Claims about quantities of outputs, as they are written: "dac.code" with limits such as "-8830..-8820"."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.quantities import checked_quantity
+from proofmass.runner.design.proof.claim import RMS, SCALE_FACTOR, Claim
+from proofmass.runner.plan.planned import Plan
+
+_DOTS = ".."
+_WRITE = 'write "1.9..2.1", "1.9.." or "..2.1", with or without a unit'
+
+
+def scale_factor_claims(planned: Plan, source: str, wanted: Mapping[str, Any]) -> Iterator[list[Claim]]:
+    """Yield the claims about each output: of one without limits, bounds on both sides that are looked for.
+
+    Raises `ModelError` for what is not there and for limits in other units.
+    """
+    for output, limits in wanted.items():
+        try:
+            if not source:
+                raise Refusal("a scale factor needs an input", "name an output of a source", key="input")
+            quantity = checked_quantity({"scale_factor": output, "input": source}, planned.graph)
+            ends = _ends(limits, quantity.unit)
+        except Refusal as error:
+            raise ModelError([_refused(error, output)]) from None
+        loop, open_at = (inside(planned.graph.root, signal) for signal in (source, output))
+        if loop == open_at:
+            raise ModelError([_refused(Refusal("is the input itself", "name an output that follows it"), output)])
+        yield [
+            Claim(loop, open_at, SCALE_FACTOR, limit, most=most, unit_of_quantity=quantity.unit) for limit, most in ends
+        ]
+
+
+def noise_claims(planned: Plan, wanted: Mapping[str, Any]) -> Iterator[list[Claim]]:
+    """Yield the claim about the noise of each output: of one without a limit, a bound that is looked for.
+
+    Raises `ModelError` for what is not there and for limits in other units.
+    """
+    for output, limit in wanted.items():
+        try:
+            quantity = checked_quantity({"noise": output}, planned.graph)
+            most = math.inf if limit in (None, "") else _number(limit, quantity.unit)
+            if not most > 0.0:
+                raise Refusal("must be above zero", got=shown(limit))
+        except Refusal as error:
+            raise ModelError([_refused(error, output, "noise")]) from None
+        yield [Claim("", inside(planned.graph.root, output), RMS, most, most=True, unit_of_quantity=quantity.unit)]
+
+
+def _ends(limits: Any, unit: str) -> list[tuple[float, bool]]:
+    """Return limits in a unit, and whether each is an upper one; raises `Refusal`."""
+    if isinstance(limits, str) and _DOTS in limits:
+        limits = [part.strip() for part in limits.split(_DOTS)]
+    if limits in (None, ""):
+        return [(-math.inf, False), (math.inf, True)]
+    if not isinstance(limits, list | tuple) or len(limits) != 2:
+        raise Refusal("are not two limits", _WRITE, got=shown(limits))
+    ends = [(_number(end, unit), most) for end, most in _named(limits)]
+    if not ends or not all(math.isfinite(end) for end, _ in ends) or ends[0][0] > ends[-1][0]:
+        raise Refusal("no value lies between these", _WRITE, got=shown(limits))
+    return ends
+
+
+def _number(end: Any, unit: str) -> float:
+    try:
+        return convert(end, unit) if isinstance(end, str) else float(end)
+    except Refusal as error:
+        raise error.under("", end, f"a quantity in {unit}") from None
+    except (TypeError, ValueError):
+        raise Refusal("must be a number", _WRITE, got=shown(end)) from None
+
+
+def _named(limits: Sequence[Any]) -> Iterator[tuple[Any, bool]]:
+    yield from ((end, most) for end, most in zip(limits, (False, True), strict=True) if end not in (None, ""))
+
+
+def _refused(error: Refusal, output: str, kind: str = "scale_factor") -> Problem:
+    key = error.key or kind
+    got = error.got or shown(output)
+    return Problem(message=str(error), key=key, got=got, expected=error.expected, hint=error.hint)
