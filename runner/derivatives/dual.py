@@ -70,12 +70,16 @@ class Dual:
         return f"Dual({self.value!r}, {dict(self.slopes)!r})"
 
     def __add__(self, other: Any) -> Any:
+        if self.slopes and not isinstance(other, Dual):
+            return Dual(self.value + other, self.slopes, self.level)
         level, a, slopes, b, others = _pair(self, other)
         return chained(level, a + b, (1.0, slopes), (1.0, others))
 
     __radd__ = __add__
 
     def __sub__(self, other: Any) -> Any:
+        if self.slopes and not isinstance(other, Dual):
+            return Dual(self.value - other, self.slopes, self.level)
         level, a, slopes, b, others = _pair(self, other)
         return chained(level, a - b, (1.0, slopes), (-1.0, others))
 
@@ -233,11 +237,12 @@ def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
     for factor, slopes in terms:
         if not slopes or _is_nothing(factor):
             continue
+        moved = dict(slopes) if _is_one(factor) else {key: factor * slope for key, slope in slopes.items()}
         if not total:
-            total = {key: factor * slope for key, slope in slopes.items()}
+            total = moved
             continue
-        for key, slope in slopes.items():
-            total[key] = total[key] + factor * slope if key in total else factor * slope
+        for key, slope in moved.items():
+            total[key] = total[key] + slope if key in total else slope
     return _without_nothing(value, total, level)
 
 
@@ -246,16 +251,28 @@ def _without_nothing(value: Any, slopes: dict[Any, Any], level: int) -> Any:
 
     A whole number that was not rounded stays dual, since a plain one has no bits to shift.
     """
-    nothing = [key for key, slope in slopes.items() if (slope == 0.0 if type(slope) is float else _is_nothing(slope))]
-    for key in nothing:
-        del slopes[key]
+    if slopes and _has_nothing(slopes):
+        for key in [key for key, slope in slopes.items() if _is_nothing(slope)]:
+            del slopes[key]
     unrounded = not slopes and isinstance(value, float) and _ERROR.get() is not None
     return Dual(value, slopes, level) if slopes or unrounded else value
+
+
+def _has_nothing(slopes: Slopes) -> bool:
+    """Return whether a slope may be zero: one pass in C for all of them, which a ball may leave undecided."""
+    try:
+        return 0.0 in slopes.values()
+    except ArithmeticError:
+        return True
 
 
 def _is_nothing(slope: Any) -> bool:
     """Return whether a slope is zero, and without slopes or bounds of its own."""
     return isinstance(slope, _NUMBERS) and slope == 0.0
+
+
+def _is_one(factor: Any) -> bool:
+    return type(factor) is float and factor == 1.0
 
 
 def plain(number: Any) -> Any:

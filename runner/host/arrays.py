@@ -8,4 +8,5 @@ import numpy.typing as npt
 Array = npt.NDArray[np.float64]
 Complex = npt.NDArray[np.complex128]
 Integers = npt.NDArray[np.int64]
+Truths = npt.NDArray[np.bool_]
 AnyArray = np.ndarray[Any, np.dtype[Any]]

@@ -188,12 +188,20 @@ def _square(matrices: Complex) -> Array:
 
 
 def _scales(size: Array, n: int) -> tuple[Array, Array]:
-    """Factors of rows and columns which make them alike: units of the states do not count."""
-    square = np.zeros((max(size.shape), max(size.shape)))
-    square[: len(size), : size.shape[1]] = size
+    """Factors of rows and columns which make them alike: units of the states do not count.
+
+    An entry behind the states that has no row, or no column, keeps its units: all of these are one of their norm.
+    """
+    rows, columns = size.shape
+    paired = min(rows, columns)
+    square = np.zeros((paired + 1, paired + 1))
+    square[:paired, :paired] = size[:paired, :paired]
+    square[:paired, paired] = np.linalg.norm(size[:paired, paired:], axis=1)
+    square[paired, :paired] = np.linalg.norm(size[paired:, :paired], axis=0)
     _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
-    scale = np.asarray(scale, dtype=float)
-    return 1.0 / scale[: len(size)], scale[: size.shape[1]]
+    own = np.ones(max(rows, columns))
+    own[:paired] = scale[:paired]
+    return 1.0 / own[:rows], own[:columns]
 
 
 def _members(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> Array:

@@ -91,6 +91,8 @@ class OrbitSearch:
         self._names = sorted(upstream)
         self._memories = {0: onward.begin}
         self._maps = dict[tuple[int, int], PeriodMap]()
+        self._changes = dict[tuple[int, int], tuple[PeriodMap, PeriodMap, float]]()  # between two maps, by their ids
+        self._shown_maps = dict[int, tuple[PeriodMap, PeriodMap]]()
         self._rings = find_rings(self._course.plan, moving, self._after)
         self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
 
@@ -300,14 +302,23 @@ class OrbitSearch:
         return whole and self._ends.part_of(whole, self._plan)
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
-        return change_between(self._shown(first), self._shown(after)) <= SAME
+        return self._changed(first, after) <= SAME
+
+    def _changed(self, first: PeriodMap, after: PeriodMap) -> float:
+        """Return the change between two maps, which is asked for again and again."""
+        key = id(first), id(after)
+        if key not in self._changes:
+            self._changes[key] = first, after, change_between(self._shown(first), self._shown(after))
+        return self._changes[key][2]
 
     def _shown(self, of: PeriodMap) -> PeriodMap:
         """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
         if not self._ends.noise:
             return of
-        wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
-        return replace(of, slopes={}).with_ends(wanted, range(len(of.inputs)))
+        if id(of) not in self._shown_maps:
+            wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
+            self._shown_maps[id(of)] = of, replace(of, slopes={}).with_ends(wanted, range(len(of.inputs)))
+        return self._shown_maps[id(of)][1]
 
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared."""
@@ -342,7 +353,7 @@ class OrbitSearch:
             if exactly and self._is_repeated(first, closed, periods):
                 return OrbitPoint(first, 1)
             change = self._drift(closed, {periods: self._map(periods)}, periods, first, after)
-            if self._ends.noise and change_between(self._shown(closed), self._shown(after)) > _BACK:
+            if self._ends.noise and self._changed(closed, after) > _BACK:
                 continue
             if change <= FROZEN:
                 once, whole = time_text(self._period), time_text(periods * self._period)
@@ -386,10 +397,9 @@ class OrbitSearch:
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return a remark about a switch that has waited, if it matters."""
-        shown = self._shown(first)
         least = WAITED if self._ends.noise or not switched else max(WAITED, _SETTLED_IN / self._rate(first))
         for look in switched[:1]:
-            if look > least and change_between(shown, self._shown(maps[look])) > FROZEN:
+            if look > least and self._changed(first, maps[look]) > FROZEN:
                 return (switch_note(look * self._period),)
         return ()
 

@@ -35,7 +35,7 @@ from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -117,50 +117,44 @@ class PeriodMap:
 
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
-        return self.kept(sorted(_reached(self._edges.T, self.order) & _reached(self._edges, self.order)))
+        acts, entered, read = self._edges
+        return self.kept(np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read)).tolist())
 
     def between_with(self, other: "PeriodMap") -> list[int]:
         """Return the states that lie between inputs and outputs in this period or in that of another map.
 
         All cells of a buffer count as one: a later period may read what an earlier one wrote.
         """
-        edges = self._edges + other._edges
+        acts, entered, read = (one | two for one, two in zip(self._edges, other._edges, strict=True))
         buffers: dict[tuple[str, str], list[int]] = {}
         for place, (name, buffer, number) in enumerate(self.states):
             if number >= 0:
                 buffers.setdefault((name, buffer), []).append(place)
         for cells in buffers.values():
-            edges[np.ix_(cells, cells)] = 1.0
-        return sorted(_reached(edges.T, self.order) & _reached(edges, self.order))
+            acts[np.ix_(cells, cells)] = True
+        return np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read)).tolist()
 
     def seen(self) -> "PeriodMap":
         """The map without states that reach no output."""
-        return self.kept(sorted(_reached(self._edges, self.order)))
+        acts, _, read = self._edges
+        return self.kept(np.flatnonzero(_reached(acts, read)).tolist())
 
     @cached_property
-    def _edges(self) -> Array:
-        """A square pattern of what each row depends on: states first, then inputs as causes or outputs as effects."""
-        pattern = np.abs(self.matrix)
+    def _edges(self) -> tuple[Truths, Truths, Truths]:
+        """Which states each state depends on, a row each, which states inputs enter, and which ones outputs read."""
+        pattern, n = self.matrix != 0.0, self.order
         for slope in self.slopes.values():
-            pattern = pattern + np.abs(slope)
-        n, ends = self.order, max(len(self.inputs), len(self.outputs))
-        square = np.zeros((n + ends, n + ends))
-        square[:n, : n + len(self.inputs)] = pattern[:n, :-1]
-        square[n : n + len(self.outputs), :n] = pattern[n:, :n]
-        return square
+            pattern = pattern | (slope != 0.0)
+        return pattern[:n, :n], pattern[:n, n:-1].any(axis=1), pattern[n:, :n].any(axis=0)
 
 
-def _reached(edges: Array, order: int) -> set[int]:
-    """States from which the entries behind the states can be reached, where row i depends on column j."""
-    rows, columns = np.nonzero(edges)
-    causes = [part.tolist() for part in np.split(columns, np.searchsorted(rows, np.arange(1, len(edges))))]
-    seen = set(range(order, len(edges)))
-    waiting = [*seen]
-    while waiting:
-        new = [cause for cause in causes[waiting.pop()] if cause not in seen]
-        seen.update(new)
-        waiting += new
-    return {state for state in seen if state < order}
+def _reached(acts: Truths, begin: Truths) -> Truths:
+    """Return which states can be reached from those of the beginning, where row i leads to column j."""
+    reached = new = begin
+    while new.any():
+        new = acts[new].any(axis=0) & ~reached
+        reached = reached | new
+    return reached
 
 
 def period_map(

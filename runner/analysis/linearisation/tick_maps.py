@@ -162,13 +162,14 @@ class TickMaps:
     def lifted(self) -> Array:
         """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
         ticks, n = self.b.shape
-        moved = np.hstack([np.eye(n), np.zeros((n, ticks))])
-        read = np.zeros((ticks, n + ticks))
+        moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
+        changed = (self.a != np.eye(n)).any(axis=2)  # others stay as they are: most cells of a delay
         for k in range(ticks):
-            read[k] = self.c[k] @ moved
-            read[k, n + k] += self.d[k]
-            moved = self.a[k] @ moved
-            moved[:, n + k] += self.b[k]
+            known, rows = slice(n + k), np.flatnonzero(changed[k])
+            read[k, known] = self.c[k] @ moved[:, known]
+            read[k, n + k] = self.d[k]
+            moved[rows, known] = self.a[k, rows] @ moved[:, known]
+            moved[:, n + k] = self.b[k]
         kept = list(self.places.values())
         return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
 

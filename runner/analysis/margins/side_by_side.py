@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-import numpy.typing as npt
 
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
-from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.host.arrays import Array, Complex, Truths
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
 _AROUND = np.linspace(0.7, 1.3, 31)  # of the crossovers of the first loop
@@ -24,7 +23,6 @@ _HALVINGS = 60
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NEAR = 1e-5  # distance of a pole from the unit circle, and part of a frequency, that the certified path decides on
 _TOUCHING = 1e-3  # distance of |L| from 1 beside a crossover
-Truths = npt.NDArray[np.bool_]
 
 
 class OpenLoops(NamedTuple):
