@@ -6,7 +6,7 @@ are in the first ones: with slopes S by those of before, and R by new ones, G be
 """
 
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import numpy.typing as npt
@@ -18,7 +18,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.plan.memory import Rows
 
-EVERY = 8  # ticks
+EVERY = 16  # ticks: fewer would gather more often, more would have more directions
 LIVE = "lasts"  # stands where a port's name would: no port may be called so
 
 Direction = tuple[str, str, int]
@@ -36,6 +36,24 @@ class InFirst(Dual):
     def slopes(self) -> Mapping[Direction, float]:  # type: ignore[override]
         """The slopes by direction."""
         return {key: slope for key, slope in zip(self.columns, self.row.tolist(), strict=False) if slope}
+
+
+class _Entries(NamedTuple):
+    """_Entries of a matrix that are not zero."""
+
+    rows: list[int]
+    columns: list[int]
+    values: list[float]
+
+    def put(self, row: int, column: int, value: float) -> None:
+        """Add an entry."""
+        self.rows.append(row)
+        self.columns.append(column)
+        self.values.append(value)
+
+    def matrix(self, rows: int, columns: int) -> scipy.sparse.csr_array:
+        """Return the matrix."""
+        return scipy.sparse.csr_array((self.values, (self.rows, self.columns)), shape=(rows, columns), dtype=float)
 
 
 class CompactTicks(NoisyTicks):
@@ -97,17 +115,16 @@ class CompactTicks(NoisyTicks):
 
     def _product(self, slopes: list[Mapping[Direction, float]]) -> npt.NDArray[np.float64]:
         """Slopes by the present directions as a matrix by the first ones: S G + R."""
-        entries = [(row, key, value) for row, each in enumerate(slopes) for key, value in each.items()]
-        for _, key, _ in entries:
-            if key[1] != LIVE:
-                self._columns.setdefault(key, len(self._columns))
-        wide = np.zeros((len(self._rows), len(self._columns)))
-        wide[:, : self._rows.shape[1]] = self._rows
-        self._rows = wide
-        parts = []
-        for live, width in ((True, len(wide)), (False, len(self._columns))):
-            chosen = [entry for entry in entries if (entry[1][1] == LIVE) is live]
-            own = [(row, key[2] if live else self._columns[key], v) for row, key, v in chosen]
-            r, c, v = zip(*own, strict=True) if own else ((), (), ())
-            parts.append(scipy.sparse.csr_array((v, (r, c)), shape=(len(slopes), width)))
-        return np.asarray(parts[0] @ wide + parts[1].toarray())
+        live, fresh = _Entries([], [], []), _Entries([], [], [])
+        for row, each in enumerate(slopes):
+            for key, value in each.items():
+                if key[1] == LIVE:
+                    live.put(row, key[2], value)
+                else:
+                    fresh.put(row, self._columns.setdefault(key, len(self._columns)), value)
+        known, width = self._rows.shape
+        product = np.zeros((len(slopes), len(self._columns)))
+        if live.values:
+            product[:, :width] = live.matrix(len(slopes), known) @ self._rows
+        product[fresh.rows, fresh.columns] += fresh.values
+        return product

@@ -133,10 +133,10 @@ def variation(closed: Array, later: Sequence[Array]) -> Variation:
     matrices = [matrix / scale[:, None] * scale for matrix in later]
     poles, left, right = _eig(alike, left=True, right=True)
     between = np.abs(np.einsum("ji,ji->i", left.conj(), right))
-    bounds = np.einsum("ki,kl,li->i", np.abs(left), np.abs(matrices[0] - alike), np.abs(right))
+    bounds = np.einsum("ki,ki->i", np.abs(left), np.abs(matrices[0] - alike) @ np.abs(right))
     shifts = np.max(
         [
-            np.abs(np.einsum("ki,kl,li->i", left.conj(), matrix - alike, right)) / periods
+            np.abs(np.einsum("ki,ki->i", left.conj(), (matrix - alike) @ right)) / periods
             for periods, matrix in zip(LOOKS, matrices, strict=False)
         ],
         axis=0,
@@ -198,9 +198,8 @@ def _scales(size: Array, n: int) -> tuple[Array, Array]:
     square[:paired, :paired] = size[:paired, :paired]
     square[:paired, paired] = np.linalg.norm(size[:paired, paired:], axis=1)
     square[paired, :paired] = np.linalg.norm(size[paired:, :paired], axis=0)
-    _, (scale, _) = scipy.linalg.matrix_balance(square, permute=False, separate=True)
     own = np.ones(max(rows, columns))
-    own[:paired] = scale[:paired]
+    own[:paired] = balanced(square)[1][:paired]
     return 1.0 / own[:rows], own[:columns]
 
 

@@ -293,20 +293,20 @@ def _read(
         for name, slope in slopes_of(number - less).items():
             slopes.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
 
-    places = list[int]()  # of first directions
+    places = np.zeros(0, dtype=np.int64)  # of first directions
     for row, value in enumerate(rows):
         before = values[row] if row < len(seeded) else 0.0
         put(row, -1, value_of(value, SIGNALS), value_of(before, SIGNALS))
         if isinstance(value, InFirst):
             if len(places) < len(value.row):
-                places = [columns[key] for key in value.columns]
+                places = np.array([columns[key] for key in value.columns])
             matrix[row, places[: len(value.row)]] = value.row
             continue
         for key, slope in () if ticks else slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
     if ticks:
-        places = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
-        matrix[np.ix_(places, places)] = ticks.lifted()
+        own = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
+        matrix[np.ix_(own, own)] = ticks.lifted()
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])

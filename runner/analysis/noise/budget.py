@@ -14,6 +14,7 @@ from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.decisions.one_bit import OneBit, noise_at, with_spectra
 from proofmass.runner.analysis.decisions.truths import decided_by_noise
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
@@ -128,14 +129,22 @@ def budgets_at(
 
 
 def _beside(planned: Plan, outputs: Sequence[str], input: str) -> dict[str, list[Endpoint]]:
-    """Return the outputs whose maps have the period of that of each output, where they are several."""
-    periods: dict[str, int] = {}
+    """Return the outputs whose maps have the period of that of each output, and blocks of it, where they are several.
+
+    Maps that share no block are taken apart: together they would be mostly zeros.
+    """
+    groups, drawing = list[tuple[int, set[str], list[str]]](), noise_blocks(planned)
+    sources = [node_of(planned, input)] if input else []
     for output in outputs:
         with suppress(ModelError):  # its own budget says so
-            sources = [node_of(planned, input)] if input else []
-            periods[output] = common_period(planned, sources, [node_of(planned, output)], noise=noise_blocks(planned))
-    alike = {output: [other for other in periods if periods[other] == periods[output]] for output in periods}
-    return {output: [node_of(planned, each) for each in own] for output, own in alike.items() if len(own) > 1}
+            target, own = [node_of(planned, output)], [output]
+            period = common_period(planned, sources, target, noise=drawing)
+            blocks = blocks_of_map(planned, sources, target, False, drawing)[1]
+            joined = [group for group in groups if group[0] == period and not group[1].isdisjoint(blocks)]
+            for _, others, names in joined:
+                blocks, own = blocks | others, own + names
+            groups = [*(group for group in groups if group not in joined), (period, blocks, own)]
+    return {output: [node_of(planned, o) for o in own] for _, _, own in groups if len(own) > 1 for output in own}
 
 
 def _budget_about(
@@ -173,7 +182,8 @@ def _budget_about(
     densities = to_output.densities(shown)
     sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole)))
     total = float(np.sum(squares))
-    note = "" if isinstance(about.point, PeriodicPoint) else strained(about, target, noisy, whole, to_output)
+    ends = Ends((), (target,), noise=noisy, beside=tuple(beside))
+    note = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
     strain = (note,) if note else ()
     budget = NoiseBudget(
         output=output,
