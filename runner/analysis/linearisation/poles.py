@@ -174,8 +174,14 @@ def _solved(a: Array, shift: Any, parts: Sequence[Sequence[int]], vector: Sequen
     """Return the middles of (A - shift)^-1 times a vector, each part by what acts on it."""
     solved = [flint.acb(0)] * len(a)
     for part in parts:
-        others = [[j for j in np.flatnonzero(a[i]).tolist() if j not in part] for i in part]
-        known = [vector[i] - sum(a[i, j] * solved[j] for j in own) for i, own in zip(part, others, strict=True)]
+        rows = a[part]
+        others = [j for j in np.flatnonzero(rows.any(axis=0)).tolist() if j not in part]
+        known = [vector[i] for i in part]
+        if others:  # a product of matrices takes less time than its terms
+            acting = flint.acb_mat(rows[:, others].tolist()) * flint.acb_mat(
+                len(others), 1, [solved[j] for j in others]
+            )
+            known = [value - by for value, by in zip(known, acting.entries(), strict=True)]
         if len(part) > LARGEST_CERTIFIED:
             for i, value in zip(part, _solved_in_doubles(a[np.ix_(part, part)], shift, known), strict=True):
                 solved[i] = value

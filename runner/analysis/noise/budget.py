@@ -180,7 +180,7 @@ def _budget_about(
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
-    sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole)))
+    sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole, about.course.kept)))
     total = float(np.sum(squares))
     ends = Ends((), (target,), noise=noisy, beside=tuple(beside))
     note = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)

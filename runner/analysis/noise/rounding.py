@@ -4,9 +4,11 @@ It is where what the quantiser is given moves by enough of a step from value to 
 Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is 0.7 %.
 """
 
+import hashlib
 import math
-from collections.abc import Iterator
+from collections.abc import Hashable, Iterator, MutableMapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,11 +36,18 @@ class Dither:
         return min(self.rms, self.change) >= ENOUGH
 
 
-def dithers(whole: PeriodMap) -> Iterator[Dither]:
-    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound."""
+def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:
+    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
+
+    Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`.
+    """
     for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
         rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
-        yield _dither(block, part, rows_of(whole, rows).between())
+        own = rows_of(whole, rows).between()
+        key = "dither", block, part, own.inputs, hashlib.sha256(np.ascontiguousarray(own.matrix)).digest()
+        if key not in kept:
+            kept[key] = _dither(block, part, own)
+        yield kept[key]
 
 
 def _dither(block: str, part: str, whole: PeriodMap) -> Dither:
