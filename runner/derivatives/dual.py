@@ -89,6 +89,8 @@ class Dual:
     def __mul__(self, other: Any) -> Any:
         if type(other) is int and other == 0:
             return 0  # without slopes a mantissa is an integer again, which can be shifted
+        if type(other) is float and self.slopes:
+            return chained(self.level, self.value * other, (other, self.slopes))
         level, a, slopes, b, others = _pair(self, other)
         return chained(level, a * b, (b, slopes), (a, others))
 
@@ -235,9 +237,10 @@ def chained(level: int, value: Any, *terms: tuple[Any, Slopes]) -> Any:
     """The chain rule: a value whose slopes are the sum of factors times slopes; what is times 0 is nothing."""
     total: dict[Any, Any] = {}
     for factor, slopes in terms:
-        if not slopes or _is_nothing(factor):
+        if not slopes or (factor == 0.0 if type(factor) is float else _is_nothing(factor)):
             continue
-        moved = dict(slopes) if _is_one(factor) else {key: factor * slope for key, slope in slopes.items()}
+        one = type(factor) is float and factor == 1.0
+        moved = dict(slopes) if one else {key: factor * slope for key, slope in slopes.items()}
         if not total:
             total = moved
             continue
@@ -251,28 +254,19 @@ def _without_nothing(value: Any, slopes: dict[Any, Any], level: int) -> Any:
 
     A whole number that was not rounded stays dual, since a plain one has no bits to shift.
     """
-    if slopes and _has_nothing(slopes):
-        for key in [key for key, slope in slopes.items() if _is_nothing(slope)]:
-            del slopes[key]
+    try:
+        nothing = 0.0 in slopes.values()  # one pass in C
+    except ArithmeticError:  # a ball leaves it undecided
+        nothing = True
+    for key in [key for key, slope in slopes.items() if _is_nothing(slope)] if nothing else ():
+        del slopes[key]
     unrounded = not slopes and isinstance(value, float) and _ERROR.get() is not None
     return Dual(value, slopes, level) if slopes or unrounded else value
-
-
-def _has_nothing(slopes: Slopes) -> bool:
-    """Return whether a slope may be zero: one pass in C for all of them, which a ball may leave undecided."""
-    try:
-        return 0.0 in slopes.values()
-    except ArithmeticError:
-        return True
 
 
 def _is_nothing(slope: Any) -> bool:
     """Return whether a slope is zero, and without slopes or bounds of its own."""
     return isinstance(slope, _NUMBERS) and slope == 0.0
-
-
-def _is_one(factor: Any) -> bool:
-    return type(factor) is float and factor == 1.0
 
 
 def plain(number: Any) -> Any:
