@@ -22,6 +22,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
+from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD
@@ -29,7 +30,6 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
     change_between,
-    effect,
     pole_rates,
     same_between,
 )
@@ -91,8 +91,9 @@ class OrbitSearch:
         self._names = sorted(upstream)
         self._memories = {0: onward.begin}
         self._maps = dict[tuple[int, int], PeriodMap]()
-        self._changes = dict[tuple[int, int], tuple[PeriodMap, PeriodMap, float]]()  # between two maps, by their ids
-        self._shown_maps = dict[int, tuple[PeriodMap, PeriodMap]]()
+        self._compared = ComparedMaps(ends)
+        self._repetitions = dict[int, list[int]]()  # by how many memories were known
+        self._orbits = dict[bool, Orbit]()
         self._rings = find_rings(self._course.plan, moving, self._after)
         self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
 
@@ -199,7 +200,7 @@ class OrbitSearch:
             return None
         after = self._map(whole.tick - self._first + periods, periods)  # it begins with a new value too
         z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
-        change = effect(self._shown(whole), self._shown(after), z)
+        change = self._compared.effect(whole, after, z)
         if change > FROZEN:
             return None
         note = f"closed for an instant every {time_text(periods * self._period)}, and open between"
@@ -222,8 +223,7 @@ class OrbitSearch:
         crossovers = self._crossovers(of_period)
         crossed = 2.0 * math.pi * np.array(crossovers) * self._period
         z = np.asarray(np.exp(1j * crossed)) if crossovers else _axis(periods)
-        shown = self._shown(first)
-        effects = {number: effect(shown, self._shown(after), z) for number, after in later.items()}
+        effects = {number: self._compared.effect(first, after, z) for number, after in later.items()}
         speeds = {number: changed / number for number, changed in effects.items()}  # a period
 
         def within(time: float) -> float:
@@ -243,7 +243,7 @@ class OrbitSearch:
         before = {look: of for look, of in maps.items() if look not in switched}
         if self._ends.cut or not switched or not all(self._same(first, of) for of in before.values()):
             return self._drift(first, maps, 1, first, maps[max(maps)])
-        return max(effect(self._shown(first), self._shown(maps[look]), _axis()) for look in switched)
+        return max(self._compared.effect(first, maps[look], _axis()) for look in switched)
 
     def _is_lost(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether a period is refused, whatever other maps say: it has changed, and nothing comes back."""
@@ -270,6 +270,11 @@ class OrbitSearch:
 
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
+        if len(self._memories) not in self._repetitions:
+            self._repetitions[len(self._memories)] = self._switches_return()
+        return self._repetitions[len(self._memories)]
+
+    def _switches_return(self) -> list[int]:
         longest = min(self._longest, MOST_SWITCHED)
         run = self._course.from_memory(self._after(0))
         ticks = self._ticks
@@ -302,23 +307,7 @@ class OrbitSearch:
         return whole and self._ends.part_of(whole, self._plan)
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
-        return self._changed(first, after) <= SAME
-
-    def _changed(self, first: PeriodMap, after: PeriodMap) -> float:
-        """Return the change between two maps, which is asked for again and again."""
-        key = id(first), id(after)
-        if key not in self._changes:
-            self._changes[key] = first, after, change_between(self._shown(first), self._shown(after))
-        return self._changes[key][2]
-
-    def _shown(self, of: PeriodMap) -> PeriodMap:
-        """Return the map to the outputs that are asked for, without those of quantisers, which may be thousands."""
-        if not self._ends.noise:
-            return of
-        if id(of) not in self._shown_maps:
-            wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
-            self._shown_maps[id(of)] = of, replace(of, slopes={}).with_ends(wanted, range(len(of.inputs)))
-        return self._shown_maps[id(of)][1]
+        return self._compared.change(first, after) <= SAME
 
     def _looks(self) -> tuple[int, ...]:
         """Return the periods after which the map is compared."""
@@ -353,7 +342,7 @@ class OrbitSearch:
             if exactly and self._is_repeated(first, closed, periods):
                 return OrbitPoint(first, 1)
             change = self._drift(closed, {periods: self._map(periods)}, periods, first, after)
-            if self._ends.noise and self._changed(closed, after) > _BACK:
+            if self._ends.noise and self._compared.change(closed, after) > _BACK:
                 continue
             if change <= FROZEN:
                 once, whole = time_text(self._period), time_text(periods * self._period)
@@ -391,15 +380,18 @@ class OrbitSearch:
         return all(self._same(self._map(look % periods), maps[look]) for look in looks)
 
     def _orbit(self, paired: bool = False) -> "Orbit":
-        later = map(self._after, range(1, 2 + self._most))
-        rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
-        return Orbit(rows, paired=paired or bool(self._ends.noise))
+        paired = paired or bool(self._ends.noise)
+        if paired not in self._orbits:
+            later = map(self._after, range(1, 2 + self._most))
+            rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
+            self._orbits[paired] = Orbit(rows, paired=paired)
+        return self._orbits[paired]
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return a remark about a switch that has waited, if it matters."""
         least = WAITED if self._ends.noise or not switched else max(WAITED, _SETTLED_IN / self._rate(first))
         for look in switched[:1]:
-            if look > least and self._changed(first, maps[look]) > FROZEN:
+            if look > least and self._compared.change(first, maps[look]) > FROZEN:
                 return (switch_note(look * self._period),)
         return ()
 
