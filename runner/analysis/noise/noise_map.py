@@ -86,7 +86,7 @@ class NoiseMap(SampledStateSpace):
         """Mean square of the output by each source, over all frequencies."""
         _, b, _, d = self.matrices
         q = self.observed
-        weight = self.variances * (np.einsum("ik,ik->k", b, q @ b) + np.sum(d**2, axis=0) / self.values)
+        weight = self.variances * (np.einsum("ik,ij,jk->k", b, q, b) + np.sum(d**2, axis=0) / self.values)
         return np.asarray(self._by_source(np.maximum(weight, 0.0)[None])[0])  # a large Q may round below
 
     @cached_property

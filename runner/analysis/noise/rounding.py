@@ -67,5 +67,5 @@ def _dither(block: str, part: str, whole: PeriodMap) -> Dither:
 
 
 def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
-    squares = np.einsum("ij,ij->i", c @ p, c) + d**2 @ variances
+    squares = np.einsum("ij,jk,ik->i", c, p, c) + d**2 @ variances
     return np.asarray(np.maximum(squares, 0.0))  # large p may round below

@@ -69,7 +69,7 @@ def difference_squared(first: NoiseMap, second: NoiseMap) -> float:
     columns = [[of[entry] for entry in common] for of in places]
     (a1, b1, c1, d1), (a2, b2, c2, d2) = first.matrices, second.matrices
     x = summed(a1.T, c1.T @ c2 / first.values, a2.T)
-    shared = np.einsum("ik,ik->k", b1[:, columns[0]], x @ b2[:, columns[1]])
+    shared = np.einsum("ik,ij,jk->k", b1[:, columns[0]], x, b2[:, columns[1]])
     shared += np.einsum("ik,ik->k", d1[:, columns[0]], d2[:, columns[1]]) / first.values
     squares = float(sum(first.mean_squares()) + sum(second.mean_squares()))
     return squares - 2.0 * float(first.variances[columns[0]] @ shared)
