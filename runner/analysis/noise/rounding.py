@@ -44,7 +44,7 @@ def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[D
     for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
         rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
         own = rows_of(whole, rows).between()
-        key = "dither", block, part, own.inputs, hashlib.sha256(np.ascontiguousarray(own.matrix)).digest()
+        key = "dither", block, part, own.inputs, hashlib.sha256(own.matrix.tobytes()).digest()
         if key not in kept:
             kept[key] = _dither(block, part, own)
         yield kept[key]
