@@ -18,7 +18,7 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.plan.memory import Rows
 
-EVERY = 16  # ticks: fewer would gather more often, more would have more directions
+EVERY = 8  # ticks
 LIVE = "lasts"  # stands where a port's name would: no port may be called so
 
 Direction = tuple[str, str, int]
