@@ -39,7 +39,7 @@ class InFirst(Dual):
 
 
 class _Entries(NamedTuple):
-    """_Entries of a matrix that are not zero."""
+    """Entries of a matrix that are not zero."""
 
     rows: list[int]
     columns: list[int]
