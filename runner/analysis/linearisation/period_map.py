@@ -141,7 +141,7 @@ class PeriodMap:
 
     @cached_property
     def _edges(self) -> tuple[Truths, Truths, Truths]:
-        """Which states each state depends on, a row each, which states inputs enter, and which ones outputs read."""
+        """States that each state depends on, a row each, those that inputs enter, and those that outputs read."""
         pattern, n = self.matrix != 0.0, self.order
         for slope in self.slopes.values():
             pattern = pattern | (slope != 0.0)
