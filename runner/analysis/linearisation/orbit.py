@@ -33,6 +33,7 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     pole_rates,
     same_between,
 )
+from proofmass.runner.analysis.linearisation.motion import INSTANTS, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError
@@ -64,7 +65,7 @@ class OrbitPoint:
     periods: int
     notes: tuple[str, ...] = ()
     later: tuple[PeriodMap, ...] = ()
-    others: tuple[PeriodMap, ...] = ()  # over stretches of the run that follow
+    others: tuple[PeriodMap, ...] = ()  # over stretches of the run, or at instants, that follow
     memory: Memory | None = None
     ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
     integrated: bool = False
@@ -144,11 +145,12 @@ class OrbitSearch:
                 return closed
         until = self._until(first, maps, switched)
         if change <= NOTED:
-            return OrbitPoint(first, 1, until, later)
+            return OrbitPoint(first, 1, until, later, self._ahead(first, maps, switched))
         if self._first == 0:
             return OrbitPoint(replace(first, starting=not until), 1, until or (self._start_up(),), later)
         if change <= FROZEN:
-            return OrbitPoint(first, 1, (*until, *_moving(change)), later)
+            notes = (*until, *_moving(change))
+            return OrbitPoint(first, 1, notes, later, self._ahead(first, maps, switched))
         orbit = self._orbit()
         closed = self._closed(first, orbit.returns())
         if closed is None and len(orbit.turning):
@@ -165,6 +167,15 @@ class OrbitSearch:
         after = self._map(1)
         alike = np.array_equal(first.matrix[:, :-1], after.matrix[:, :-1])
         return OrbitPoint(first, 1, later=() if alike else (after,))
+
+    def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
+        """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
+        if not self._ends.cut or switched:
+            return ()
+        last = self._horizon(first)
+        looks = sorted({max(1, last * number // INSTANTS) for number in range(1, INSTANTS + 1)})
+        some = (*maps.values(), *(self._map(look) for look in looks[4::5]))
+        return tuple(map(self._map, looks)) if moves_limits(first, some, FROZEN) else ()
 
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.

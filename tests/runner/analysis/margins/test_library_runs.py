@@ -32,7 +32,7 @@ from tests.by_hand.twins import LONGEST, Change, Push, Twins
 PART = 0.02  # of a margin, by which runs are inside or outside
 SIZES = (1e-3, 1e-5, 1e-7, 1e-1)  # of pushes, of the largest value of the wire
 PUSHED, FEWEST = 8, 8  # windows: periods of the loop and cycles of the push
-THREEFOLD = 3.0
+THREEFOLD, MUCH = 3.0, 1e3
 MOST_TICKS, MOST_WINDOWS = 3_000_000, 16_384  # of a run
 SAMPLE = (
     ("closed_loop_accelerometer", "main"),
@@ -73,6 +73,7 @@ class Course(NamedTuple):
     """What is left of a push: rms of each window."""
 
     rows: np.ndarray
+    push: float
 
     @property
     def last(self) -> float:
@@ -81,8 +82,9 @@ class Course(NamedTuple):
 
     @property
     def grows(self) -> bool:
-        """It is three times as large as in the beginning, and has not come and gone."""
-        return bool(np.max(self.rows) > THREEFOLD * self.rows[0]) and self.last > self.rows[0]
+        """It is three times as large as in the beginning, and has not come and gone; or it grew while it was pushed."""
+        grown = np.max(self.rows) > THREEFOLD * self.rows[0] and self.last > self.rows[0]
+        return bool(grown or (self.rows[0] > MUCH * self.push and self.last > MUCH * self.push))
 
     @property
     def decays(self) -> bool:
@@ -161,12 +163,12 @@ class Subject:
                 more = windows - len(rows)
                 memory, apart, _ = self.twins.apart(memory, loop, more * window, change)
                 rows = np.append(rows, np.sqrt(np.mean(apart.reshape(more, -1) ** 2, axis=1)))
-                course = Course(rows)
+                course = Course(rows, push.amplitude)
                 if (course.grows if grows else course.decays) or windows >= most:
                     return course
                 windows *= 2
         except ArithmeticError:  # as where plates are pulled in: a run ends there
-            return Course(np.append(rows, [1.0, math.inf, math.inf, math.inf]))
+            return Course(np.append(rows, [1.0, math.inf, math.inf, math.inf]), push.amplitude)
 
 
 def cases(found: Margins) -> Iterator[Case]:
