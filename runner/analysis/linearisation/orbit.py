@@ -50,6 +50,8 @@ LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map ove
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
 _FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch of a run, and how many
+_LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
+_FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
@@ -181,7 +183,8 @@ class OrbitSearch:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
 
         The orbit does not come back, as on a carrier that fits no number of periods; what a stretch does to small
-        signals hardly depends on where it begins if it is long.
+        signals hardly depends on where it begins if it is long. At its limits a loop forgets nothing, so that a stretch
+        ends where the orbit is nearest to where it began: else each repetition would turn the carrier by the rest.
         """
         crossovers = self._crossovers(first)
         if not crossovers or self._course.slopes() is None:
@@ -189,6 +192,8 @@ class OrbitSearch:
         periods = math.ceil(_FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period))
         if not 1 < periods <= self._longest:
             return None
+        most = min(max(periods + _LATER, min(2 * periods, _FEW)), self._longest)
+        periods = self._orbit(most=most).nearest(periods, most)  # it begins again nearly as it ends
         whole, *others = (self._map(number * periods, periods) for number in range(_STRETCHES))
         if not all(map(_passes, (whole, *others))):
             return None
@@ -390,8 +395,8 @@ class OrbitSearch:
         looks = sorted(maps, key=lambda look: ((look % periods, 1) not in self._maps, look))
         return all(self._same(self._map(look % periods), maps[look]) for look in looks)
 
-    def _orbit(self, paired: bool = False) -> "Orbit":
-        later = map(self._after, range(1, 2 + self._most))
+    def _orbit(self, paired: bool = False, most: int | None = None) -> "Orbit":
+        later = map(self._after, range(1, 2 + (most or self._most)))
         rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
         return Orbit(rows, paired=paired or bool(self._ends.noise))
 

@@ -52,6 +52,8 @@ LEFT_OUT = {
 }
 PUSHES = {  # where the wire is silent, or its converter hears only more
     ("quartz_forward_gain", "accelerometer.adc.number"): 1e4,
+    ("quartz_calibration", "accelerometer.forward_gain.output"): 1e4,
+    ("quartz_calibration_disturbed", "sensor.accelerometer.forward_gain.output"): 1e4,
 }
 
 
