@@ -76,15 +76,17 @@ class Twins:
         kinds = {loop: LowPass if loop in continuous else FractionalDelay for loop in wires}
         self.plan = _doubled(flat, {self._names[loop]: (source, kinds[loop]) for loop, source in wires.items()})
         self._compiled = CompiledPlan(self.plan)
-        self._calm: Memory | None = None
+        self._calm = dict[int, Memory]()
 
     def calm(self, tick: int) -> Memory:
-        """Return the memory at a tick of a run without a push; ticks must not fall from call to call."""
-        if self._calm is None or self._calm.tick != tick:
-            engine = CompiledLoop(self.plan, SEED, memory=self._calm, compiled=self._compiled)
+        """Return the memory at a tick of a run without a push."""
+        before = max((known for known in self._calm if known <= tick), default=None)
+        if before != tick:
+            memory = None if before is None else self._calm[before].copy()
+            engine = CompiledLoop(self.plan, SEED, memory=memory, compiled=self._compiled)
             self._advance(engine, tick)
-            self._calm = engine.memory()
-        return self._calm.copy()
+            self._calm[tick] = engine.memory()
+        return self._calm[tick].copy()
 
     def apart(
         self, memory: Memory, loop: str, ticks: int, change: Change, push: Push = NO_PUSH
