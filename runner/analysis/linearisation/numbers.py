@@ -61,6 +61,12 @@ class Orbit:
         closer = np.flatnonzero((miss < back) & (miss < np.concatenate([[np.inf], best[:-1]])))
         yield from (int(i) + 1 for i in closer[:_TRIES])
 
+    def nearest(self, least: int, most: int) -> int:
+        """Return after how many periods, from `least` to `most`, what goes to and fro is nearest to where it was."""
+        chosen = self.turning
+        apart = (self._values[least : most + 1, chosen] - self._values[0, chosen]) / self._swing[chosen]
+        return least + int(np.argmin(np.sum(apart**2, axis=1)))
+
     def fastest(self) -> tuple[str, str, float] | None:
         """Block and number that moves most from a period to the next, and the part of its swing; None if none does."""
         chosen = self.turning if len(self.turning) else self._moving

@@ -33,6 +33,7 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     pole_rates,
     same_between,
 )
+from proofmass.runner.analysis.linearisation.motion import INSTANTS, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError
@@ -49,6 +50,8 @@ LONGEST_ORBIT, MOST_PERIODS = 10_000, 100  # base ticks and periods of a map ove
 WAITED = 2  # least number of periods that a waiting switch stands still
 _SETTLED_IN = 3.0  # time constants of a loop that a switch lets it be before it is told as it is until then
 _FORGOTTEN, _STRETCHES = 8.0, 3  # time constants of the lowest crossover in a stretch of a run, and how many
+_LATER = 64  # periods by which a stretch may be longer, to end where the orbit is nearly back
+_FEW = 256  # periods, up to which it may be twice as long
 _JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
@@ -64,7 +67,7 @@ class OrbitPoint:
     periods: int
     notes: tuple[str, ...] = ()
     later: tuple[PeriodMap, ...] = ()
-    others: tuple[PeriodMap, ...] = ()  # over stretches of the run that follow
+    others: tuple[PeriodMap, ...] = ()  # over stretches of the run, or at instants, that follow
     memory: Memory | None = None
     ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
     integrated: bool = False
@@ -93,7 +96,7 @@ class OrbitSearch:
         self._maps = dict[tuple[int, int], PeriodMap]()
         self._compared = ComparedMaps(ends)
         self._repetitions = dict[int, list[int]]()  # by how many memories were known
-        self._orbits = dict[bool, Orbit]()
+        self._orbits = dict[tuple[bool, int], Orbit]()  # paired or not, and of how many periods
         self._rings = find_rings(self._course.plan, moving, self._after)
         self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
 
@@ -147,11 +150,12 @@ class OrbitSearch:
                 return closed
         until = self._until(first, maps, switched)
         if change <= NOTED:
-            return OrbitPoint(first, 1, until, later)
+            return OrbitPoint(first, 1, until, later, self._ahead(first, maps, switched))
         if self._first == 0:
             return OrbitPoint(replace(first, starting=not until), 1, until or (self._start_up(),), later)
         if change <= FROZEN:
-            return OrbitPoint(first, 1, (*until, *_moving(change)), later)
+            notes = (*until, *_moving(change))
+            return OrbitPoint(first, 1, notes, later, self._ahead(first, maps, switched))
         orbit = self._orbit()
         closed = self._closed(first, orbit.returns())
         if closed is None and len(orbit.turning):
@@ -169,11 +173,21 @@ class OrbitSearch:
         alike = np.array_equal(first.matrix[:, :-1], after.matrix[:, :-1])
         return OrbitPoint(first, 1, later=() if alike else (after,))
 
+    def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
+        """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
+        if not self._ends.cut or switched:
+            return ()
+        last = self._horizon(first)
+        looks = sorted({max(1, last * number // INSTANTS) for number in range(1, INSTANTS + 1)})
+        some = (*maps.values(), *(self._map(look) for look in looks[4::5]))
+        return tuple(map(self._map, looks)) if moves_limits(first, some, FROZEN) else ()
+
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
 
         The orbit does not come back, as on a carrier that fits no number of periods; what a stretch does to small
-        signals hardly depends on where it begins if it is long.
+        signals hardly depends on where it begins if it is long. At its limits a loop forgets nothing, so that a stretch
+        ends where the orbit is nearest to where it began: else each repetition would turn the carrier by the rest.
         """
         crossovers = self._crossovers(first)
         if not crossovers or self._course.slopes() is None:
@@ -181,6 +195,8 @@ class OrbitSearch:
         periods = math.ceil(_FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period))
         if not 1 < periods <= self._longest:
             return None
+        most = min(max(periods + _LATER, min(2 * periods, _FEW)), self._longest)
+        periods = self._orbit(most=most).nearest(periods, most)  # it begins again nearly as it ends
         whole, *others = (self._map(number * periods, periods) for number in range(_STRETCHES))
         if not all(map(_passes, (whole, *others))):
             return None
@@ -379,13 +395,13 @@ class OrbitSearch:
         looks = sorted(maps, key=lambda look: ((look % periods, 1) not in self._maps, look))
         return all(self._same(self._map(look % periods), maps[look]) for look in looks)
 
-    def _orbit(self, paired: bool = False) -> "Orbit":
-        paired = paired or bool(self._ends.noise)
-        if paired not in self._orbits:
-            later = map(self._after, range(1, 2 + self._most))
+    def _orbit(self, paired: bool = False, most: int | None = None) -> "Orbit":
+        key = paired or bool(self._ends.noise), most or self._most
+        if key not in self._orbits:
+            later = map(self._after, range(1, 2 + key[1]))
             rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
-            self._orbits[paired] = Orbit(rows, paired=paired)
-        return self._orbits[paired]
+            self._orbits[key] = Orbit(rows, paired=key[0])
+        return self._orbits[key]
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return a remark about a switch that has waited, if it matters."""

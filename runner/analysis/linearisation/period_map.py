@@ -66,7 +66,7 @@ class PeriodMap:
     undefined: tuple[str, ...] = ()  # parameters without a finite derivative
     notes: tuple[str, ...] = ()  # on the operating point
     later: "tuple[PeriodMap, ...]" = ()  # maps of later periods, where they differ
-    others: "tuple[PeriodMap, ...]" = ()  # maps of other stretches of an orbit that does not come back
+    others: "tuple[PeriodMap, ...]" = ()  # of other stretches or instants of an orbit that does not come back
     point: tuple[float, ...] = ()  # values of the states there
     end: Memory | None = None  # after the period, in plain numbers
     told: str = ""  # how the operating point was found

@@ -16,13 +16,15 @@ loop has several values of its wire in a common period and more than one of them
 """
 
 import math
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
@@ -30,7 +32,7 @@ from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import Figures, decibels
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
-from proofmass.runner.analysis.margins.stretches import over_stretches
+from proofmass.runner.analysis.margins.stretches import over_stretches, ranges
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 
@@ -125,7 +127,17 @@ class Margins(Figures, Plotted):
 
 
 def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
-    """All margins of an open loop."""
+    """All margins of an open loop; of one that moves, at the instant at which it is nearest to its limits."""
+    found = margins_at(system, loop, open_at)
+    if not system.map.others or system.per_period > 1 or not found.stable:
+        return found
+    ahead = (replace(other.between(), told=system.map.told, others=()) for other in system.map.others)
+    loops = [replace(system, map=other) for other in ahead if other.states == system.map.states]
+    return least_of([found, *(margins_at(one, loop, open_at) for one in loops)])
+
+
+def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
+    """All margins of an open loop at its operating point."""
     sampled, period = not system.continuous, system.map.period
     hidden: tuple[Mode, ...] = ()
     single, quotient = system.single(), system.quotient
@@ -157,3 +169,25 @@ def margins_of(system: OpenLoop, loop: str, open_at: str) -> Margins:
         sample=system.sample,
         system=system,
     )
+
+
+def least_of(instants: Sequence[Margins]) -> Margins:
+    """Return the margins at the instant with the least gain margin, with a note on their range and those of the first.
+
+    Instants at which the loop is not stable have no margins; a note says that there are some.
+    """
+    stable = [one for one in instants if one.stable]
+    worst = min(stable, key=lambda one: one.gain_margin or math.inf)
+    told = ranges(*([value or math.inf for value in of] for of in _margins(stable)))
+    first, last = instants[0].system.map, instants[-1].system.map
+    notes = [
+        *first.notes,
+        f"it changes in the next {time_text(last.time - first.time)}; the least is shown: {told}",
+    ]
+    if len(stable) < len(instants):
+        notes.append("it is unstable at some instants in that time, as if it stood still there")
+    return replace(worst, system=replace(worst.system, map=replace(worst.system.map, notes=tuple(notes))))
+
+
+def _margins(found: Sequence[Margins]) -> tuple[list[float | None], list[float | None]]:
+    return [one.gain_margin for one in found], [one.phase_margin for one in found]

@@ -22,7 +22,7 @@ from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
-from proofmass.runner.analysis.margins.margins import Margins
+from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.plan.planned import Plan
 
@@ -79,6 +79,8 @@ def transfer_sensitivities(about: Linearisation, source: Endpoint, target: Endpo
 
 def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> list[Sensitivity]:
     """Gain, phase and delay margin of a loop; `system` is its open loop with the derivatives by parameters."""
+    if system.map.others and system.per_period == 1:  # derivatives are those at the operating point
+        margins = margins_at(system, margins.loop, margins.open_at)
     slopes = []
     if margins.gain_margin is not None:
         slopes.append(("gain margin", "dB", _by_gain(system, margins)))

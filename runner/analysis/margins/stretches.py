@@ -22,11 +22,14 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
         gain_reduction=max(reductions) or None,
         phase_margin=phase if math.isfinite(phase) else None,
     )
-    told = [f"{name} {text}" for name, text in (_gains(margins), _phases(phases)) if text]
-    notes = (
-        (*system.map.notes, f"the least of their margins is shown: {' and '.join(told)}") if told else system.map.notes
-    )
+    told = ranges(margins, phases)
+    notes = (*system.map.notes, f"the least of their margins is shown: {told}") if told else system.map.notes
     return replace(system, map=replace(system.map, notes=notes)), worst
+
+
+def ranges(factors: Sequence[float], turns: Sequence[float]) -> str:
+    """Return the ranges of gain and phase margins that have limits, in words."""
+    return " and ".join(f"{name} {text}" for name, text in (_gains(factors), _phases(turns)) if text)
 
 
 def _gains(factors: Sequence[float]) -> tuple[str, str]:

@@ -28,7 +28,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.noise_figures import read_noise
@@ -119,7 +119,7 @@ class Evaluator:
         nothing: QuantityReadings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
             system = OperatingPoints(changed, self._way(loop, changed)).loop(node, by_parameters=slopes)
-            margins = margins_of(system, loop, ".".join(node))
+            margins = margins_at(system, loop, ".".join(node))
         except (ModelError, np.linalg.LinAlgError, ArithmeticError):
             return nothing
         grown = growth(system, list(free) if slopes else [])

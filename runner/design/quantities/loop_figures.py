@@ -15,7 +15,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
-from proofmass.runner.analysis.margins.margins import Margins, margins_of
+from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import closed_slope
 from proofmass.runner.design.quantities.step_figures import step_figures
 from proofmass.runner.host.arrays import Complex
@@ -202,7 +202,7 @@ def moved_along(system: OpenLoop, name: str, step: float) -> OpenLoop:
 
 
 def _figure_of(system: OpenLoop, figure: str) -> float:
-    margins = margins_of(system, "", "")
+    margins = margins_at(system, "", "")
     return value_of_figure(margins, figure) if margins.stable else math.nan
 
 
