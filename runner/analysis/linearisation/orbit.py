@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
 from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
@@ -34,10 +34,10 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     same_between,
 )
 from proofmass.runner.analysis.linearisation.motion import INSTANTS, moves_limits
-from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text, wires_of
-from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError
-from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.host.arrays import Array, Complex
@@ -84,32 +84,22 @@ class OrbitSearch:
 
     def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
         """Take the run on from the operating point, which is the start of a period of the map."""
-        self._plan, self._onward, self._course, self._ends = plan, onward, onward.course, ends
-        self._ticks = ends.common_period(plan)
+        self._plan, self._ends, self._run = plan, ends, OrbitRun(plan, ends, onward)
+        self._ticks, self._first = self._run.ticks, self._run.first
         self._period = self._ticks * plan.period
         self._longest = min(LONGEST_ORBIT, MOST_VALUES * self._stride()) // self._ticks  # of periods of a map
         self._most = min(self._longest, MOST_PERIODS)
-        self._first = onward.begin.tick
-        upstream, moving = ends.blocks(plan)
-        self._names = sorted(upstream)
-        self._memories = {0: onward.begin}
-        self._maps = dict[tuple[int, int], PeriodMap]()
         self._compared = ComparedMaps(ends)
         self._repetitions = dict[int, list[int]]()  # by how many memories were known
-        self._orbits = dict[tuple[bool, int], Orbit]()  # paired or not, and of how many periods
-        self._rings = find_rings(self._course.plan, moving, self._after)
-        self._waiting = Waiting(onward, upstream, moving, self._ticks, self._rings)
+        self._waiting = Waiting(onward, self._run.upstream, self._run.moving, self._ticks, self._run.rings)
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
         point = self._point()
-        memory = self._memories[0]
+        memory = self._run.memories[0]
         if point.map.tick != memory.tick:
-            memory = self._later(memory, point.map.tick - memory.tick)
-        return replace(point, memory=memory, ticks=point.periods * self._ticks, rings=self._rings)
-
-    def _later(self, memory: Memory, ticks: int) -> Memory:
-        return self._course.from_memory(memory).to(memory.tick + ticks)
+            memory = self._run.later(memory, point.map.tick - memory.tick)
+        return replace(point, memory=memory, ticks=point.periods * self._ticks, rings=self._run.rings)
 
     def _stride(self) -> int:
         """Return the base ticks between two values of the wires that are cut; of others no map is too long."""
@@ -117,17 +107,17 @@ class OrbitSearch:
 
     def _point(self) -> OrbitPoint:
         """Return the map, over how many periods it is, and a remark about it."""
-        first = self._map(0)
+        first = self._run.map(0)
         at_instants = self._at_instants(first) if self._ends.cut and not _passes(first) else None
         if at_instants is not None:
             return at_instants
-        changes = self._waiting.changes(self._after, self._horizon(first))
-        changes = sorted({*changes, *(wraps - 1 for wraps in self._rings.wraps() if wraps > 1)})
-        if not changes and not self._moves():
+        changes = self._waiting.changes(self._run.after, self._horizon(first))
+        changes = sorted({*changes, *(wraps - 1 for wraps in self._run.rings.wraps() if wraps > 1)})
+        if not changes and not self._run.moves():
             return OrbitPoint(first, 1)
         maps = dict[int, PeriodMap]()
         for look in _from_the_last({*self._looks(), *changes}):
-            maps[look] = self._map(look)
+            maps[look] = self._run.map(look)
             if look == 1 and not changes and self._same(first, maps[look]):
                 return self._at_rest(first)
             if len(maps) == 2 and self._is_lost(first, maps):
@@ -169,7 +159,7 @@ class OrbitSearch:
 
         A pole on the boundary of stability is known as well as an orbit that still turns repeats.
         """
-        after = self._map(1)
+        after = self._run.map(1)
         alike = np.array_equal(first.matrix[:, :-1], after.matrix[:, :-1])
         return OrbitPoint(first, 1, later=() if alike else (after,))
 
@@ -179,8 +169,8 @@ class OrbitSearch:
             return ()
         last = self._horizon(first)
         looks = sorted({max(1, last * number // INSTANTS) for number in range(1, INSTANTS + 1)})
-        some = (*maps.values(), *(self._map(look) for look in looks[4::5]))
-        return tuple(map(self._map, looks)) if moves_limits(first, some, FROZEN) else ()
+        some = (*maps.values(), *(self._run.map(look) for look in looks[4::5]))
+        return tuple(map(self._run.map, looks)) if moves_limits(first, some, FROZEN) else ()
 
     def _stretches(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map over a stretch of the run that the loop forgets itself in, and over those that follow.
@@ -189,15 +179,15 @@ class OrbitSearch:
         signals hardly depends on where it begins if it is long. At its limits a loop forgets nothing, so that a stretch
         ends where the orbit is nearest to where it began: else each repetition would turn the carrier by the rest.
         """
-        crossovers = self._crossovers(first)
-        if not crossovers or self._course.slopes() is None:
+        crossovers = self._run.crossovers(first)
+        if not crossovers or self._run.course.slopes() is None:
             return None
         periods = math.ceil(_FORGOTTEN / (2.0 * math.pi * crossovers[0] * self._period))
         if not 1 < periods <= self._longest:
             return None
         most = min(max(periods + _LATER, min(2 * periods, _FEW)), self._longest)
         periods = self._orbit(most=most).nearest(periods, most)  # it begins again nearly as it ends
-        whole, *others = (self._map(number * periods, periods) for number in range(_STRETCHES))
+        whole, *others = (self._run.map(number * periods, periods) for number in range(_STRETCHES))
         if not all(map(_passes, (whole, *others))):
             return None
         note = f"the orbit does not come back: taken over {_STRETCHES} stretches of {time_text(periods * self._period)}"
@@ -205,16 +195,16 @@ class OrbitSearch:
 
     def _at_instants(self, first: PeriodMap) -> OrbitPoint | None:
         """Return the map from one instant at which the loop is closed to the next one, if it is open between."""
-        code = self._course.machine_code(self._memories[0], LONGEST)
-        looks = jumps(code, self._names) if code is not None and self._ticks == 1 else []
-        closed = [look for look in looks[:_JUMPS] if not self._same(first, self._map(look))][:2]
+        code = self._run.course.machine_code(self._run.memories[0], LONGEST)
+        looks = jumps(code, self._run.names) if code is not None and self._ticks == 1 else []
+        closed = [look for look in looks[:_JUMPS] if not self._same(first, self._run.map(look))][:2]
         periods = closed[-1] - closed[0] if len(closed) > 1 else 0
         if not 1 < periods <= LONGEST_PERIOD:
             return None
-        whole = self._map(0, periods)
+        whole = self._run.map(0, periods)
         if not _passes(whole):
             return None
-        after = self._map(whole.tick - self._first + periods, periods)  # it begins with a new value too
+        after = self._run.map(whole.tick - self._first + periods, periods)  # it begins with a new value too
         z = np.asarray(np.exp(1j * np.linspace(0.1, 1.0, 8) * math.pi))
         change = self._compared.effect(whole, after, z)
         if change > FROZEN:
@@ -236,7 +226,7 @@ class OrbitSearch:
         change is what the fastest one adds up to in that time, unless that comes and goes: then it is no more than the
         largest, or what the one over the longest time adds up to.
         """
-        crossovers = self._crossovers(of_period)
+        crossovers = self._run.crossovers(of_period)
         crossed = 2.0 * math.pi * np.array(crossovers) * self._period
         z = np.asarray(np.exp(1j * crossed)) if crossovers else _axis(periods)
         effects = {number: self._compared.effect(first, after, z) for number, after in later.items()}
@@ -268,12 +258,6 @@ class OrbitSearch:
         back = (*self._returns(), *self._repetition(), *self._orbit().returns())
         return not back and not any(True for _ in self._returns_of_maps(first, maps))
 
-    def _after(self, periods: int) -> Memory:
-        """Return the memory some periods after the operating point."""
-        if periods not in self._memories:
-            self._memories[periods] = self._onward.at(self._first + periods * self._ticks)
-        return self._memories[periods]
-
     def _horizon(self, first: PeriodMap) -> int:
         """Return the number of periods within which a switch of the whole loop would matter."""
         longest = LONGEST_ORBIT // self._ticks
@@ -281,46 +265,22 @@ class OrbitSearch:
 
     def _rate(self, first: PeriodMap) -> float:
         """Return by how much of its time constant, that of the lowest crossover, a loop comes on in a period."""
-        crossovers = self._crossovers(first)
+        crossovers = self._run.crossovers(first)
         return 2.0 * math.pi * crossovers[0] * self._period if crossovers else _slowest(pole_rates(first))
 
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
-        if len(self._memories) not in self._repetitions:
-            self._repetitions[len(self._memories)] = self._switches_return()
-        return self._repetitions[len(self._memories)]
+        if len(self._run.memories) not in self._repetitions:
+            self._repetitions[len(self._run.memories)] = self._switches_return()
+        return self._repetitions[len(self._run.memories)]
 
     def _switches_return(self) -> list[int]:
         longest = min(self._longest, MOST_SWITCHED)
-        run = self._course.from_memory(self._after(0))
+        run = self._run.course.from_memory(self._run.after(0))
         ticks = self._ticks
         last = self._first + longest * ticks
-        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks, last), longest, self._memories)
+        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks, last), longest, self._run.memories)
         return [found] if found else []
-
-    def _map(self, after: int, periods: int = 1) -> PeriodMap:
-        """Return the map of some periods that follow some others."""
-        if (after, periods) not in self._maps:
-            own = self._part_of_all(after, periods) if self._ends.beside else None
-            self._maps[after, periods] = own or self._map_of(self._ends, self._rings, after, periods)
-        return self._maps[after, periods]
-
-    def _map_of(self, ends: Ends, rings: Rings, after: int, periods: int) -> PeriodMap:
-        memory, slopes = self._after(after).copy(), self._course.slopes
-        return ends.map(self._plan, memory=memory, periods=periods, rings=rings, slopes=slopes, later=self._later)
-
-    def _part_of_all(self, after: int, periods: int) -> PeriodMap | None:
-        """Return the part of the map to all outputs that are asked for, which is taken once; None if there is none."""
-        together, kept = self._ends.together, self._onward.maps
-        key = together.key, after, periods
-        if key not in kept:
-            rings = find_rings(self._course.plan, together.blocks(self._plan)[1], self._after)
-            try:
-                kept[key] = self._map_of(together, rings, after, periods)
-            except ModelError:  # what another output has no map for may not matter to this one
-                kept[key] = None
-        whole = kept[key]
-        return whole and self._ends.part_of(whole, self._plan)
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return self._compared.change(first, after) <= SAME
@@ -329,35 +289,16 @@ class OrbitSearch:
         """Return the periods after which the map is compared."""
         return tuple(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED)
 
-    def _moves(self) -> bool:
-        """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
-        before, once, twice = map(self._after, range(3))
-        if self._states(once) != self._states(before):
-            return True
-        return dict(wires_of(once, self._names)) != dict(wires_of(twice, self._names))
-
-    def _states(self, memory: Memory) -> dict[Entry, float]:
-        return dict(self._rings.states_of(memory, self._names))
-
-    def _crossovers(self, of_period: PeriodMap) -> list[float]:
-        """Return where |L| of a loop is about 1, in Hz."""
-        if not self._ends.cut:
-            return []
-        system = OpenLoop(of_period.between())
-        w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
-        above = np.abs(system.response(w)) > 1.0
-        return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
-
     def _closed(self, first: PeriodMap, returns: Iterable[int], exactly: bool = False) -> OrbitPoint | None:
         """The map over so many periods that the orbit comes back, but for a slow motion, or `exactly`."""
         for periods in returns:
-            closed = self._map(0, periods)
-            after = self._map(periods, periods)
+            closed = self._run.map(0, periods)
+            after = self._run.map(periods, periods)
             if exactly and not self._same(closed, after):
                 continue
             if exactly and self._is_repeated(first, closed, periods):
                 return OrbitPoint(first, 1)
-            change = self._drift(closed, {periods: self._map(periods)}, periods, first, after)
+            change = self._drift(closed, {periods: self._run.map(periods)}, periods, first, after)
             if self._ends.noise and self._compared.change(closed, after) > _BACK:
                 continue
             if change <= FROZEN:
@@ -368,7 +309,7 @@ class OrbitSearch:
 
     def _returns(self) -> Iterator[int]:
         """Yield the numbers of periods after which rings, sources or numbers may be back."""
-        turns = (1, *sorted({ring.turn for ring in self._rings.of.values()}), self._rings.turns())
+        turns = (1, *sorted({ring.turn for ring in self._run.rings.of.values()}), self._run.rings.turns())
         known = {1}
         for periods in (1, *self._repetition(), *self._orbit(paired=True).returns(_EXACTLY)):
             for turned in (math.lcm(periods, turn) for turn in turns):  # rings may begin anew at their own turns
@@ -379,7 +320,7 @@ class OrbitSearch:
     def _returns_of_maps(self, first: PeriodMap, maps: Mapping[int, PeriodMap]) -> Iterator[int]:
         """Yield the numbers of periods after which the map is back."""
         most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
-        yield from (n for n in range(2, most + 1) if self._repeats(n, maps) and self._same(first, self._map(n)))
+        yield from (n for n in range(2, most + 1) if self._repeats(n, maps) and self._same(first, self._run.map(n)))
 
     def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
         """Return whether one period again and again does the same between the wires as all periods in turn.
@@ -392,16 +333,11 @@ class OrbitSearch:
 
     def _repeats(self, periods: int, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether the maps of later periods are those of the first so many; what is known is asked first."""
-        looks = sorted(maps, key=lambda look: ((look % periods, 1) not in self._maps, look))
-        return all(self._same(self._map(look % periods), maps[look]) for look in looks)
+        looks = sorted(maps, key=lambda look: (not self._run.knows(look % periods), look))
+        return all(self._same(self._run.map(look % periods), maps[look]) for look in looks)
 
-    def _orbit(self, paired: bool = False, most: int | None = None) -> "Orbit":
-        key = paired or bool(self._ends.noise), most or self._most
-        if key not in self._orbits:
-            later = map(self._after, range(1, 2 + key[1]))
-            rows = [self._states(memory) | dict(wires_of(memory, self._names)) for memory in later]
-            self._orbits[key] = Orbit(rows, paired=key[0])
-        return self._orbits[key]
+    def _orbit(self, paired: bool = False, most: int = 0) -> Orbit:
+        return self._run.orbit(paired or bool(self._ends.noise), most or self._most)
 
     def _until(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[str, ...]:
         """Return a remark about a switch that has waited, if it matters."""
@@ -411,22 +347,15 @@ class OrbitSearch:
                 return (switch_note(look * self._period),)
         return ()
 
-    def _slowest_ring(self) -> tuple[str, str, float]:
-        """Return the block and buffer whose place is back last, and the part of its turn that it moves in a period."""
-        if not self._rings.of:
-            return self._names[0], self._names[0], 0.0
-        (name, buffer), ring = max(self._rings.of.items(), key=lambda item: item[1].turn)
-        return name, f"{name}.{buffer}", 1.0 / ring.turn
-
     def _start_up(self) -> str:
         return (
             'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
         )
 
-    def _refused(self, orbit: "Orbit", found: PeriodMap) -> Problem:
-        name, part, step = orbit.fastest() or self._slowest_ring()
+    def _refused(self, orbit: Orbit, found: PeriodMap) -> Problem:
+        name, part, step = orbit.fastest() or self._run.slowest_ring()
         turning = any(True for _ in orbit.turning)
-        crossed = ", ".join(f"{f:.3g} Hz" for f in self._crossovers(found)[:4])
+        crossed = ", ".join(f"{f:.3g} Hz" for f in self._run.crossovers(found)[:4])
         crossed = crossed and f", which would put crossovers at {crossed}"
         period, longest = time_text(self._period), time_text(self._most * self._period)
         return Problem(

@@ -109,7 +109,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 
 
 class ProveRequest(Answered, does="prove_command.show_proofs"):
-    """Prove margins, scale factors and noise over tolerances, for every sensor.
+    """Prove margins, scale factors and noise over tolerances.
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
@@ -138,14 +138,12 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     delay_margin: str = option("Prove that no delay up to this makes a loop unstable.", default="", metavar="TIME")
     decay_rate: str = option('Prove that the slowest pole decays this fast, as "50 1/s".', default="", metavar="RATE")
     scale_factors: tuple[str, ...] = several(
-        "Prove limits of the scale factor of this output, as adc.number=1.9..2.1; without limits look for the nearest"
-        " that can be proved; repeatable.",
+        "Prove limits of this output's scale factor, as adc.number=1.9..2.1, or the nearest without any; repeatable.",
         "--scale-factor",
         metavar="BLOCK.PORT=LIMITS",
     )
     noises: tuple[str, ...] = several(
-        "Prove that the rms noise of this output is at most this, as adc.number=0.4; without a limit look for the"
-        " nearest that can be proved; repeatable.",
+        "Prove a limit of this output's rms noise, as adc.number=0.4, or the nearest without one; repeatable.",
         "--noise",
         metavar="BLOCK.PORT=LIMIT",
     )

@@ -1,0 +1,104 @@
+"""Memories, maps and numbers of a run from period to period, each found once, for a search for an operating point."""
+
+import math
+
+import numpy as np
+
+from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.forward import Onward
+from proofmass.runner.analysis.linearisation.numbers import Orbit, wires_of
+from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.rings import Entry, Rings, find_rings
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+
+
+class OrbitRun:
+    """A run on from an operating point, which is the start of a period of the map between some ends."""
+
+    def __init__(self, plan: Plan, ends: Ends, onward: Onward) -> None:
+        self._plan, self._onward, self._ends = plan, onward, ends
+        self.course = onward.course
+        self.ticks = ends.common_period(plan)  # base ticks of a period
+        self.first = onward.begin.tick
+        self.upstream, self.moving = ends.blocks(plan)
+        self.names = sorted(self.upstream)
+        self.memories = {0: onward.begin}
+        self._maps = dict[tuple[int, int], PeriodMap]()
+        self._orbits = dict[tuple[bool, int], Orbit]()  # paired or not, and of how many periods
+        self.rings = find_rings(self.course.plan, self.moving, self.after)
+
+    def after(self, periods: int) -> Memory:
+        """Return the memory some periods after the operating point."""
+        if periods not in self.memories:
+            self.memories[periods] = self._onward.at(self.first + periods * self.ticks)
+        return self.memories[periods]
+
+    def later(self, memory: Memory, ticks: int) -> Memory:
+        """Return the memory some ticks after another."""
+        return self.course.from_memory(memory).to(memory.tick + ticks)
+
+    def map(self, after: int, periods: int = 1) -> PeriodMap:
+        """Return the map of some periods that follow some others."""
+        if (after, periods) not in self._maps:
+            own = self._part_of_all(after, periods) if self._ends.beside else None
+            self._maps[after, periods] = own or self._map_of(self._ends, self.rings, after, periods)
+        return self._maps[after, periods]
+
+    def knows(self, after: int) -> bool:
+        """Return whether the map of a period after some others is there."""
+        return (after, 1) in self._maps
+
+    def _map_of(self, ends: Ends, rings: Rings, after: int, periods: int) -> PeriodMap:
+        memory, slopes = self.after(after).copy(), self.course.slopes
+        return ends.map(self._plan, memory=memory, periods=periods, rings=rings, slopes=slopes, later=self.later)
+
+    def _part_of_all(self, after: int, periods: int) -> PeriodMap | None:
+        """Return the part of the map to all outputs that are asked for, which is taken once; None if there is none."""
+        together, kept = self._ends.together, self._onward.maps
+        key = together.key, after, periods
+        if key not in kept:
+            rings = find_rings(self.course.plan, together.blocks(self._plan)[1], self.after)
+            try:
+                kept[key] = self._map_of(together, rings, after, periods)
+            except ModelError:  # what another output has no map for may not matter to this one
+                kept[key] = None
+        whole = kept[key]
+        return whole and self._ends.part_of(whole, self._plan)
+
+    def moves(self) -> bool:
+        """Return whether anything that the map depends on changes: states, or wires in the last tick of a period."""
+        before, once, twice = map(self.after, range(3))
+        if self.states(once) != self.states(before):
+            return True
+        return dict(wires_of(once, self.names)) != dict(wires_of(twice, self.names))
+
+    def states(self, memory: Memory) -> dict[Entry, float]:
+        """Return the numbers of a memory, with rings turned back."""
+        return dict(self.rings.states_of(memory, self.names))
+
+    def crossovers(self, of_period: PeriodMap) -> list[float]:
+        """Return where |L| of a loop is about 1, in Hz."""
+        if not self._ends.cut:
+            return []
+        system = OpenLoop(of_period.between())
+        w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
+        above = np.abs(system.response(w)) > 1.0
+        return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]
+
+    def orbit(self, paired: bool, most: int) -> Orbit:
+        """Return what some periods that follow leave in states and wires."""
+        if (paired, most) not in self._orbits:
+            memories = map(self.after, range(1, 2 + most))
+            rows = [self.states(memory) | dict(wires_of(memory, self.names)) for memory in memories]
+            self._orbits[paired, most] = Orbit(rows, paired=paired)
+        return self._orbits[paired, most]
+
+    def slowest_ring(self) -> tuple[str, str, float]:
+        """Return the block and buffer whose place is back last, and the part of its turn that it moves in a period."""
+        if not self.rings.of:
+            return self.names[0], self.names[0], 0.0
+        (name, buffer), ring = max(self.rings.of.items(), key=lambda item: item[1].turn)
+        return name, f"{name}.{buffer}", 1.0 / ring.turn
