@@ -157,7 +157,7 @@ class _Corners:
         except np.linalg.LinAlgError:
             return None
         w = np.linalg.solve(np.swapaxes(lower, 1, 2), u[:, :, :1] * sizes[:, None, :1])[:, :, 0]
-        return sizes[:, 0] ** 2, w
+        return np.asarray(sizes[:, 0] ** 2), np.asarray(w, dtype=np.float64)
 
     def smooth(self, x: Array, begin: Array, sharpness: float) -> tuple[float, Array]:
         """Return the logarithm of the bound for (I + X) S, with its slopes."""
