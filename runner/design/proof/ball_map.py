@@ -29,6 +29,7 @@ from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import TickError
 
 MOST_STATES, _MOST_VALUES = 64, 32  # of a map, and of a loop's wire in a period: matrices are met thousands of times
+_OF_START = "a loop whose margins are those of the start of the run"
 MatrixRows = list[list[Any]]  # of balls and numbers
 
 
@@ -116,15 +117,21 @@ class StartingLoop:
 
     def __init__(self, plan: Plan, node: Endpoint) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""
-        ends = Ends((node,), (node,), cut=True)
+        ends, signal = Ends((node,), (node,), cut=True), ".".join(node)
         point = linearised(plan).point_of(ends)
         if point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told):
-            raise ModelError([plan.graph.placed(_not_at_the_start(node))])
+            raise ModelError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
         between = point.map.between()
         if not between.order:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
         if between.order > MOST_STATES or len(between.outputs) > _MOST_VALUES:
-            raise ModelError([plan.graph.placed(_too_large(node, between.order, len(between.outputs)))])
+            values = f"{len(between.outputs)} values of its wire in a period"
+            has = f"the loop through {signal} has {between.order} states and {values}"
+            most, hint = (
+                f"{MOST_STATES} states and {_MOST_VALUES} values",
+                "open the loop at its slowest wire with --loop",
+            )
+            raise ModelError([plan.graph.placed(too_large(has, node, most, hint))])
         self._run = BallRun(plan, ends, point)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
@@ -218,29 +225,23 @@ def _is_zero(value: Any) -> bool:
     return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
 
 
-def _not_at_the_start(node: Endpoint) -> Problem:
-    signal = ".".join(node)
+def changes_later(what: str, node: Endpoint, expected: str = "") -> Problem:
+    """Return the problem of what is not that of the start of the run later."""
     return Problem(
-        message=f"the loop through {signal} changes after the start",
-        key=signal,
-        expected="a loop whose margins are those of the start of the run",
+        message=f"{what} changes after the start",
+        key=".".join(node),
+        expected=expected,
         hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
         path=("blocks", node[0]),
     )
+
+
+def too_large(has: str, node: Endpoint, most: str, hint: str = "search with `proofmass worst`") -> Problem:
+    """Return the problem of what has more states or values than matrices are met with."""
+    return Problem(message=has, key=".".join(node), expected=f"at most {most}", hint=hint, path=("blocks", node[0]))
 
 
 def _not_a_loop(node: Endpoint) -> Problem:
     signal = ".".join(node)
     message = f"what goes in at {signal} does not come back at the start of the run"
     return Problem(message=message, key=signal, path=("blocks", node[0]))
-
-
-def _too_large(node: Endpoint, states: int, values: int) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop through {signal} has {states} states and {values} values of its wire in a period",
-        key=signal,
-        expected=f"at most {MOST_STATES} states and {_MOST_VALUES} values",
-        hint="open the loop at its slowest wire with --loop",
-        path=("blocks", node[0]),
-    )

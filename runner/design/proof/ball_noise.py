@@ -31,7 +31,9 @@ from proofmass.runner.design.proof.ball_map import (
     Kept,
     MatrixRows,
     advanced,
+    changes_later,
     states_between,
+    too_large,
 )
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -44,6 +46,7 @@ class StartingNoise:
 
     def __init__(self, plan: Plan, target: Endpoint) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
+        way = f"the way of noise to {'.'.join(target)}"
         first = common_period(plan, (), [target], noise=noise_blocks(plan))
         about = linearised(plan, first)
         noisy = noise_at(about, [target])
@@ -54,13 +57,15 @@ class StartingNoise:
         ends = Ends((), (target,), noise=noisy)
         point = about.point_of(ends)
         if point.map.tick != first:
-            raise ModelError([plan.graph.placed(_changes(target))])
+            raise ModelError([plan.graph.placed(changes_later(way, target))])
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares()):
             raise ModelError([plan.graph.placed(_none(target))])
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:
-            raise ModelError([plan.graph.placed(_too_many(target, point.map.order, size))])
+            has = f"{way} has {point.map.order} states and {size} random numbers or values in a period"
+            most = f"{MOST_STATES} states and {_MOST_ENDS} numbers"
+            raise ModelError([plan.graph.placed(too_large(has, target, most))])
         self._run = _NoiseRun(plan, ends, point)
         self.period, self.values = point.map.period, 1
 
@@ -126,24 +131,3 @@ def _none(target: Endpoint) -> Problem:
     signal = ".".join(target)
     hint = "a WhiteNoise, or a converter, must lie on a path to it"
     return Problem(message=f"no noise reaches {signal}", key=signal, hint=hint, path=("blocks", target[0]))
-
-
-def _changes(target: Endpoint) -> Problem:
-    signal = ".".join(target)
-    return Problem(
-        message=f"the way of noise to {signal} changes after the start",
-        key=signal,
-        hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
-        path=("blocks", target[0]),
-    )
-
-
-def _too_many(target: Endpoint, states: int, ends: int) -> Problem:
-    signal = ".".join(target)
-    return Problem(
-        message=f"the way of noise to {signal} has {states} states and {ends} random numbers or values in a period",
-        key=signal,
-        expected=f"at most {MOST_STATES} states and {_MOST_ENDS} numbers",
-        hint="search with `proofmass worst`",
-        path=("blocks", target[0]),
-    )

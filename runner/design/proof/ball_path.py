@@ -9,15 +9,26 @@ has them.
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.derivatives.ball import ball
-from proofmass.runner.design.proof.ball_map import MOST_STATES, BallMap, BallRun, Kept, MatrixRows, states_between
+from proofmass.runner.design.proof.ball_map import (
+    MOST_STATES,
+    BallMap,
+    BallRun,
+    Kept,
+    MatrixRows,
+    changes_later,
+    states_between,
+    too_large,
+)
 from proofmass.runner.plan.planned import Plan
+
+_ALIKE = "a way that is the same in each period from the start of the run"
 
 
 class StartingPath:
@@ -25,13 +36,13 @@ class StartingPath:
 
     def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
         """Raises `ModelError` where the graph changes after the start, or has too many states."""
-        ends = Ends((source,), (target,))
+        ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
         self._point: OrbitPoint = linearised(plan).point_of(ends)
         if self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target)):
-            raise ModelError([plan.graph.placed(_changes(source, target))])
+            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
         order = self._point.map.between().order
         if order > MOST_STATES:
-            raise ModelError([plan.graph.placed(_too_many_states(source, target, order))])
+            raise ModelError([plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES)))])
         self._run = BallRun(plan, ends, self._point)
         self.period = self._point.map.period
         self.values = 1
@@ -69,25 +80,3 @@ def _summed(rows: MatrixRows, order: int) -> MatrixRows:
 def _sum(values: Sequence[Any], part: Any) -> Any:
     """Return a sum of numbers times a part: 0.0 where each of them is."""
     return sum((value * part for value in values), 0.0)
-
-
-def _changes(source: Endpoint, target: Endpoint) -> Problem:
-    signal = ".".join(target)
-    return Problem(
-        message=f"the way from {'.'.join(source)} to {signal} changes after the start",
-        key=signal,
-        expected="a way that is the same in each period from the start of the run",
-        hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
-        path=("blocks", target[0]),
-    )
-
-
-def _too_many_states(source: Endpoint, target: Endpoint, states: int) -> Problem:
-    signal = ".".join(target)
-    return Problem(
-        message=f"the way from {'.'.join(source)} to {signal} has {states} states",
-        key=signal,
-        expected=f"at most {MOST_STATES}",
-        hint="search with `proofmass worst`",
-        path=("blocks", target[0]),
-    )
