@@ -1,7 +1,7 @@
 """Problems of a model as data, and their text, written in this one place."""
 
 import difflib
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from html import escape
 
@@ -129,16 +129,20 @@ def _one_slip(wrong: str, right: str) -> bool:
     )
 
 
-def did_you_mean(word: str, names: Iterable[str], what: str) -> str:
+def did_you_mean(word: str, names: Iterable[str], what: str, beside: Collection[str] = ()) -> str:
     """A hint: the nearest of the valid names, or the valid names when none is near; `what` is their plural.
+
+    What already stands `beside` the word is meant only where nothing else is near.
 
     >>> did_you_mean("voltag", ["voltage"], "inputs of adc")
     'did you mean voltage?'
     >>> did_you_mean("x", ["code", "number"], "outputs of adc")
     'outputs of adc: code, number.'
     """
-    names = sorted(names)
-    near = nearest(word, names) if len(names) <= _COMPARED else ""
+    names = list(names) if isinstance(names, Sequence | Mapping) and len(names) <= _LISTED else sorted(names)
+    near = ""
+    if len(names) <= _COMPARED:
+        near = nearest(word, [name for name in names if name not in beside]) or nearest(word, names)
     if near:
         return f"did you mean {near}?"
     more = [f"and {len(names) - _LISTED} more"] if len(names) > _LISTED else []

@@ -1,5 +1,6 @@
 """Everything that is wrong with the wiring of a graph, all at once."""
 
+from collections import defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 from fractions import Fraction
@@ -126,6 +127,7 @@ class _Wiring:
     def __init__(self, graph: FlatGraph) -> None:
         self.graph, self.root = graph, graph.root
         self.meant: set[str] = set()  # inputs that a misspelt wire was meant for: they are not reported twice
+        self.tried: dict[str, list[str]] = defaultdict(list)  # by block, what is wired to none of its inputs
 
     def problems(self) -> Iterator[Problem]:
         return chain(self._wires(), self._unconnected())
@@ -148,6 +150,8 @@ class _Wiring:
                     absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
+                if not isinstance(out, Missing) and split(into.meant)[1] == "":
+                    self.tried[split(target)[0]].append(source)
             if target in driven_by:
                 other = driven_by[target]
                 yield Problem(
@@ -179,7 +183,10 @@ class _Wiring:
                     continue
                 owner, entry = split(shown.get(signal, signal))
                 path = owner.rpartition(".")[0]  # of the graph where the wire is missing
-                fitting = [s for s in self._fitting(block, declared, path) if split(s)[0] != name][:3]
+                fitting = [s for s in self._fitting(block, declared, path) if split(s)[0] != name]
+                tried = self.tried[name][:1]
+                del self.tried[name][:1]
+                fitting = list(dict.fromkeys([*(s.removeprefix(f"{path}.") for s in tried), *fitting]))[:3]
                 yield Problem(
                     message=f"the input {entry} is not connected",
                     key=f"blocks.{owner}",

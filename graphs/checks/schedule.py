@@ -219,6 +219,8 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
     first = wires.index(min(wires))
     wires = wires[first:] + wires[:first]
     named = wires if len(wires) <= _NAMED else [*wires[:_NAMED], f"and {len(wires) - _NAMED} more"]
+    later = _later_outputs(graph, cycle)
+    instead = f"wire {later[0]} in place of {later[1]}: it needs no input of the same tick. Or " if later else ""
     solve = 'or have the loop solved: algebraic_loops = "newton" under [integration]'
     cannot = f"Newton's method cannot solve the loop, since {obstacle}"
     return Problem(
@@ -226,6 +228,21 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
         key="wires",
         got=", ".join(named),
         expected="at least one block in the loop whose output does not depend on its input in the same tick",
-        hint=f"put a UnitDelay into one of these wires, for example into {wires[-1]}; {cannot if obstacle else solve}",
+        hint=f"{instead}put a UnitDelay into one of these wires, for example into {wires[-1]};"
+        f" {cannot if obstacle else solve}",
         path=("wires", wires[-1]),
     )
+
+
+def _later_outputs(graph: FlatGraph, cycle: Sequence[OutputStep]) -> tuple[str, str] | None:
+    """Return an output that could stand for one of the cycle, as the strictly proper part of a filter, and that one."""
+    for step in cycle:
+        if isinstance(step, ConstantsOf):
+            continue
+        (name, port), kind = step, type(graph.blocks[step[0]])
+        own = kind.outputs[port]
+        for other, output in kind.outputs.items():
+            alike = (output.dtype, output.unit, output.shape) == (own.dtype, own.unit, own.shape)
+            if alike and not kind.feedthrough(other):
+                return f"{name}.{other}", f"{name}.{port}"
+    return None

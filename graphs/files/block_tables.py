@@ -1,6 +1,6 @@
 """The tables of blocks in a graph file: blocks of a kind, and subgraphs from a file or from a table of their own."""
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -192,7 +192,7 @@ class BlockTables:
             if _has_long_text(value):
                 message = f"a text of over {TEXT_LENGTH} characters"
                 problems.append(Problem(message=message, key=".".join(where), path=where))
-            elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key)):
+            elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key, table)):
                 message = "the subgraph exports no such parameter"
                 problems.append(Problem(message=message, key=".".join(where), got=key, hint=hint, path=where))
         if problems:
@@ -240,7 +240,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
     if long:
         message = f"a text of over {TEXT_LENGTH} characters"
         raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
-    problems = [_unknown(kind, name, key) for key in values if key not in kind.parameters]
+    problems = [_unknown(kind, name, key, values) for key in values if key not in kind.parameters]
     block = None
     try:
         block = kind(**{key: value for key, value in values.items() if key in kind.parameters})
@@ -260,7 +260,7 @@ def _has_long_text(value: object) -> bool:
     return any(isinstance(entry, str) and len(entry) > TEXT_LENGTH for entry in entries)
 
 
-def _unknown(kind: type[Block], name: str, key: str) -> Problem:
+def _unknown(kind: type[Block], name: str, key: str, values: Collection[str]) -> Problem:
     """Refuse a key of a block that is not a parameter of its kind: misspelt, misplaced, or a port."""
     if key in TOP_KEYS:
         hint = f"after [blocks.{name}] it belongs to that block: move it above the first [blocks. ...]"
@@ -269,7 +269,7 @@ def _unknown(kind: type[Block], name: str, key: str) -> Problem:
     elif key in kind.outputs:
         hint = f'{key} is an output: record it in probes, as in "{name}.{key}"'
     else:
-        hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}")
+        hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}", values)
     path = ("blocks", name, key)
     message = f"{kind.__name__} has no such parameter"
     return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
@@ -289,7 +289,7 @@ def _leaves(table: Mapping[str, object], path: KeyPath) -> Iterator[tuple[KeyPat
             yield (*path, key), value
 
 
-def _misplaced(name: str, part: Graph, key: str) -> str:
+def _misplaced(name: str, part: Graph, key: str, table: Collection[str]) -> str:
     """Hint for a key of a subgraph that is not an exported parameter; empty if it is one."""
     flat = flatten(part)
     exports, rates = exported(flat), [n for n, signal in flat.exports.items() if is_rate(flat, signal)]
@@ -305,6 +305,6 @@ def _misplaced(name: str, part: Graph, key: str) -> str:
         return ""
     names = [*(n for n, (_, what) in exports.items() if not isinstance(what, Port)), *rates, *part.values, *PART_KEYS]
     return (
-        did_you_mean(key, names, "its values and the parameters that it exports")
+        did_you_mean(key, names, "its values and the parameters that it exports", table)
         + ' One inside: "block.parameter" = ...'
     )

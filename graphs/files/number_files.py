@@ -33,7 +33,7 @@ def numbers_of_file(entry: Mapping[str, Any], folder: str, unit: str) -> list[fl
     """The numbers that an entry names, in a unit; raises `Refusal`."""
     for key in entry:
         if key not in KEYS:
-            raise Refusal(f"unknown key {key}", did_you_mean(key, KEYS, "the keys"))
+            raise Refusal(f"unknown key {key}", did_you_mean(key, KEYS, "the keys", entry))
     if "column" in entry and "part" in entry:
         raise Refusal("has a column and a part, which do not go together", "a column has a head, a grid has parts")
     path = file_inside(entry["file"], folder)

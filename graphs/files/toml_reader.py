@@ -1,7 +1,7 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
 import tomllib
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
@@ -100,9 +100,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
         raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
     problems = [
-        Refusal("unknown key", _meant(key, entry)).problem(key, key, path=(key,))
-        for key, entry in data.items()
-        if key not in TOP_KEYS
+        Refusal("unknown key", _meant(key, data)).problem(key, key, path=(key,)) for key in data if key not in TOP_KEYS
     ]
     formulas = TableFormulas(read_values(data.get("values", {}), {})[0], data.get("values"))
     reader = BlockTables(
@@ -138,10 +136,11 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     return graph
 
 
-def _meant(key: str, entry: object) -> str:
+def _meant(key: str, data: Mapping[str, object]) -> str:
     """Return what an unknown key at the top of a file was meant to be."""
-    block = _is_block(entry) and not nearest(key, TOP_KEYS)
-    return f"a block stands under blocks: write [blocks.{key}]" if block else did_you_mean(key, TOP_KEYS, "the keys")
+    if _is_block(data[key]) and not nearest(key, TOP_KEYS):
+        return f"a block stands under blocks: write [blocks.{key}]"
+    return did_you_mean(key, TOP_KEYS, "the keys", data)
 
 
 def _is_block(entry: object) -> bool:

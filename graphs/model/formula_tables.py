@@ -57,7 +57,7 @@ def split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[An
                 raise Refusal("must be a text that begins with =", 'write formula = "= (plus - minus) / 2"')
             for key in table:
                 if key not in MEASURE_FORMULA_KEYS:
-                    raise Refusal("unknown key", did_you_mean(str(key), MEASURE_FORMULA_KEYS, "the keys"))
+                    raise Refusal("unknown key", did_you_mean(str(key), MEASURE_FORMULA_KEYS, "the keys", table))
             formula = Formula(table[key := FORMULA])
             key = "unit"
             formulas[name] = replace(formula, unit=read_display_unit(table.get("unit", "")))

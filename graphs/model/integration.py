@@ -77,7 +77,9 @@ def read_integration(table: object) -> Integration:
         raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
     settings = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
     problems = [
-        _problem("unknown key", str(key), got=shown(key), hint=did_you_mean(str(key), INTEGRATION_KEYS, "the keys"))
+        _problem(
+            "unknown key", str(key), got=shown(key), hint=did_you_mean(str(key), INTEGRATION_KEYS, "the keys", table)
+        )
         for key in table
         if key not in settings
     ]

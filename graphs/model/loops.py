@@ -75,7 +75,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
             message="unknown key",
             key=f"loops.{name}.{key}",
             got=shown(key),
-            hint=did_you_mean(str(key), LOOP_KEYS, "the keys of a loop"),
+            hint=did_you_mean(str(key), LOOP_KEYS, "the keys of a loop", table),
             path=("loops", name, str(key)),
         )
         for key in table

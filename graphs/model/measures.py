@@ -139,7 +139,7 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         return
     for key in table:
         if key not in MEASURE_KEYS:
-            near = did_you_mean(str(key), MEASURE_KEYS, "the keys")
+            near = did_you_mean(str(key), MEASURE_KEYS, "the keys", table)
             yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
     for key in ("signal", "statistic"):
         if key not in table:

@@ -160,9 +160,8 @@ def checked_quantity(table: Mapping[str, Any], flat: FlatGraph) -> Quantity:
     """Return the quantity of a table that names nothing else; raises `Refusal`."""
     for key in table:
         if key not in QUANTITY_KEYS:
-            raise Refusal(
-                "unknown key", did_you_mean(str(key), QUANTITY_KEYS, "the keys"), key=str(key), got=shown(key)
-            )
+            hint = did_you_mean(str(key), QUANTITY_KEYS, "the keys", table)
+            raise Refusal("unknown key", hint, key=str(key), got=shown(key))
     return read_quantity_of(table, flat)
 
 

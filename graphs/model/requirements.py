@@ -59,7 +59,7 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         return
     for key, value in table.items():
         if key not in REQUIREMENT_KEYS:
-            hint = did_you_mean(str(key), REQUIREMENT_KEYS, "the keys")
+            hint = did_you_mean(str(key), REQUIREMENT_KEYS, "the keys", table)
             yield _problem("unknown key", name, str(key), got=shown(key), hint=hint)
         elif key in ("at_least", "at_most"):
             if isinstance(value, bool) or not isinstance(value, int | float | str):

@@ -28,14 +28,14 @@ _ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a key, and what other tools cal
 }
 
 
-def key_hint(key: str, keys: Collection[str]) -> str:
+def key_hint(key: str, keys: Collection[str], beside: Collection[str] = ()) -> str:
     """Return a hint at the key that was meant: the one that other tools call so, or the nearest.
 
     >>> key_hint("gaussian", ["normal", "uniform"]), key_hint("unifrom", ["normal", "uniform"])
     ('here that is normal', 'did you mean uniform?')
     """
     same = next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")
-    return f"here that is {same}" if same else did_you_mean(key, keys, "the keys")
+    return f"here that is {same}" if same else did_you_mean(key, keys, "the keys", beside)
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:
@@ -44,7 +44,7 @@ def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mappi
         raise Refusal("must be a table", got=shown(table), hint=example)
     for key in table:
         if key not in keys:
-            raise Refusal("unknown key", key=str(key), got=shown(key), hint=key_hint(str(key), keys))
+            raise Refusal("unknown key", key=str(key), got=shown(key), hint=key_hint(str(key), keys, table))
     return table
 
 
@@ -52,7 +52,7 @@ def unknown_keys(table: Mapping[str, Any], keys: Collection[str]) -> Iterator[Pr
     """Yield a problem for each key of a table of a file that is not known."""
     for key in table:
         if key not in keys:
-            yield Refusal("unknown key", key_hint(key, keys)).problem(key, key, path=(key,))
+            yield Refusal("unknown key", key_hint(key, keys, table)).problem(key, key, path=(key,))
 
 
 def placed(problems: Iterable[Problem], place: Place) -> list[Problem]:

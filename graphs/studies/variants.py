@@ -59,7 +59,7 @@ def _entries(given: object) -> Iterator[tuple[str, Mapping[str, Any]]]:
             raise Refusal("must be a table", VARIANTS_EXAMPLE, key=f"{VARIANTS}.{name}", got=shown(entry))
         for key, inner in entry.items():
             if key not in KEYS:
-                hint = did_you_mean(str(key), KEYS, "the keys")
+                hint = did_you_mean(str(key), KEYS, "the keys", entry)
                 raise Refusal("unknown key", hint, key=f"{VARIANTS}.{name}.{key}", got=shown(key))
             if key not in _SCALARS and not isinstance(inner, Mapping):
                 raise Refusal("must be a table", VARIANTS_EXAMPLE, key=f"{VARIANTS}.{name}.{key}", got=shown(inner))

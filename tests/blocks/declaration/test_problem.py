@@ -1,5 +1,7 @@
 """Problems are rendered in one place: what, where, got, expected, hint."""
 
+from collections.abc import Collection
+
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, nearest, shown
@@ -99,14 +101,23 @@ def test_nearest_name(word: str, found: str) -> None:
         ("voltag", ["voltage", "code"], "did you mean voltage?"),
         ("gian", ["gain", "unit"], "did you mean gain?"),
         ("x", ["voltage"], "inputs: voltage."),
-        ("x", ["b", "a"], "inputs: a, b."),
+        ("x", ["b", "a"], "inputs: b, a."),
+        ("x", {"b", "a"}, "inputs: a, b."),
         ("x", [], "inputs: none."),
         ("x", FEW, f"inputs: {', '.join(FEW[:12])}, and 2 more."),
         ("input_1", MANY, f"inputs: {', '.join(MANY[:12])}, and 2988 more."),
     ],
 )
-def test_the_nearest_name_or_the_valid_ones(word: str, names: list[str], hint: str) -> None:
+def test_the_nearest_name_or_the_valid_ones(word: str, names: Collection[str], hint: str) -> None:
     assert did_you_mean(word, names, "inputs") == hint
+
+
+@pytest.mark.parametrize(
+    ("beside", "hint"),
+    [(("rate",), "did you mean name?"), (("name",), "did you mean rate?"), (("name", "rate"), "did you mean rate?")],
+)
+def test_what_already_stands_there_is_not_what_was_meant(beside: Collection[str], hint: str) -> None:
+    assert did_you_mean("nate", ["name", "rate"], "keys", beside) == hint
 
 
 class Awkward:

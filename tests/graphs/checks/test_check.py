@@ -5,7 +5,15 @@ from typing import Any
 
 import pytest
 
-from proofmass.blocks import AnalogToDigital, Constant, Gain, MassSpringDamper, Product, ShiftRegister, SquareRoot
+from proofmass.blocks import (
+    AnalogToDigital,
+    Constant,
+    Gain,
+    MassSpringDamper,
+    Product,
+    ShiftRegister,
+    SquareRoot,
+)
 from proofmass.blocks.declaration.declare import Block, Input, param
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.checks.check import check, checked
@@ -243,6 +251,27 @@ def test_several_inputs_that_would_take_the_same_wires() -> None:
     graph = Graph(name="", rate=1, blocks={**sources, "adc": AnalogToDigital()})
     hint = 'add "source_0.output -> adc.voltage" to wires; source_1.output and source_2.output would fit too'
     assert [problem.hint for problem in check(graph)] == [hint]
+
+
+def test_inputs_are_offered_in_turn_what_is_wired_to_no_input_of_the_block() -> None:
+    text = """\
+rate = 1
+wires = [
+    "plus.output -> apart.addend",
+    "minus.output -> apart.subtrahend",
+]
+
+[blocks]
+plus = { kind = "Constant", unit = "A" }
+minus = { kind = "Constant", unit = "A" }
+apart = { kind = "Difference", unit = "A" }
+"""
+    assert [problem.hint for problem in problems_of(text)] == [
+        "inputs of apart: first, second.",
+        "inputs of apart: first, second.",
+        'add "plus.output -> apart.first" to wires; minus.output would fit too',
+        'add "minus.output -> apart.second" to wires; plus.output would fit too',
+    ]
 
 
 def test_an_input_that_nothing_fits() -> None:

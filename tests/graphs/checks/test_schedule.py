@@ -18,6 +18,7 @@ from proofmass.blocks import (
     MassSpringDamper,
     SamplingNoise,
     Sum,
+    TransferFunction,
     UnitDelay,
     VectorJoin,
 )
@@ -216,6 +217,24 @@ wires: algebraic loop: each of these outputs needs the one before it within the 
   hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input; \
 or have the loop solved: algebraic_loops = "newton" under [integration]"""
     )
+
+
+def test_a_filter_in_the_loop_is_offered_by_its_strictly_proper_part() -> None:
+    blocks: dict[str, Block] = {"lag": TransferFunction(), "gain": Gain()}
+    graph = Graph(name="", rate=1, blocks=blocks, wires=["lag.output -> gain.input", "gain.output -> lag.input"])
+    (problem,) = check(graph)
+    offered = (
+        "wire lag.strictly_proper_part in place of lag.output: it needs no input of the same tick. Or put a UnitDelay"
+    )
+    assert problem.hint.startswith(offered)
+    cured = Graph(
+        name="",
+        rate=1,
+        blocks=blocks,
+        wires=["lag.strictly_proper_part -> gain.input", "gain.output -> lag.input"],
+        probes=["gain.output"],
+    )
+    assert check(cured) == []
 
 
 def test_a_delay_in_the_loop_cures_it() -> None:
