@@ -60,7 +60,7 @@ EXPLANATIONS = (
         "P0203",
         "A table has no such key",
         r"unknown key|^has no \{?\w*\}?$|has no \w+$|given twice|named twice|needs? (one|a|the|an) "
-        r"|is a study, not a graph|this is not a graph$"
+        r"|stands in the wrong table|is a study, not a graph|this is not a graph$"
         r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one|a measure)"
         r"|names no|must say|which signal is meant|no table|has no study",
         "A key of the file or of a table in it is unknown, missing, or given twice.",

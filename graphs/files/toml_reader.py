@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
-from proofmass.graphs.files.locate_keys import LimitError, locate_keys, repeated_key
+from proofmass.graphs.files.locate_keys import KeyPath, LimitError, locate_keys, repeated_key
 from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
@@ -27,6 +27,7 @@ _COMPARED = 1000  # at most so many files of a folder are compared with a misspe
 _OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
 _TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints of the TOML parser
 _ONCE = "the same name is given twice: rename or remove one of them"
+_OWN_LISTS = ("blocks", "study", "tune")  # tables whose own readers know about lists
 _ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires can be checked
 
 
@@ -99,7 +100,8 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     if depth == 0 and "blocks" not in data and isinstance(data.get("graph"), str):
         hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
         raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
-    problems = [
+    data, problems = _with_lists_at_top(data, place)
+    problems += [
         Refusal("unknown key", _meant(key, data)).problem(key, key, path=(key,)) for key in data if key not in TOP_KEYS
     ]
     formulas = TableFormulas(read_values(data.get("values", {}), {})[0], data.get("values"))
@@ -134,6 +136,36 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     if problems or graph is None:
         raise ModelError(_in_order(problems, place))
     return graph
+
+
+def _with_lists_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any], list[Problem]]:
+    """Return the graph with wires and probes that stand after the head of another table, and what is wrong with that."""
+    found: dict[KeyPath, list[object]] = {}
+    whole = {
+        key: _without_lists(entry, (key,), found) if isinstance(entry, dict) and key not in _OWN_LISTS else entry
+        for key, entry in data.items()
+    }
+    problems = []
+    for (*head, key), entries in found.items():
+        table, path = ".".join(head), (*head, key)
+        hint = f"after [{table}] it belongs to that table: move it above the first table"
+        problems.append(Problem(message="stands in the wrong table", key=f"{table}.{key}", hint=hint, path=path))
+        if key not in whole:
+            whole[key] = entries
+            note_line(place, (key,), path)
+            for index, _ in enumerate(entries):
+                note_line(place, (key, str(index)), (*path, str(index)))
+    return whole, problems
+
+
+def _without_lists(table: dict[str, Any], path: KeyPath, found: dict[KeyPath, list[object]]) -> dict[str, Any]:
+    kept = dict[str, Any]()
+    for key, entry in table.items():
+        if key in ("wires", "probes") and isinstance(entry, list):
+            found[*path, key] = entry
+        else:
+            kept[key] = _without_lists(entry, (*path, key), found) if isinstance(entry, dict) else entry
+    return kept
 
 
 def _meant(key: str, data: Mapping[str, object]) -> str:

@@ -62,7 +62,7 @@ def _decibels(table: Mapping[str, Any], key: str) -> float:
 
 def _fixed(key: str, parameter: Parameter) -> Refusal:
     """Return the refusal of a parameter that cannot vary, since it is not a floating-point number."""
-    kind = {int: "an integer", bool: "true or false", str: "a text"}.get(parameter.kind, "no single number")
+    kind = {int: "an integer", bool: "true or false", str: "a text", tuple: "a list"}[parameter.kind]
     hint = "sweep it: each of its values is compiled anew, a variant of the study"
     return Refusal(f"is {kind}, not a number that may vary", got=shown(key), hint=hint)
 

@@ -102,11 +102,12 @@ def _each_value(variant: Variant, graph: Graph, flat: FlatGraph) -> Iterator[tup
 
 
 def _is_fixed(key: str, graph: Graph, flat: FlatGraph) -> bool:
-    """Return whether a name is a rate, a value that rates follow from, or a parameter for which code is made anew."""
+    """Return whether a name is a rate, a parameter for which code is made anew, or a value that one of these follows."""
     if is_rate(graph, graph.exports.get(key, key)):
         return True
     if key in graph.values:
-        return any(step.fixed for step in Dependence(graph).followers([key]))
+        steps = Dependence(graph).followers([key])
+        return any(step.fixed or _is_fixed(step.target, graph, flat) for step in steps)
     found = find_any(flat, inside(graph, graph.exports.get(key, key)).partition("[")[0])
     if isinstance(found, Missing) or not isinstance(found[1], Parameter):
         return False

@@ -1,6 +1,7 @@
 """A graph file: read, or refused with file, line, key and cure; what is in it is never run."""
 
 import datetime
+import re
 from fractions import Fraction
 from pathlib import Path
 from typing import Any
@@ -107,6 +108,24 @@ model.toml:18: blocks.mass.{key}: MassSpringDamper has no such parameter
   got:      '{key}'
   hint:     after [blocks.mass] it belongs to that block: move it above the first [blocks. ...]"""
     )
+
+
+@pytest.mark.parametrize("head", ["values", "integration", "measures.mean"])
+def test_wires_and_probes_after_another_table_count_and_are_told_where_they_belong(head: str) -> None:
+    parts = re.split(r"^(?=wires = |probes = |\[blocks)", SMALL, maxsplit=3, flags=re.MULTILINE)
+    first, wires, probes, rest = parts
+    inner = 'signal = "adc.code"\nstatistic = "mean"\n' if head == "measures.mean" else ""
+    text = f"{first}[{head}]\n{inner}{wires}{probes}{rest}"
+    line = text.count("\n", 0, text.index("wires = ")) + 1
+    found = problems_of(text)
+    assert [(p.key, p.message) for p in found] == [
+        (f"{head}.wires", "stands in the wrong table"),
+        (f"{head}.probes", "stands in the wrong table"),
+    ]
+    assert found[0].line == line
+    assert found[0].hint == f"after [{head}] it belongs to that table: move it above the first table"
+    misspelt = problems_of(text.replace("-> adc.voltage", "-> adc.volts", 1))
+    assert "adc.volts is neither an input nor a parameter" in [p.message for p in misspelt]
 
 
 def test_ports_given_as_parameters_are_told_what_they_are() -> None:

@@ -54,6 +54,34 @@ def test_named_designs_are_studies_of_the_same_sensors(tmp_path: Path) -> None:
     assert run_study(studies["coarse"], engine="python").digest == alone.digest
 
 
+def test_a_sweep_over_a_value_that_a_list_follows_makes_variants(tmp_path: Path) -> None:
+    text = """\
+rate = "1 kHz"
+samples = 1
+wires = ["source.output -> filter.input"]
+
+[values]
+stiffness = 2.0
+
+[blocks]
+source = { kind = "Constant" }
+filter = { kind = "TransferFunction", denominator = [1.0, "= 3 * stiffness"] }
+
+[measures]
+last = { signal = "filter.output", statistic = "last" }
+
+[study]
+runs = 2
+
+[study.sweep]
+stiffness = [2.0, 4.0]
+"""
+    studies = read_variants(written(tmp_path, text))
+    assert list(studies) == ["stiffness = 2.0", "stiffness = 4.0"]
+    filters = [study.flat.blocks["filter"] for study in studies.values()]
+    assert [block.denominator for block in filters] == [(1.0, 6.0), (1.0, 12.0)]  # type: ignore[attr-defined]
+
+
 def test_a_sweep_over_integers_and_laws_makes_variants(tmp_path: Path) -> None:
     studies = read_variants(written(tmp_path, SWEPT))
     assert list(studies)[:2] == [
