@@ -17,6 +17,7 @@ from proofmass.blocks import AnalogToDigital
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.targets import is_of_measure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
@@ -101,7 +102,8 @@ class Subject:
     """A graph and its operating points, of which each is looked for once."""
 
     def __init__(self, graph: Graph) -> None:
-        self.graph = replace(graph, probes=(), measures={}, derived={}, requirements={})
+        formulas = {target: formula for target, formula in graph.formulas.items() if not is_of_measure(graph, target)}
+        self.graph = replace(graph, probes=(), measures={}, derived={}, requirements={}, formulas=formulas)
         self.plan = plan(self.graph)
         self._points = dict[str | None, OperatingPoints]()
         self._latest = POINTS[0]

@@ -139,7 +139,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
 
 
 def _with_lists_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any], list[Problem]]:
-    """Return the graph with wires and probes that stand after the head of another table, and what is wrong with that."""
+    """Return the graph with wires and probes that stand in other tables at its top, and a problem for each."""
     found: dict[KeyPath, list[object]] = {}
     whole = {
         key: _without_lists(entry, (key,), found) if isinstance(entry, dict) and key not in _OWN_LISTS else entry

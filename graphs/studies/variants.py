@@ -102,7 +102,7 @@ def _each_value(variant: Variant, graph: Graph, flat: FlatGraph) -> Iterator[tup
 
 
 def _is_fixed(key: str, graph: Graph, flat: FlatGraph) -> bool:
-    """Return whether a name is a rate, a parameter for which code is made anew, or a value that one of these follows."""
+    """Return whether a name is a rate, a parameter for which code is made anew, or a value that moves such."""
     if is_rate(graph, graph.exports.get(key, key)):
         return True
     if key in graph.values:

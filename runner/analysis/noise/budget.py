@@ -18,6 +18,7 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
@@ -316,11 +317,14 @@ def _refuse_silence(about: Linearisation, target: Endpoint, to_output: NoiseMap,
         if lost:
             message = f"noise reaches {output} by truth values alone, which have no slope"
             raise _refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
-        raise _no_noise(about.plan, output, len(to_output.sources), "; ".join(_locked(noisy)))
+        raise _no_noise(about.plan, output, len(to_output.sources), "; ".join(_locked(noisy)), about.tick)
 
 
-def _no_noise(planned: Plan, output: str, sources: int, hint: str = "") -> ModelError:
-    path = "a WhiteNoise, or a converter, must lie on a path to it; a switch may be open at this time: --at"
+def _no_noise(planned: Plan, output: str, sources: int, hint: str = "", tick: int = 0) -> ModelError:
+    path = "a WhiteNoise, or a converter, must lie on a path to it"
+    if sources:
+        here = f"at {time_text(tick * planned.period)} a switch may be open, or a register wait"
+        path = f"{here}: --at another time, or --until one for the value there alone"
     return _refusal(planned, output, f"no noise reaches {output}", f"{sources} sources upstream of it", hint or path)
 
 
