@@ -14,6 +14,7 @@ from scipy.stats import chi2
 import proofmass
 from proofmass import Graph, ModelError, NoiseBudget, Series, Spectrum
 from proofmass.blocks import AnalogToDigital
+from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.measures import Measure
@@ -174,6 +175,8 @@ def _noisy_outputs(planned: Plan, graph: Graph) -> Iterator[str]:
         try:
             node = node_of(planned, name)
         except ModelError:  # bits and vectors
+            continue
+        if type(planned.blocks[node[0]]).outputs[node[1]].dtype is FixedValue:  # measures take numbers
             continue
         if blocks_of_map(planned, (), [node], False)[0] & noisy.keys():
             yield name

@@ -12,6 +12,7 @@ after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006,
 
 import itertools
 import math
+import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -172,7 +173,9 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
         shares = np.maximum(shares / shares.sum(), 1e-6)
         forced = np.einsum("k,kim->im", 1.0 / shares, parts)
         forced += noise * (np.diag(np.diag(w)) + (np.trace(forced) or 1.0) * np.eye(len(a)))
-        w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
+        with warnings.catch_warnings():  # what proves is the norm, however it was found
+            warnings.simplefilter("ignore", scipy.linalg.LinAlgWarning)
+            w = scipy.linalg.solve_discrete_lyapunov(math.sqrt(grown) * a, forced)
         w = (w + w.T) / np.trace(w)
     return Norm(np.asarray(scale[:, None] * np.linalg.cholesky(w), dtype=np.float64), family)
 

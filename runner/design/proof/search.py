@@ -10,6 +10,7 @@ import itertools
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -142,6 +143,15 @@ class ProofSearch:
         corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in QUANTITIES else None
         return corner if corner is not None and self.breaks(corner) else None
 
+    def _broken_among(self, left: Sequence[tuple[Sides, Start | None]]) -> Sides | None:
+        """Return a point that breaks the claim of boxes that were not looked at yet, the nearest first."""
+        for box, start in reversed(left):
+            with suppress(UndecidedError):
+                broken = self._refuted_at(box, self._norm(box, start)[0])
+                if broken is not None:
+                    return broken
+        return None
+
     @property
     def _stuck(self) -> str:
         return _AT_THE_LIMIT if self.claim.kind in QUANTITIES else _AT_THE_BOUNDARY
@@ -191,6 +201,9 @@ class ProofSearch:
                 halves = _halves(box, weights, whole)
                 start = start if norm is None else Start(norm.transform, norm.family.left)
             if not halves:
+                broken = self._broken_among(left)
+                if broken is not None:
+                    return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), broken)
                 return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)
             left += [(half, start) for half in halves]
         if late:
