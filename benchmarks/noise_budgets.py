@@ -1,6 +1,6 @@
 """Noise budgets of every noisy graph of the library beside its own runs.
 
-python benchmarks/noise_budgets.py [NAME ...]
+python -m benchmarks.noise_budgets [NAME ...]
 
 A row is an output that is probed or measured and that noise reaches. The noise of a run is what two runs of different
 seeds differ by, over sqrt(2): signals drop out. Columns: the rms by the budget and by these runs; how many lines of the
@@ -26,7 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from noise_comparison import (
+from benchmarks.noise_comparison import (
     LARGE_NOISE,
     AtEnd,
     Case,

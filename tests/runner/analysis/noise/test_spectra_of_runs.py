@@ -1,4 +1,4 @@
-"""Predicted densities within the 99 % band of the spectra of runs; `benchmarks/noise_budgets.py` has them all."""
+"""Predicted densities within the 99 % band of the spectra of runs; `benchmarks.noise_budgets` has them all."""
 
 import pytest
 

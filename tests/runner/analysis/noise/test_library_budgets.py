@@ -1,0 +1,43 @@
+"""Budgets of every noisy graph of the library within three standard errors of the mean square of 1,000 runs.
+
+What wanders is compared by its increments, and what has one value a run by `deviation_over_runs`: the rows are those of
+`python -m benchmarks.noise_budgets`. No row says that a rounding which noise does not move is random: runs do not differ
+by it, and the budget has a note.
+"""
+
+from pathlib import Path
+
+import pytest
+
+from benchmarks.noise_budgets import MOST_ERRORS, Compared, compared
+from benchmarks.noise_comparison import noisy_graphs
+from tests.by_hand.graph_texts import ALONE
+
+QUICK = "gyroscope_noise"
+LITTLE = 1e-3  # part of a mean square that roundings which noise does not move may have
+LEFT_OUT = {
+    ("chamber_accelerometer", "deviation.output"): "its average has one value in four hours, as long as the run",
+    ("mems_microphone", "converter.state"): "runs that begin alike decide alike for 50,000 ticks",
+    ("sigma_delta_accelerometer", "second.output.output"): "runs that begin alike stay alike for 0.13 s",
+}
+
+
+def counts(graph: str, line: Compared) -> bool:
+    """Return whether runs say anything of a budget."""
+    if (graph, line.output) in LEFT_OUT or line.errors is None:
+        return False
+    return line.row is None or sum(source.share for source in line.row.budget.sources if source.doubtful) < LITTLE
+
+
+@pytest.mark.exhaustive(*[path.stem for path in ALONE if path.stem != QUICK])
+@pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
+def test_mean_squares_of_many_runs(path: Path) -> None:
+    for _, _, outputs in noisy_graphs([path.stem]):
+        lines = [line for line in compared(path, outputs) if counts(path.stem, line)]
+        assert {line.output: line.errors for line in lines if not line.rms_holds} == {}
+
+
+@pytest.mark.exhaustive
+def test_the_library_has_what_is_left_out() -> None:
+    for graph, output in LEFT_OUT:
+        assert [output in outputs for _, _, outputs in noisy_graphs([graph])] == [True]
