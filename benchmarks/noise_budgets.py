@@ -26,6 +26,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import proofmass
 from benchmarks.noise_comparison import (
     LARGE_NOISE,
     AtEnd,
@@ -38,8 +39,6 @@ from benchmarks.noise_comparison import (
     row,
     scatters,
 )
-
-import proofmass
 from proofmass import ModelError
 
 PATIENCE = 120  # seconds of processor time for a row, and for the last values of all outputs of a graph

@@ -1,15 +1,14 @@
 """Budgets of every noisy graph of the library within three standard errors of the mean square of 1,000 runs.
 
 What wanders is compared by its increments, and what has one value a run by `deviation_over_runs`: the rows are those of
-`python -m benchmarks.noise_budgets`. No row says that a rounding which noise does not move is random: runs do not differ
-by it, and the budget has a note.
+`python -m benchmarks.noise_budgets`. Roundings that noise does not move are alike in all runs; their budgets have a note.
 """
 
 from pathlib import Path
 
 import pytest
 
-from benchmarks.noise_budgets import MOST_ERRORS, Compared, compared
+from benchmarks.noise_budgets import Compared, compared
 from benchmarks.noise_comparison import noisy_graphs
 from tests.by_hand.graph_texts import ALONE
 
