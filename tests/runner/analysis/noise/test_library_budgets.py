@@ -1,7 +1,7 @@
 """Budgets of every noisy graph of the library within three standard errors of the mean square of 1,000 runs.
 
 What wanders is compared by its increments, and what has one value a run by `deviation_over_runs`: the rows are those of
-`python -m benchmarks.noise_budgets`. Roundings that noise does not move are alike in all runs; their budgets have a note.
+`python -m benchmarks.noise_budgets`. Roundings that noise does not move are alike in all runs; budgets note them.
 """
 
 from pathlib import Path
