@@ -118,10 +118,9 @@ def _over_lines(over: MarginsOver) -> list[str]:
 def _figures(margins: Margins) -> tuple[str, ...]:
     if not margins.stable:
         return margins.verdict, "", "", ""
-    gain, peak = decibels(margins.gain_margin), decibels(margins.sensitivity_peak)
-    phase = margins.phase_margin
+    gain, phase, peak = margins.least_gain_margin, margins.phase_margin, decibels(margins.sensitivity_peak)
     return (
-        "no limit" if gain is None else f"{gain:.4g} dB",
+        "no limit" if math.isinf(gain) else f"{gain:.4g} dB",
         "no limit" if phase is None else f"{math.degrees(phase):.4g} deg",
         "" if peak is None else f"{peak:.4g} dB",
         "" if margins.bandwidth is None else f"{margins.bandwidth:.5g} Hz",

@@ -80,9 +80,9 @@ def _of_loops(planned: Plan, thorough: bool) -> Iterator[dict[str, Any]]:
         if not isinstance(answer, Margins):
             yield {"id": name, "met": None, "value": "no verdict", "why": _why(answer)}
             continue
-        told, data = answer.system.map.told, answer.as_data()
-        figures = ((data["gain_margin_db"], "dB", 2), (data["phase_margin_deg"], "deg", 1))
-        texts = [f"{value:.{digits}f} {unit}" for value, unit, digits in figures if value is not None]
+        told = answer.system.map.told
+        figures = ((answer.least_gain_margin, "dB", 2), (math.degrees(answer.phase_margin or math.inf), "deg", 1))
+        texts = [f"{value:.{digits}f} {unit}" for value, unit, digits in figures if math.isfinite(value)]
         value = ", ".join([answer.verdict, *(texts if answer.stable else ())])
         if told:
             value = f"{told}: {value}"

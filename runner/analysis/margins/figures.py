@@ -35,6 +35,16 @@ class Figures:
     phase_crossovers: tuple[float, ...] = ()  # Hz, where L < 0
     phase_crossover_gains: tuple[float, ...] = ()  # |L| there
 
+    @property
+    def nearest_gain(self) -> float | None:
+        """The factor next to 1, above or below, with which the loop is not stable; None where all leave it stable."""
+        return nearest_gain(self.gain_margin, self.gain_reduction)
+
+    @property
+    def least_gain_margin(self) -> float:
+        """Decibels by which the gain may change, to whichever side is nearer; infinite without limit."""
+        return least_gain_margin(self.gain_margin, self.gain_reduction)
+
     def with_values(self, **values: Any) -> "Figures":
         """Return the figures with some replaced."""
         return Figures(**{**vars(self), **values})
@@ -60,6 +70,18 @@ class Figures:
             "phase_crossovers_hz": list(self.phase_crossovers),
             "phase_crossover_gains_db": [decibels(gain) for gain in self.phase_crossover_gains],
         }
+
+
+def nearest_gain(*limits: float | None) -> float | None:
+    """Return the factor next to 1 of some that are limits: none is at 0, infinity or None."""
+    factors = [limit for limit in limits if limit and math.isfinite(limit)]
+    return min(factors, key=lambda factor: abs(math.log(factor)), default=None)
+
+
+def least_gain_margin(*limits: float | None) -> float:
+    """Return the decibels to the factor next to 1 of some that are limits; infinite where none is."""
+    factor = nearest_gain(*limits)
+    return math.inf if factor is None else 20.0 * abs(math.log10(factor))
 
 
 def _finite(frequency: float | None) -> float | None:

@@ -24,7 +24,7 @@ from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.analysis.linearisation.tick_maps import maps_of_ticks
-from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.figures import decibels, least_gain_margin
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.margins.side_by_side import Amounts, LoopKind, OpenLoops, amounts, kind_of
 from proofmass.runner.analysis.margins.stability import attained, margins_or_reasons
@@ -174,7 +174,6 @@ def _row(found: Amounts, row: int, period: float) -> MarginValues:
     if not found.stable[row]:
         return *(math.nan for _ in REQUIREMENTS), VERDICTS["unstable"]
     gain, less = float(found.gain_margin[row]), float(found.gain_reduction[row])
-    limits = [abs(decibels(factor) or 0.0) for factor in (gain, less) if 0.0 < factor < math.inf]
     phase, delay = float(found.phase_margin[row]), float(found.delay_margin[row])
     peak = decibels(float(found.sensitivity_peak[row])) or 0.0
-    return min(limits, default=math.inf), math.degrees(phase), delay * period, peak, VERDICTS["stable"]
+    return least_gain_margin(gain, less), math.degrees(phase), delay * period, peak, VERDICTS["stable"]

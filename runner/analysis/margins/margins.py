@@ -74,7 +74,7 @@ class Margins(Figures, Plotted):
     def __repr__(self) -> str:
         """The loop, its verdict and its margins, in a line."""
         numbers = {
-            "gain margin": self.gain_margin and f"{decibels(self.gain_margin):.2f} dB",
+            "gain margin": self.nearest_gain and f"{self.least_gain_margin:.2f} dB",
             "phase margin": self.phase_margin and f"{math.degrees(self.phase_margin):.2f} deg",
         }
         shown = "".join(f", {name} {value}" for name, value in numbers.items() if value)
@@ -177,8 +177,8 @@ def least_of(instants: Sequence[Margins]) -> Margins:
     Instants at which the loop is not stable have no margins; a note says that there are some.
     """
     stable = [one for one in instants if one.stable]
-    worst = min(stable, key=lambda one: one.gain_margin or math.inf)
-    told = ranges(*([value or math.inf for value in of] for of in _margins(stable)))
+    worst = min(stable, key=lambda one: one.least_gain_margin)
+    told = ranges([one.least_gain_margin for one in stable], [one.phase_margin or math.inf for one in stable])
     first, last = instants[0].system.map, instants[-1].system.map
     notes = [
         *first.notes,
@@ -187,7 +187,3 @@ def least_of(instants: Sequence[Margins]) -> Margins:
     if len(stable) < len(instants):
         notes.append("it is unstable at some instants in that time, as if it stood still there")
     return replace(worst, system=replace(worst.system, map=replace(worst.system.map, notes=tuple(notes))))
-
-
-def _margins(found: Sequence[Margins]) -> tuple[list[float | None], list[float | None]]:
-    return [one.gain_margin for one in found], [one.phase_margin for one in found]

@@ -70,7 +70,7 @@ def _title(margins: Margins) -> str:
     if not margins.stable:
         return f"{margins.loop}: unstable"
     parts = {
-        "gain margin": margins.gain_margin and f"{20.0 * math.log10(margins.gain_margin):.2f} dB",
+        "gain margin": margins.nearest_gain and f"{margins.least_gain_margin:.2f} dB",
         "phase margin": margins.phase_margin and f"{math.degrees(margins.phase_margin):.1f}°",
         "delay margin": margins.delay_margin and _seconds(margins.delay_margin),
     }
@@ -119,8 +119,9 @@ def _draw_bode(
     at, level = at[level > bottom], level[level > bottom]  # not those in a notch below the picture
     if len(at):
         magnitude.plot(at, level, marker="s", markersize=4, label="L < 0", **point)
-    if margins.gain_margin and (place := _gain_margin_at(margins)):
-        _distance(magnitude, place, 0.0, -(gain := 20.0 * math.log10(margins.gain_margin)), f"{gain:.1f} dB", "left")
+    if margins.nearest_gain and (place := _gain_margin_at(margins, margins.nearest_gain)):
+        level = -20.0 * math.log10(margins.nearest_gain)
+        _distance(magnitude, place, 0.0, level, f"{margins.least_gain_margin:.1f} dB", "left")
     if margins.phase_margin and (place := _phase_margin_at(margins)):
         value = float(np.interp(place, hertz, angle))
         line = 360.0 * round((value + 180.0) / 360.0) - 180.0
@@ -130,13 +131,11 @@ def _draw_bode(
             panel.legend(loc="best")
 
 
-def _gain_margin_at(margins: Margins) -> float | None:
-    """Return the frequency of the gain margin; of a loop with several values of the wire, that of a crossover."""
-    if margins.gain_margin is None or margins.gain_margin_frequency == math.inf:
-        return None
-    if margins.gain_margin_frequency:
-        return margins.gain_margin_frequency
-    return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / margins.gain_margin)
+def _gain_margin_at(margins: Margins, factor: float) -> float | None:
+    """Return the frequency of a limit of the gain; if only the factor is known, that of a crossover."""
+    if factor == margins.gain_margin and margins.gain_margin_frequency:
+        return None if math.isinf(margins.gain_margin_frequency) else margins.gain_margin_frequency
+    return _crossover(margins.phase_crossovers, margins.phase_crossover_gains, 1.0 / factor)
 
 
 def _phase_margin_at(margins: Margins) -> float | None:

@@ -14,7 +14,6 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.linearise import to_control
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer
-from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.host.arrays import Array
 
@@ -87,7 +86,7 @@ def second_opinion(margins: Margins) -> SecondOpinion:
     gains, phases = _crossovers(_transfer(quotient, margins) if quotient and many else system, margins)
     gain = min((abs(20.0 * math.log10(factor)) for factor in gains), default=None)
     phase = min(map(abs, phases), default=None)
-    ours = [abs(decibels(factor) or 0.0) for factor in (margins.gain_margin, margins.gain_reduction) if factor]
+    our_gain = margins.least_gain_margin if margins.nearest_gain else None
     our_phase = None if margins.phase_margin is None else math.degrees(margins.phase_margin)
     return SecondOpinion(
         loop,
@@ -95,7 +94,7 @@ def second_opinion(margins: Margins) -> SecondOpinion:
         gain,
         phase,
         (
-            *_difference("gain margin", gain, min(ours, default=None), "dB", _DECIBELS),
+            *_difference("gain margin", gain, our_gain, "dB", _DECIBELS),
             *_difference("phase margin", phase, our_phase, "deg", _DEGREES),
         ),
     )

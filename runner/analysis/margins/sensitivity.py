@@ -82,24 +82,28 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     if system.map.others and system.per_period == 1:  # derivatives are those at the operating point
         margins = margins_at(system, margins.loop, margins.open_at)
     slopes = []
-    if margins.gain_margin is not None:
+    if margins.nearest_gain is not None:
         slopes.append(("gain margin", "dB", _by_gain(system, margins)))
     if margins.phase_margin is not None and system.per_period == 1:
         phase, delay = _by_phase(system, margins)
         slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
-    values = margins.as_data()
-    keys = {"gain margin": "gain_margin_db", "phase margin": "phase_margin_deg", "delay margin": "delay_margin_s"}
+    values = {
+        "gain margin": margins.least_gain_margin,
+        "phase margin": math.degrees(margins.phase_margin or 0.0),
+        "delay margin": margins.delay_margin,
+    }
     undefined, parameters = system.map.undefined, system.map.slopes
     return [
-        ranked(planned, f"{margins.loop}: {n}", unit, values[keys[n]], {p: slope(p) for p in parameters}, undefined)
+        ranked(planned, f"{margins.loop}: {n}", unit, values[n], {p: slope(p) for p in parameters}, undefined)
         for n, unit, slope in slopes
     ]
 
 
 def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
-    """Derivative of the gain margin in decibels by each parameter."""
-    factor, frequency = margins.gain_margin or 1.0, margins.gain_margin_frequency
-    to_decibels = 20.0 / math.log(10.0) / factor
+    """Derivative of the gain margin in decibels by each parameter, to the side where it is nearer."""
+    factor = margins.nearest_gain or 1.0
+    frequency = margins.gain_margin_frequency if factor == margins.gain_margin else None
+    to_decibels = 20.0 / math.log(10.0) / (factor if factor > 1.0 else -factor)
     near = None if frequency is None else _at(system, 2.0 * math.pi * frequency)
     by_factor = _by_factor(system, factor)
     along, vectors = _critical(system, factor, by_factor, near)

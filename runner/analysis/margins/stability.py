@@ -134,8 +134,7 @@ def _way_back(margins: Margins) -> str:
 def attained(margins: Margins, key: str) -> float:
     """A margin of a stable loop by the name and in the unit of its requirement; without limit it is infinite."""
     if key == "gain_margin":
-        limits = [margins.gain_margin, margins.gain_reduction]
-        return min((abs(decibels(limit) or 0.0) for limit in limits if limit is not None), default=math.inf)
+        return margins.least_gain_margin
     if key == "sensitivity_peak":
         return decibels(margins.sensitivity_peak) or 0.0
     value = margins.phase_margin if key == "phase_margin" else margins.delay_margin

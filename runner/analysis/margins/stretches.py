@@ -6,7 +6,7 @@ from dataclasses import replace
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins import lifted
-from proofmass.runner.analysis.margins.figures import Figures, decibels
+from proofmass.runner.analysis.margins.figures import Figures, least_gain_margin
 
 
 def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figures]:
@@ -22,22 +22,15 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
         gain_reduction=max(reductions) or None,
         phase_margin=phase if math.isfinite(phase) else None,
     )
-    told = ranges(margins, phases)
+    told = ranges([least_gain_margin(*pair) for pair in limits], phases)
     notes = (*system.map.notes, f"the least of their margins is shown: {told}") if told else system.map.notes
     return replace(system, map=replace(system.map, notes=notes)), worst
 
 
-def ranges(factors: Sequence[float], turns: Sequence[float]) -> str:
-    """Return the ranges of gain and phase margins that have limits, in words."""
-    return " and ".join(f"{name} {text}" for name, text in (_gains(factors), _phases(turns)) if text)
-
-
-def _gains(factors: Sequence[float]) -> tuple[str, str]:
-    return "gain margin", _range([decibels(factor) or 0.0 for factor in factors], "dB")
-
-
-def _phases(turns: Sequence[float]) -> tuple[str, str]:
-    return "phase margin", _range([math.degrees(turn) for turn in turns], "deg")
+def ranges(gains: Sequence[float], turns: Sequence[float]) -> str:
+    """Return the ranges of gain margins, in dB, and phase margins, in radians, that have limits, in words."""
+    told = {"gain margin": _range(gains, "dB"), "phase margin": _range([math.degrees(turn) for turn in turns], "deg")}
+    return " and ".join(f"{name} {text}" for name, text in told.items() if text)
 
 
 def _range(values: Sequence[float], unit: str) -> str:

@@ -54,7 +54,7 @@ def plot_over(over: MarginsOver) -> "Figure":
         for name, colour in zip(over.margins[0], COLOURS * len(over.margins[0]), strict=False):
             rows = [loops[name] for loops in over.margins]
             curves = (
-                [finite(decibels(m.gain_margin)) for m in rows],
+                [finite(m.nearest_gain and m.least_gain_margin) for m in rows],
                 [math.degrees(finite(m.phase_margin)) for m in rows],
                 [finite(decibels(m.sensitivity_peak)) for m in rows],
             )

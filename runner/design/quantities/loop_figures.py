@@ -50,10 +50,8 @@ def value_of_figure(margins: Margins, figure: str) -> float:
     """Return a figure of a stable loop in its unit; infinite where there is no limit."""
     if figure in ("overshoot", "settling_time"):
         return step_figures(margins)[figure]
-    if figure == "gain_margin":
-        limits = (margins.gain_margin, margins.gain_reduction)
-        return min((abs(decibels(limit) or 0.0) for limit in limits if limit is not None), default=math.inf)
     value = {
+        "gain_margin": margins.least_gain_margin,
         "phase_margin": margins.phase_margin and math.degrees(margins.phase_margin),
         "delay_margin": margins.delay_margin,
         "disk_margin": margins.disk_margin,
@@ -96,9 +94,8 @@ SlopeByParameter = Callable[[str], float]
 
 
 def _gain(margins: Margins, loop: _Response) -> SlopeByParameter | None:
-    up, down = margins.gain_margin, margins.gain_reduction
-    factors = [factor for factor in (up, down) if factor is not None]
-    factor = min(factors, key=lambda f: abs(math.log(f)))
+    factor = margins.nearest_gain
+    assert factor is not None
     crossovers = zip(margins.phase_crossovers, margins.phase_crossover_gains, strict=True)
     near = [f for f, size in crossovers if math.isclose(size * factor, 1.0, rel_tol=1e-6)]
     if not near:
