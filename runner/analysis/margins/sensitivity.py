@@ -90,7 +90,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     values = {
         "gain margin": margins.least_gain_margin,
         "phase margin": math.degrees(margins.phase_margin or 0.0),
-        "delay margin": margins.delay_margin,
+        "delay margin": margins.delay_margin or 0.0,
     }
     undefined, parameters = system.map.undefined, system.map.slopes
     return [
