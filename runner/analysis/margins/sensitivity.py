@@ -31,7 +31,7 @@ _NEXT = 1e-6  # distance from the boundary of a pole that a critical factor puts
 
 @dataclass(frozen=True)
 class Effect:
-    """Effect of a parameter or named value on a quantity: the derivative, and the change for one percent of it.
+    """Effect of a parameter or named value on a quantity: the derivative, and the change where it is 1.01 times itself.
 
     A parameter that is zero has no percent: where it is a ratio the change is that for 0.01, else there is none.
     """
@@ -226,7 +226,7 @@ def _effect(planned: Plan, key: str, slope: float) -> Effect:
 
 
 def _with_percent(key: str, value: float, unit: str, slope: float) -> Effect:
-    one_percent = 0.01 * abs(value) if value else 0.01 if unit == "1" else None
+    one_percent = 0.01 * value if value else 0.01 if unit == "1" else None
     return Effect(key, value, unit, slope, None if one_percent is None else slope * one_percent)
 
 

@@ -192,6 +192,7 @@ def test_a_loop_of_two_rates_against_differences() -> None:
         assert slopes(found[0])[key] == pytest.approx(expected, rel=1e-6), key
 
 
+@pytest.mark.defect("S772", before="+1 % of -25 was -24.75", after="-25.25")
 def test_gain_moves_the_gain_margin_by_itself() -> None:
     blocks: dict[str, Block] = {"total": DiscreteIntegrator(output_unit="1"), "back": Gain(gain=-25.0)}
     graph = Graph(
@@ -203,6 +204,8 @@ def test_gain_moves_the_gain_margin_by_itself() -> None:
     gain, phase, delay = loop_margins(graph, "back.output")
     assert gain.value == pytest.approx(20.0 * math.log10(8.0))
     assert slopes(gain)["back.gain"] == pytest.approx(20.0 / math.log(10.0) / 25.0)
+    (back,) = [effect for effect in gain.effects if effect.parameter == "back.gain"]
+    assert back.of_one_percent == pytest.approx(-0.2 / math.log(10.0)), "-25.25 is nearer to the limit than -25"
     # |L| = 1 at w = 2 asin(k / 2) / T, where the phase margin is 90 degrees - asin(k / 2), k = 0.25 here.
     slope = -math.degrees(0.5 / math.sqrt(1.0 - 0.125**2))
     assert slopes(phase)["total.gain"] == pytest.approx(slope * 0.25, rel=1e-9)
