@@ -5,6 +5,7 @@
 Each name is imported when it is first used, from the module that the catalogue finds for it.
 """
 
+from importlib import import_module
 from typing import Any
 
 
@@ -24,6 +25,8 @@ def __getattr__(name: str) -> Any:
 
 def _instead(name: str) -> str:
     """Return what was meant by a name that is not a kind of block."""
+    if name in import_module("proofmass").__all__:
+        return f"; it is one floor up: from proofmass import {name}"
     from proofmass.blocks.declaration.other_names import kind_hint  # start-up time: few names are wrong
 
     return f"; {kind_hint(name, _kinds(), own=True)}"

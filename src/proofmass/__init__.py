@@ -141,6 +141,9 @@ def _instead(name: str) -> str:
     blocks = import_module("proofmass.blocks.declaration.families").homes()
     if name.lower() in blocks:
         return f"; a block comes from proofmass.blocks: from proofmass.blocks import {name}"
+    if hasattr(import_module("proofmass.blocks.declaration.kind").BlockType, name.lower()):
+        written = "`proofmass new blocks.py` writes an example"
+        return f"; it is a decorator of a kind of block, as @KIND.{name.lower()}: {written}"
     near = import_module("proofmass.blocks.declaration.problem").nearest(name, _HOMES)
     return f"; did you mean {near}?" if near else ""
 

@@ -38,3 +38,16 @@ def test_hints(word: str, hint: str) -> None:
     assert hint in kind_hint(word, all_blocks(None), own=False)
     assert ("--blocks" in kind_hint(word, all_blocks(None), own=False)) == (word == "PeakDetector")
     assert "--blocks" not in kind_hint(word, all_blocks(None), own=True)
+
+
+@pytest.mark.parametrize(
+    ("statement", "cure"),
+    [
+        ("from proofmass.blocks import Block", "it is one floor up: from proofmass import Block"),
+        ("from proofmass import Output", "it is a decorator of a kind of block, as @KIND.output"),
+        ("from proofmass import Gain", "a block comes from proofmass.blocks: from proofmass.blocks import Gain"),
+    ],
+)
+def test_a_name_that_is_imported_from_another_place(statement: str, cure: str) -> None:
+    with pytest.raises(ImportError, match=re.escape(cure)):
+        exec(statement)
