@@ -155,13 +155,12 @@ class OrbitSearch:
         return closed
 
     def _at_rest(self, first: PeriodMap) -> OrbitPoint:
-        """Return the map of a period that is that of the next one; also the next one if it differs in its last digits.
+        """Return the map of a period that is that of the next one, with that one.
 
-        A pole on the boundary of stability is known as well as an orbit that still turns repeats.
+        It may differ in its last digits: a pole on the boundary of stability is known as well as an orbit that still
+        turns repeats.
         """
-        after = self._run.map(1)
-        alike = np.array_equal(first.matrix[:, :-1], after.matrix[:, :-1])
-        return OrbitPoint(first, 1, later=() if alike else (after,))
+        return OrbitPoint(first, 1, later=(self._run.map(1),))
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
         """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""

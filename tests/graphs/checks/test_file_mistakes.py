@@ -5,6 +5,7 @@ import re
 import pytest
 
 from proofmass.graphs.files.library import library_file
+from proofmass.graphs.model.rates import read_rate, write_rate
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.graphs.tuning.check_file import check_text
 from tests.by_hand.graph_texts import LIBRARY, problems_of
@@ -71,6 +72,22 @@ def test_rates_that_meet_far_above_are_noted() -> None:
     assert note.message == "the rates meet only at 350 kHz, the base rate of a run"
     assert note.hint == "that is 7 times the ticks; 6.25 kHz would keep 50 kHz"
     assert not check_text(TEMPLATE.replace(*FAST).replace(*SLOW).replace("7 kHz", "6.25 kHz")).problems
+
+
+@pytest.mark.parametrize(
+    ("fastest", "odd", "kept"),
+    [
+        ("50 kHz", "7 kHz", "6.25 kHz"),
+        ("50 kHz", "30 kHz", "25 kHz"),  # not 50/3 kHz, which is nearer, but long
+        ("6981.1 Hz", "418.866 Hz", "69811/170 Hz"),  # 997.3 Hz is short, and more than twice as much
+    ],
+)
+def test_the_rate_that_is_offered_is_near_and_divides_the_fastest(fastest: str, odd: str, kept: str) -> None:
+    text = TEMPLATE.replace(*FAST).replace(*SLOW).replace("50 kHz", fastest).replace("7 kHz", odd)
+    (note,) = check_text(text).problems
+    assert note.hint.endswith(f"; {kept} would keep {write_rate(read_rate(fastest))}")
+    assert (read_rate(fastest) / read_rate(kept)).denominator == 1
+    assert 0.5 <= read_rate(kept) / read_rate(odd) <= 2.0
 
 
 @pytest.mark.exhaustive

@@ -17,6 +17,7 @@ from proofmass.blocks import (
     Difference,
     DiscreteIntegrator,
     Gain,
+    PiecewiseConstant,
     Product,
     Pulse,
     Step,
@@ -90,6 +91,19 @@ def test_a_switch_that_waits_for_long_leaves_the_loop_as_it_is_and_is_told() -> 
     (note, *_) = found.system.map.notes
     assert note.startswith("a switch changes it within 1")
     assert note.endswith("ms: this is what holds until then")
+
+
+def test_a_switch_is_found_behind_what_moves_at_first() -> None:
+    """The weight moves in its first ticks by less than counts, and waits from then on."""
+    ticks, weights = (0, 10, 11, 12, 13, 14, 150), (*(1.3 + 1e-6 * number for number in range(6)), 0.7)
+
+    def settling(_: int) -> tuple[dict[str, Block], list[str]]:
+        square = PiecewiseConstant(times=tuple(tick / RATE for tick in ticks), values=weights)
+        return {"square": square, "weight": Gain(gain=1.0)}, ["square.output -> weight.input"]
+
+    found = margins(loop(settling, 150), "integrator.output", at="1 ms")
+    assert found.gain_margin == pytest.approx(2.0 / (1.3 * GAIN), rel=1e-5)
+    assert found.system.map.notes[0] == "a switch changes it within 14 ms: this is what holds until then"
 
 
 def test_a_switch_outside_of_a_loop_changes_nothing() -> None:

@@ -47,6 +47,20 @@ def test_each_point_has_its_own_runs(result: StudyResult) -> None:
     assert list(parts(early)) == list(parts(result))[:2]
 
 
+@pytest.mark.parametrize(("swept", "shown"), [(1, 1), (2, 2), (MOST_POINTS + 1, 1)])
+def test_intervals_between_calibrations_stay_together(swept: int, shown: int) -> None:
+    """Under the value of the sweep, as long as there are few values."""
+    table = f'[study.sweep]\n"source.value" = {list(range(1, swept + 1))}\n'
+    result = run_study(
+        read_study_text(CALIBRATED.replace("[study.drift]", f"{table}[study.drift]")), runs=1, engine="python"
+    )
+    found = swept_parts(result)
+    names = [f"source.value = {value}" for value in range(1, swept + 1)]
+    assert list(found) == (names if shown > 1 else [""])
+    numbers = [part.numbers.tolist() for part in found.values()]
+    assert numbers == [list(range(3 * swept // shown * at, 3 * swept // shown * (at + 1))) for at in range(shown)]
+
+
 @pytest.mark.exhaustive
 def test_the_command_and_the_report_tell_them_apart(
     result: StudyResult, tmp_path: Path, capsys: pytest.CaptureFixture[str]

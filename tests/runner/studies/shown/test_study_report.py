@@ -11,12 +11,13 @@ import pytest
 
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.studies.build import Study
-from proofmass.graphs.studies.study_reader import read_study
+from proofmass.graphs.studies.study_reader import read_study, read_study_text
 from proofmass.runner.command_line import main
 from proofmass.runner.studies.kept.folder import kept_result
 from proofmass.runner.studies.outcome.intervals import concise
+from proofmass.runner.studies.shown.influences import StudyInfluences
 from proofmass.runner.studies.shown.points import by_point
-from proofmass.runner.studies.shown.report import save_study_report
+from proofmass.runner.studies.shown.report import _since_text, save_study_report
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import CALIBRATED, RECORDED, RECORDING, STUDY, TRIPLE
 from tests.runner.output.test_report import Outline, texts
@@ -76,6 +77,24 @@ def test_the_page_holds_what_came_out(page: str, folder: Path) -> None:
         "corner_frequency = 100 Hz",
     ):
         assert label in text
+
+
+@pytest.mark.parametrize(
+    ("text", "since"),
+    [
+        (STUDY, [["", "first age", "first age"]] * 2),
+        (CALIBRATED, [["0 h"] * 4, ["0 h", "0 h", "2 years", "2 years"], ["0 h", "1 year", "2 years", "3 years"]]),
+    ],
+)
+def test_it_says_since_when_changes_are_counted(text: str, since: list[list[str]]) -> None:
+    """Without calibrations from the first age on, at which nothing has changed; else from the last one."""
+    result = run_study(read_study_text(text), runs=6, engine="python")
+    known = StudyInfluences(result)
+    for point, ages in zip(by_point(result), since, strict=True):
+        said = [_since_text(result.study, found) for found in known.of(point)][::2]  # two measures at each age
+        for words, age in zip(said, ages, strict=True):
+            before = "last calibration, at " if text == CALIBRATED else ""
+            assert words == (age and f" Changes are those since the {before}{age}.")
 
 
 def test_its_commands_replay_the_runs_it_names(
