@@ -146,21 +146,29 @@ class Passing:
     def __init__(self) -> None:
         self._data = measured().get_data()
         self._seconds: Mapping[str, float] = json.loads(SECONDS.read_text(encoding="utf-8"))
-        self._lines: dict[str, Mapping[int, Sequence[str]]] = {}
+        self._lines = dict[str, Mapping[int, set[str]]]()
+        self._every = dict[str, set[str]]()
 
     def of(self, file: str, line: int) -> dict[str, float]:
         """Return the seconds of each file of tests that passes a line, the quickest first.
 
-        Of a line that runs at import only these are all that pass another line of its file.
+        Of a line that runs at import these are all that pass any line of its file: the first one alone imports it.
         """
         if file not in self._lines:
             parser = PythonParser(filename=str(ROOT / file))
             parser.parse_source()
             by_line = self._data.contexts_by_lineno(str(ROOT / file))
-            last = len((ROOT / file).read_text(encoding="utf-8").splitlines())
-            self._lines[file] = {n: by_line.get(parser.first_line(n), ()) for n in range(1, last + 1)}
-        tests = set(self._lines[file].get(line, ())) - {""} or set().union(*self._lines[file].values()) - {""}
+            self._lines[file] = {n: set(by_line.get(parser.first_line(n), ())) for n in _of_functions(ROOT / file)}
+            self._every[file] = set().union(*by_line.values())
+        tests = self._lines[file].get(line, set()) - {""} or self._every[file] - {""}
         return dict(sorted(((test, self._seconds.get(test, 1.0)) for test in tests), key=lambda item: item[1]))
+
+
+def _of_functions(path: Path) -> Iterator[int]:
+    """Yield the lines of a file that run when a function is called."""
+    for node in ast.walk(ast.parse(path.read_bytes())):
+        if isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef):
+            yield from range(node.body[0].lineno, (node.end_lineno or 0) + 1)
 
 
 def reasons() -> Mapping[tuple[str, str], str]:

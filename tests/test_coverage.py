@@ -5,7 +5,7 @@ from pathlib import Path
 import coverage
 import pytest
 
-from tests.coverage import Branch, Room, missing, reasons, table
+from tests.coverage import Branch, Passing, Room, missing, reasons, table
 
 SOURCE = """\
 def sign(value):
@@ -46,6 +46,30 @@ def test_a_branch_stands_for_the_lines_that_it_leads_to(
     assert [(branch.line, branch.to) for branch in left] == expected
     assert rooms["blocks"].branches == 4
     assert rooms["blocks"].lines == 10
+
+
+class Measured:
+    """What a run has measured of SOURCE: one test imports the file, which calls `sign` at once, and two call it."""
+
+    def get_data(self) -> "Measured":
+        return self
+
+    def contexts_by_lineno(self, _: str) -> dict[int, list[str]]:
+        return {1: ["early"], 2: ["early", "late"], 3: ["late"], 9: ["early"], 14: ["early"]}
+
+
+def test_tests_of_a_line_that_runs_at_import_are_those_of_its_file(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Not only the first one that imported it, whose context it has."""
+    (tmp_path / "some.py").write_text(SOURCE)
+    (tmp_path / "seconds.json").write_text('{"early": 2.0, "late": 1.0}')
+    for name, value in (("ROOT", tmp_path), ("SECONDS", tmp_path / "seconds.json"), ("measured", Measured)):
+        monkeypatch.setattr(f"tests.coverage.{name}", value)
+    passing = Passing()
+    assert passing.of("some.py", 3) == {"late": 1.0}
+    for line in (1, 2, 9, 10, 14):
+        assert list(passing.of("some.py", line)) == ["late", "early"]
 
 
 def test_the_table_has_the_sum_of_all_rooms() -> None:
