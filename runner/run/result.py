@@ -63,7 +63,7 @@ def statistics(values: AnyArray) -> Statistics:
 def _scaled_statistics(values: AnyArray, scale: float) -> Statistics:
     """Statistics of the values times a power of two."""
     count, entries = 0, values[0].size
-    mean = squares = np.zeros(values.shape[1:])
+    mean = squares = np.zeros(())
     lowest = highest = scale * np.asarray(values[0], dtype=np.float64)
     with np.errstate(over="ignore", invalid="ignore"):
         for first, last in pieces(len(values), entries):

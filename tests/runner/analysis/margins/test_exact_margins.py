@@ -44,6 +44,18 @@ def test_a_loop_of_one_at_rest_has_the_crossover_after_its_rise() -> None:
     assert gain_crossings(falling) == []
 
 
+@pytest.mark.parametrize("off", [-1, 1])
+def test_a_rounding_error_at_rest_makes_no_crossover(off: int) -> None:
+    """(1 + 2^-50) / (1 + s) would cross over at 4e-8 rad/s; 1 + 1e-11 is no rounding error."""
+    one = 2**50
+    rising = Rational(flint.fmpz_poly([one + off, 2 * one]), flint.fmpz_poly([one, 2 * one, one]), 2, sampled=False)
+    assert [crossing.w for crossing in gain_crossings(rising)] == [pytest.approx(math.sqrt(2.0), rel=1e-14)]
+    falling = Rational(flint.fmpz_poly([one + off]), flint.fmpz_poly([one, one]), 1, sampled=False)
+    assert gain_crossings(falling) == []
+    more = Rational(flint.fmpz_poly([10**11 + 1]), flint.fmpz_poly([10**11, 10**11]), 1, sampled=False)
+    assert [crossing.w for crossing in gain_crossings(more)] == [pytest.approx(math.sqrt(2e-11), rel=1e-10)]
+
+
 def servo(phase_margin: str = "60 deg") -> Graph:
     """Two slow integrations at 1 MHz, crossover 0.036 Hz: a pole at 1, one at 1 - 5e-9."""
     return Graph(

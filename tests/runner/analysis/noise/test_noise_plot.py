@@ -1,5 +1,8 @@
 """The picture of a noise budget names what it draws, and says what is too small to be seen."""
 
+from dataclasses import replace
+
+import numpy as np
 import pytest
 
 from proofmass import noise
@@ -28,3 +31,14 @@ def test_the_legend_has_the_lines_that_are_in_the_picture(changes: dict[str, str
     assert [text.get_text() for text in shown.get_texts()] == names
     (every,) = [line for line in left.lines if line.get_label() == "all"]
     assert left.get_ylim()[1] == pytest.approx(2.0 * max(every.get_ydata()), rel=1e-12)
+
+
+@pytest.mark.parametrize("size", [1e-24, 1e24])
+def test_lines_end_at_a_part_of_the_largest_amplitude(size: float) -> None:
+    """At 1e-8 of it, whatever the unit: six of eleven amplitudes, each 10^-1.5 of the one before."""
+    falling = size * 10.0 ** -(3.0 * np.arange(11.0))
+    budget = noise(GRAPH, "mean.mean", frequencies=10.0 ** np.arange(-9.0, 2.0))
+    left, *_ = plot_noise(replace(budget, density=falling, sources=())).axes
+    (every,) = [line for line in left.lines if line.get_label() == "all"]
+    drawn = np.asarray(every.get_ydata(), dtype=float)
+    assert drawn / drawn[0] == pytest.approx(10.0 ** -(1.5 * np.arange(6.0)), rel=1e-9)

@@ -1,4 +1,4 @@
-"""Slopes of figures that have none in closed form, by differences of exact matrices."""
+"""Slopes of figures against closed forms: exact where there is one, else by differences of exact matrices."""
 
 import math
 
@@ -22,3 +22,43 @@ def test_slopes_of_a_step_are_those_of_its_closed_form() -> None:
     found = read_figure(margins, loop, "settling_time", {"gain": 3.0, "other": 1.0})
     assert found.slopes == {"gain": pytest.approx(-10.0 * math.log(50.0) / 40.0**2, rel=1e-3)}
     assert read_figure(margins, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}
+
+
+def lags(gain: float, order: int, *, aside: int = 0) -> OpenLoop:
+    """K / (s / 10 + 1)^n, and an integral of the first lag beside the loop."""
+    size = order + aside
+    matrix, by_gain = np.zeros((size + 1, size + 2)), np.zeros((size + 1, size + 2))
+    for row in range(order):
+        matrix[row, row], matrix[row, row - 1 if row else size] = -10.0, 10.0
+    matrix[order:size, 0] = 1.0
+    matrix[size, order - 1], by_gain[size, order - 1] = -gain, -1.0
+    states = tuple(("plant", f"x{number}", -1) for number in range(size))
+    return OpenLoop(PeriodMap(states, WIRE, WIRE, matrix, {"gain": by_gain}, 0.0), continuous=True)
+
+
+def test_slopes_of_margins_are_exact() -> None:
+    """K / (s / 10 + 1)^3: -180 deg at 10 sqrt(3) rad/s, where |L| = K / 8; |L| = 1 at 10 sqrt(K^(2/3) - 1)."""
+    gain = 3.0
+    loop = lags(gain, 3)
+    margins = margins_of(loop, "main", "plant.output")
+    root = math.sqrt(gain ** (2.0 / 3.0) - 1.0)
+    left, crossover = math.pi - 3.0 * math.atan(root), 10.0 * root
+    faster = 10.0 * gain ** (-1.0 / 3.0) / (3.0 * root)  # of the crossover, by K
+    turned = -3.0 / (1.0 + root**2) * faster / 10.0
+    expected = {
+        "gain_margin": (20.0 * math.log10(8.0 / gain), -20.0 / math.log(10.0) / gain),
+        "phase_margin": (math.degrees(left), math.degrees(turned)),
+        "delay_margin": (left / crossover, (turned - left / crossover * faster) / crossover),
+    }
+    for figure, (value, slope) in expected.items():
+        found = read_figure(margins, loop, figure, {"gain": gain})
+        assert found.value == pytest.approx(value, rel=1e-12), figure
+        assert found.slopes == {"gain": pytest.approx(slope, rel=1e-12)}, figure
+
+
+def test_the_slope_of_a_sensitivity_that_is_largest_at_rest() -> None:
+    """L = -0.5 / (s / 10 + 1): |S| = 1 / (1 - 0.5) at rest, where the integral beside it is infinite."""
+    loop = lags(-0.5, 1, aside=1)
+    found = read_figure(margins_of(loop, "main", "plant.output"), loop, "sensitivity_peak", {"gain": -0.5})
+    assert found.value == pytest.approx(20.0 * math.log10(2.0), rel=1e-12)
+    assert found.slopes == {"gain": pytest.approx(-20.0 / math.log(10.0) / 0.5, rel=1e-8)}

@@ -3,6 +3,8 @@
 import threading
 from collections.abc import Sequence
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -31,6 +33,19 @@ def study_of(path: Path, text: str = STUDY) -> Study:
 @pytest.fixture
 def study(tmp_path: Path) -> Study:
     return study_of(tmp_path / "study.toml")
+
+
+@pytest.mark.parametrize(
+    ("size", "sizes"),
+    [(1, [48, 35]), (1 << 24, [16, 16, 16, 16, 16, 3]), (1 << 25, [8] * 10 + [3]), (1 << 30, [8] * 10 + [3])],
+)
+def test_threads_get_as_many_parts_each_and_large_ones(size: int, sizes: list[int]) -> None:
+    """83 runs in groups of 8 lanes, eleven of them, for two threads: one part each, if their memory allows it."""
+    compiled = SimpleNamespace(compiled=SimpleNamespace(size=size))
+    sensors: Any = SimpleNamespace(together=compiled, study=SimpleNamespace(epochs=(0.0,)), lanes=8, ticks=100)
+    parts = list(SensorRuns.parts(sensors, np.arange(83), 2))
+    assert [len(part) for part in parts] == sizes
+    assert np.concatenate(parts).tolist() == list(range(83))
 
 
 @pytest.mark.exhaustive
