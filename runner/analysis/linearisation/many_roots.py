@@ -172,7 +172,6 @@ def _balls(polynomial: Polynomial, less_one: Complex, errors: Array, bits: int) 
 
 def _polished(polynomial: Polynomial, slope: Polynomial, place: Any, bits: int) -> Any:
     """Return a ball that holds a root next to a place."""
-    step = flint.acb(0)
     for _ in range(12):
         step = polynomial(place) / slope(place)
         if not step.is_finite():

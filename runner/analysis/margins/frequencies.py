@@ -149,9 +149,8 @@ def highest(samples: Samples, measure: RealFunction) -> tuple[float, float]:
     """Return frequency and value at which a measure of the response is largest."""
     w, values = samples.w, measure(samples.values)
     best = int(np.argmax(values))
-    before, after = np.maximum(np.arange(len(w)) - 1, 0), np.minimum(np.arange(len(w)) + 1, len(w) - 1)
-    near = values >= np.maximum(0.98 * values[best], np.maximum(values[before], values[after]))
-    inner = np.flatnonzero(near[1:-1]) + 1
+    near = values[1:-1] >= np.maximum(0.98 * values[best], np.maximum(values[:-2], values[2:]))
+    inner = np.flatnonzero(near) + 1
     at, heights = _lowest(_curve(samples, measure), w, inner, np.full(len(inner), -1.0))
     peaks = [(float(w[best]), float(values[best])), *zip(at.tolist(), (-heights).tolist(), strict=True)]
     return max(peaks, key=lambda pair: pair[1])

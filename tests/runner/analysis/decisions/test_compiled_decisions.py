@@ -1,14 +1,21 @@
 """Which sources of noise are recorded beside a quantiser of one bit."""
 
-from proofmass import Graph
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from proofmass import Graph, simulate
 from proofmass.blocks import Comparator, Constant, Difference, DiscreteIntegrator, Sum, WhiteNoise
-from proofmass.runner.analysis.decisions.compiled_decisions import _sources
+from proofmass.runner.analysis.decisions import compiled_decisions
+from proofmass.runner.analysis.decisions.compiled_decisions import _decisions, _sources, _watching
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.simulate import RunOptions, simulate_plan
 
 
-def test_sources_that_draw_a_number_at_each_decision() -> None:
-    """Not one at another rate, none that the quantiser does not hear, and nothing that draws no number."""
-    graph = Graph(
+def modulator() -> Graph:
+    """A loop of one bit that hears noise at its own rate, and at a slower one."""
+    return Graph(
         name="",
         rate=1000,
         blocks={
@@ -30,5 +37,26 @@ def test_sources_that_draw_a_number_at_each_decision() -> None:
             *("error.output -> total.input", "total.output -> bit.input"),
         ],
     )
-    planned = plan(graph)
+
+
+def test_sources_that_draw_a_number_at_each_decision() -> None:
+    """Not one at another rate, none that the quantiser does not hear, and nothing that draws no number."""
+    planned = plan(modulator())
     assert list(_sources(planned, set(planned.blocks) - {"elsewhere"}, {"bit": "sign"})) == ["hiss.output"]
+
+
+@pytest.mark.parametrize(("tick", "samples", "first"), [(0, 40, 16), (30, 41, 20), (2, 100, 18)])
+def test_decisions_count_once_the_loop_has_settled(
+    tick: int, samples: int, first: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """And in the second half of a run that is too short for that: each sum of the loop beside its sign."""
+    monkeypatch.setattr(compiled_decisions, "SETTLING", 16)
+    graph, ports = modulator(), {"bit": "sign"}
+    planned = plan(graph)
+    watching, _ = _watching(planned, set(planned.blocks) - {"elsewhere"}, ports, 0)
+    result = simulate_plan(watching, watching.graph.root, RunOptions(samples=samples))
+    found = _decisions(watching, result, "bit", "sign", tick)
+    plain = simulate(replace(graph, probes=("total.output", "bit.sign")), samples=samples)
+    expected = [np.asarray(plain[signal].values, dtype=float)[first:] for signal in ("total.output", "bit.sign")]
+    np.testing.assert_allclose(found.rows, np.column_stack(expected), rtol=0.0, atol=1e-12)
+    assert len(found.sources) == samples - first

@@ -30,6 +30,9 @@ def test_the_highest_of_several_peaks() -> None:
     )
     assert found == pytest.approx((8.04, 1.001), rel=1e-7)
     assert highest(Samples.on(w, lambda v: v + 0j), measured) == pytest.approx((10.0, 10.0))
+    assert highest(Samples.on(w, lambda v: 1.0 / v + 0j), measured) == pytest.approx((0.1, 10.0))
+    assert highest(Samples.on(w, lambda v: 3.0 - (v - 0.2) ** 2 + 0j), measured) == pytest.approx((0.2, 3.0), abs=1e-7)
+    assert highest(Samples.on(w, lambda v: 3.0 - (v - 9.9) ** 2 + 0j), measured) == pytest.approx((9.9, 3.0), abs=1e-7)
 
 
 def test_a_zero_at_an_end_is_that_end() -> None:

@@ -1,5 +1,7 @@
 """Pictures of loops: what is drawn is what was computed, with names on all axes."""
 
+from itertools import pairwise
+
 import control
 import numpy as np
 import pytest
@@ -71,3 +73,13 @@ def test_a_tornado_has_a_bar_for_each_effect() -> None:
     assert [patch.get_width() for patch in panel.patches] == pytest.approx([60.0, -10.0])  # type: ignore[attr-defined]
     assert [label.get_text() for label in panel.get_yticklabels()] == ["a.gain", "b.gain"]
     assert panel.get_xlabel() == "change for +1 % [mV]"
+
+
+def test_rows_of_tornados_have_room_for_their_names() -> None:
+    """Names do not run into each other, also in one of many rows above one of a single row."""
+    effects = tuple(Effect(f"block_{number}.gain", 1.0, "V", 1.0, 0.01 * (number + 1)) for number in range(9))
+    figure = plot_sensitivities([Sensitivity("many", "V", 1.0, effects), Sensitivity("one", "V", 1.0, effects[:1])])
+    figure.canvas.draw()
+    for panel in figure.axes:
+        boxes = sorted((label.get_window_extent() for label in panel.get_yticklabels()), key=lambda box: box.y0)
+        assert all(below.y1 < above.y0 for below, above in pairwise(boxes))

@@ -1,6 +1,7 @@
 """Noise budgets against closed forms, within 1e-9."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -328,3 +329,13 @@ def test_the_band_of_a_held_mean_of_many_values(ratio: int) -> None:
     kernel = ratio * high + 10000.0 * math.fsum(triangle)
     wanted = kernel / ratio**2
     assert noise(graph, "fast.output", band=(0.0, high)).rms ** 2 == pytest.approx(wanted, rel=1e-10)
+
+
+@pytest.mark.parametrize(
+    ("frequencies", "slow"), [((1.0, 10.0, 99.0, 101.0, 400.0), 3), ((200.0, 500.0, 799.0, 801.0), 3)]
+)
+def test_coefficients_are_of_the_slow_part_of_a_density(frequencies: tuple[float, ...], slow: int) -> None:
+    """Up to a tenth of the rate, and up to four times the first frequency where that is more: N^2 = S / 2."""
+    density = np.where(np.arange(len(frequencies)) < slow, 4.0, 4e-6)
+    found = replace(first_order(0.0), frequencies=np.array(frequencies), density=density).levels
+    assert found["N"].value == pytest.approx(math.sqrt(2.0), rel=1e-3)
