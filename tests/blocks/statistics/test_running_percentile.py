@@ -75,3 +75,13 @@ def test_order_and_equal_samples() -> None:
     ramp = np.arange(1001.0)
     for samples in (ramp, ramp[::-1]):
         assert percentile(samples.tolist(), 90.0) == pytest.approx(900.0, rel=0.02)
+
+
+@pytest.mark.parametrize("place", [2.0, 2.5, 4.9, 5.0, 6.25, 7.0, 7.5])
+def test_the_mean_of_joined_samples_stands_at_the_middle_of_their_ranks(place: float) -> None:
+    """0 to 9, of which five are joined to 2 and four to 7.5: the value of each rank between is that rank."""
+    block = RunningPercentile(percent=100.0 * place / 9.0)
+    state = type(block).functions["start"].function(block)._replace(samples=10, values=2, fresh=1)
+    table: tuple[list[float] | list[int], ...] = ([2.0, 7.5], [-5, -4], [5.0], [1])
+    found = type(block).output_functions["percentile"].function(block, state, *table)
+    assert found == pytest.approx(place, rel=1e-14)
