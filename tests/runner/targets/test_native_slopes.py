@@ -1,5 +1,6 @@
 """Maps of ticks from machine code against those of dual numbers in plain Python, entry by entry."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import pytest
@@ -87,12 +88,14 @@ def fixed() -> Plan:
     return loop_through(registers, "in.input", "out.output", wires)
 
 
-def driven() -> Plan:
-    """A mass whose stiffness follows the sequence, and moves with the loop."""
+def driven(gate: Sequence[float] = (1.0,)) -> Plan:
+    """A mass whose stiffness moves with the loop while a gate is open."""
     mass = MassSpringDamper(mass=1e-6, damping=1e-3, stiffness=1.0)
     blocks = {"spring": Gain(gain=0.1, output_unit="N/m"), "mass": mass, "force": Gain(output_unit="N")}
     blocks |= {"stiff": Sum(unit="N/m"), "middle": Constant(value=1.0, unit="N/m"), "out": Gain(input_unit="m")}
-    wires = ("error.output -> spring.input", "spring.output -> stiff.first", "middle.output -> stiff.second")
+    blocks |= {"gate": RepeatingSequence(values=tuple(gate)), "gated": Product()}
+    wires: tuple[str, ...] = ("error.output -> gated.first", "gate.output -> gated.second")
+    wires += ("gated.output -> spring.input", "spring.output -> stiff.first", "middle.output -> stiff.second")
     wires += ("stiff.output -> mass.stiffness", "force.output -> mass.force", "mass.displacement -> out.input")
     return loop_through(blocks, "force.input", "out.output", wires)
 
@@ -125,6 +128,10 @@ def test_registers(node: Endpoint) -> None:
 @pytest.mark.parametrize("tick", [0, 200])
 def test_a_stiffness_that_moves(node: Endpoint, tick: int) -> None:
     assert_alike(*both(driven(), node, tick), rel=1e-9)
+
+
+def test_a_stiffness_that_moves_after_some_ticks() -> None:
+    assert_alike(*both(driven((*[0.0] * 30, *[1.0] * 40)), ("error", "output")), rel=1e-9)
 
 
 def test_a_slower_part_holds_its_value() -> None:
