@@ -65,6 +65,17 @@ def test_it_stops_at_the_same_run_in_every_order(study: Study) -> None:
         assert (means.end, means.enough) == (expected, True)
 
 
+@pytest.mark.parametrize("together", [1, FEWEST - 1, FEWEST, FEWEST + 5])
+def test_sensors_that_are_all_alike_are_known_from_the_fewest(study: Study, together: int) -> None:
+    """No sooner, and no later, however many arrive at a time."""
+    means = RunningMeans(study, SensorRuns(study, "python").plan.measures)
+    step = together * study.points
+    for first in range(0, (FEWEST + 10) * study.points, step):
+        runs = (SensorRun(run, epoch, (0.0, 5.0), "") for run in range(first, first + step) for epoch in range(3))
+        means.add(outcomes_of(runs, 3, 2))
+    assert (means.end, means.enough) == (FEWEST * study.points, True)
+
+
 def test_what_it_shows(study: Study) -> None:
     means = RunningMeans(study, SensorRuns(study, "python").plan.measures)
     assert means.text() == ""
