@@ -99,6 +99,8 @@ def test_the_state_space_is_for_python_control() -> None:
     w = np.geomspace(0.1, 100.0, 7)
     expected = 10.0 / (1j * w * (1j * w + 1.0) * (1j * w + 10.0))
     assert system(1j * w) == pytest.approx(expected, rel=1e-9)
+    assert system.state_labels == ["plant:first", "plant:second", "plant:third"]
+    assert (system.input_labels, system.output_labels) == (["error:output"], ["error:output back"])
 
 
 @pytest.mark.exhaustive
