@@ -103,9 +103,10 @@ class Perilous:
     """As much of a client as chunks need; a worker dies of some runs, and all that waits behind them goes down too."""
 
     def __init__(self, deadly: set[int]) -> None:
-        self.deadly, self.under_way = deadly, list[Doomed]()
+        self.deadly, self.under_way, self.counted = deadly, list[Doomed](), 0
 
     def nthreads(self) -> dict[str, int]:
+        self.counted += 1
         return {"worker": 2}
 
     def submit(self, function: Any, *given: Any, pure: bool) -> Any:
@@ -136,14 +137,16 @@ class Doomed:
 @pytest.mark.parametrize("deadly", [set(), {7}, {0, 5, 11}])
 def test_runs_that_kill_workers_are_named(deadly: set[int], study: Study, monkeypatch: pytest.MonkeyPatch) -> None:
     """Not those that waited behind them, which are tried again alone; where all others are done, it is said."""
-    client = contextlib.nullcontext(Perilous(deadly))
-    monkeypatch.setattr(chunks, "connected", lambda _: client)
+    client = Perilous(deadly)
+    monkeypatch.setattr(chunks, "connected", lambda _: contextlib.nullcontext(client))
+    monkeypatch.setattr(chunks, "COUNTS", 60.0)
     monkeypatch.setattr(chunks, "chunk_size", lambda *_: 1)
     sensors, left = SensorRuns(study, "python"), np.arange(12)
     arriving = runs_on_workers("", sensors, [], left, RunningMeans(study, sensors.measures), threading.Event())
     arrived = list[int]()
     if not deadly:
         assert sorted(number for some in arriving for number in some.numbers.tolist()) == left.tolist()
+        assert client.counted == 2, "as it begins, and as it ends"
         return
     with pytest.raises(RunError, match=r"workers die as they begin with run \d+") as caught:
         arrived.extend(number for some in arriving for number in some.numbers.tolist())
