@@ -27,7 +27,7 @@ from proofmass.blocks.declaration.kind import BlockType
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
 
 __all__ = ["Block", "BlockType", "Buffer", "BufferPort", "Input", "Port", "Recording", "block", "param"]
 

@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.facts import Facts, Requirements
 from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.ports import DeclaredSize, NumberType, Port
-from proofmass.blocks.declaration.units import UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 

@@ -3,7 +3,7 @@
 import math
 import re
 
-from proofmass.blocks.declaration import units
+from proofmass.blocks.declaration.unit_expressions import unit
 
 _SIGNS = {-24: "y", -21: "z", -18: "a", -15: "f", -12: "p", -9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M", 9: "G"}
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -74,7 +74,7 @@ def display(own: str, wanted: str, largest: float) -> tuple[float, str]:
     """
     if not wanted:
         return prefix(own, largest)
-    return float(units.unit(own or "1").factor / units.unit(wanted).factor), pretty(wanted)
+    return float(unit(own or "1").factor / unit(wanted).factor), pretty(wanted)
 
 
 def displayed(value: float, own: str, wanted: str, digits: int = 6) -> str:

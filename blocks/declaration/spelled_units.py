@@ -6,7 +6,8 @@ from decimal import Decimal
 from fractions import Fraction
 from functools import lru_cache
 
-from proofmass.blocks.declaration.units import fitting, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import fitting
 
 _MOST_DIGITS = 17  # of a float
 _LEAST_PLAIN, _MOST_PLAIN = -4, 11  # powers of ten of numbers that are written without one

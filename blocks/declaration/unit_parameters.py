@@ -3,7 +3,8 @@
 import re
 from collections.abc import Iterator, Mapping
 
-from proofmass.blocks.declaration.units import UnitError, named_unit, short_unit, split_quantity, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
+from proofmass.blocks.declaration.units import named_unit, short_unit, split_quantity
 
 _NAMES = re.compile(r"\{(\w+)\}")
 _RATIO = re.compile(r"\(?\{(\w+)\}\)?/\(\{(\w+)\}\)")

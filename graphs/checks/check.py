@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of, takes_unit, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import Unit, UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import Unit, UnitError, unit
 from proofmass.graphs.checks.chopping import chopping_notes
 from proofmass.graphs.checks.clocking import clocking_notes
 from proofmass.graphs.checks.names_used import as_written, bad_exports, bad_loops, once, unused_parts

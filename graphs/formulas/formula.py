@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TypeGuard
 
 from proofmass.blocks.declaration.problem import Refusal
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.operations import NUMBER, Dimension, dimension_text
 from proofmass.graphs.formulas.parser import parsed
 from proofmass.graphs.formulas.tree import Numbers, Tree, dimension_of, evaluated, names_of

@@ -12,7 +12,7 @@ from functools import cache
 
 from proofmass.blocks.arithmetic import elementary
 from proofmass.blocks.declaration.problem import Refusal
-from proofmass.blocks.declaration.units import BASE, Unit, unit
+from proofmass.blocks.declaration.unit_expressions import BASE, Unit, unit
 
 Dimension = tuple[Fraction, ...]  # exponents of the base units
 NUMBER: Dimension = (Fraction(0),) * len(BASE)

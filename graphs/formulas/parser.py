@@ -15,7 +15,8 @@ from fractions import Fraction
 from functools import lru_cache
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import convert_exactly, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.operations import FUNCTIONS, OPERATIONS
 from proofmass.graphs.formulas.tree import LARGEST_WHOLE_POWER, Apply, Name, Number, Raised, Tree, evaluated, names_of
 

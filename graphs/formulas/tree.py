@@ -6,7 +6,7 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
 from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, NUMBER, OPERATIONS, Dimension, multiplied
 
 LARGEST_WHOLE_POWER = 64  # multiplied out

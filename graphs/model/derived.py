@@ -7,7 +7,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of, evaluated, plainly

@@ -6,7 +6,8 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.units import same_dimension, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import same_dimension
 from proofmass.blocks.statistics.last_value import LastValue
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME

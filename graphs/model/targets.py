@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import NUMBER, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of

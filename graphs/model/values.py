@@ -7,7 +7,8 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
-from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
+from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
 from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, Dimension, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of

@@ -5,7 +5,8 @@ from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.units import UnitError, same_unit
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import same_unit
 
 _SHOWN = 3  # wires in a hint
 

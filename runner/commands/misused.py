@@ -7,7 +7,7 @@ from typing import Any
 import click
 
 from proofmass.blocks.declaration.problem import Problem, did_you_mean
-from proofmass.blocks.declaration.units import is_unit
+from proofmass.blocks.declaration.unit_expressions import is_unit
 
 ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a command or an option, and what other tools call it
     "run": ("simulate", "sim", "start", "execute", "exec", "go", "sweep", "transient", "tran", "trace"),

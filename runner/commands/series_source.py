@@ -3,7 +3,8 @@
 import click
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.spectrum.series import Series, of_trace, read_series

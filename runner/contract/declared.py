@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.instance import shape_of, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.ports import BufferPort, Port
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import UnitError, unit
 from proofmass.runner.contract.drawn import random_value
 from proofmass.runner.contract.places import problem
 from proofmass.runner.contract.verdict import ContractVerdict, verdict

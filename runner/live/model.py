@@ -15,7 +15,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import display, prefix
 from proofmass.blocks.declaration.spelled_units import spellings
-from proofmass.blocks.declaration.units import short_unit, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.measures import MEASURES

@@ -11,7 +11,7 @@ from graphlib import TopologicalSorter
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Refusal
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed

@@ -12,7 +12,8 @@ from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.blocks.declaration.spelled_units import usual_unit
-from proofmass.blocks.declaration.units import short_unit, split_quantity, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import short_unit, split_quantity
 from proofmass.graphs.drawing.picture import box_of
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Endpoint, Graph

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.shown_units import display
-from proofmass.blocks.declaration.units import UnitError, convert_exactly, split_quantity
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.pictures import BLUE, axis_label, sheet
 from proofmass.runner.output.text_table import text_table

@@ -13,7 +13,8 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
-from proofmass.blocks.declaration.units import UnitError, convert_exactly, same_dimension
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.graphs.model.flatten import FlatGraph
 
 LARGEST_FILE = 2 << 30

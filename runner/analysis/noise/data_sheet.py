@@ -10,7 +10,8 @@ from collections.abc import Mapping
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.blocks.declaration.units import UnitError, convert, same_dimension, short_unit
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert, same_dimension, short_unit
 from proofmass.blocks.noise_and_drift.flicker_noise import FlickerNoise
 from proofmass.blocks.noise_and_drift.random_walk import RandomWalk
 from proofmass.blocks.noise_and_drift.white_noise import WhiteNoise

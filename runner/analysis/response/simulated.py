@@ -15,7 +15,8 @@ import numpy as np
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, shown
-from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.signals.sum import Sum
 from proofmass.blocks.sources.repeating_sequence import RepeatingSequence
 from proofmass.graphs.model.flatten import flatten

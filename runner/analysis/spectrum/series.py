@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.blocks.declaration.units import UnitError, convert
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns
 from proofmass.runner.run.result import Trace

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Refusal, shown
-from proofmass.blocks.declaration.units import UnitError, convert, short_unit
+from proofmass.blocks.declaration.unit_expressions import UnitError
+from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.graph import Graph

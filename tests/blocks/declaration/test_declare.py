@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.catalog import all_blocks, facts
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, Recording, block, param
 from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from tests.by_hand.fresh_blocks import fresh_block
 from tests.by_hand.functions import drive
 

@@ -12,15 +12,8 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.declaration.units import (
-    PREFIXES,
-    UnitError,
-    convert,
-    convert_exactly,
-    same_dimension,
-    same_unit,
-    unit,
-)
+from proofmass.blocks.declaration.unit_expressions import PREFIXES, UnitError, unit
+from proofmass.blocks.declaration.units import convert, convert_exactly, same_dimension, same_unit
 
 EXPRESSIONS = {  # ours: pint's
     "m": "m", "nm": "nm", "inch": "inch", "kg": "kg", "mg": "mg", "us": "us", "min": "min", "h": "hour", "d": "day",

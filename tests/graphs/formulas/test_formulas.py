@@ -6,7 +6,7 @@ from fractions import Fraction
 import pytest
 
 from proofmass.blocks.declaration.problem import Refusal
-from proofmass.blocks.declaration.units import unit
+from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import FUNCTIONS, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of, slopes

@@ -9,7 +9,8 @@ from typing import Any
 import pytest
 
 from proofmass.blocks.declaration.spelled_units import decimal_in, spellings
-from proofmass.blocks.declaration.units import convert, unit
+from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.units import convert
 from tests.by_hand.live_node import MODULES
 from tests.by_hand.node import NODE, needs_node
 
