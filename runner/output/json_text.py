@@ -15,6 +15,11 @@ def json_text(data: Any, indent: int = 2, *, ensure_ascii: bool = True) -> str:
     return json.dumps(_known(data), indent=indent, ensure_ascii=ensure_ascii, allow_nan=False)
 
 
+def finite(number: float | None) -> float | None:
+    """Return a number, or None if it has no value or no limit."""
+    return number if number is not None and math.isfinite(number) else None
+
+
 def _known(data: Any) -> Any:
     if isinstance(data, Mapping):
         return {key: _known(value) for key, value in data.items()}

@@ -19,6 +19,7 @@ from proofmass.runner.analysis.noise.prediction import allan_deviation
 from proofmass.runner.analysis.noise.rounding import Dither
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted, html_table
+from proofmass.runner.output.json_text import finite
 from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
@@ -141,7 +142,7 @@ class NoiseBudget(Plotted):
                     "share": source.share,
                     "density": source.density.tolist(),
                     **(
-                        {"moved_steps": _finite(source.dither.change), "doubtful": source.doubtful}
+                        {"moved_steps": finite(source.dither.change), "doubtful": source.doubtful}
                         if source.dither
                         else {}
                     ),
@@ -167,10 +168,6 @@ class NoiseBudget(Plotted):
             **({"derivatives": self.derivatives.as_data()} if self.derivatives else {}),
             **({"one_more": [asdict(step) for step in self.steps]} if self.steps else {}),
         }
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def unit_at(planned: Plan, node: Endpoint) -> str:

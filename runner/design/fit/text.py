@@ -7,6 +7,7 @@ from typing import Any
 from proofmass.runner.design.fit.fit import Fit, FitReport
 from proofmass.runner.design.fit.scale import CONFIDENCE
 from proofmass.runner.design.fit.starts import Arrivals
+from proofmass.runner.output.json_text import finite
 from proofmass.runner.output.text_table import text_table
 
 
@@ -70,9 +71,6 @@ def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]
 
 
 def _fit_data(fit: Fit) -> dict[str, Any]:
-    def finite(value: float) -> float | None:
-        return value if math.isfinite(value) else None
-
     return {
         "model": fit.model,
         "method": fit.method,

@@ -26,6 +26,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
+from proofmass.runner.output.json_text import finite
 
 CONFIDENCE = 0.95
 _DIGITS = 9
@@ -123,14 +124,14 @@ class Fitted(Told, Plotted):
                     "before": e.before,
                     "value": e.value,
                     "unit": e.unit,
-                    "standard_error": _finite(e.standard_error),
-                    "half_width": _finite(e.half_width),
+                    "standard_error": finite(e.standard_error),
+                    "half_width": finite(e.half_width),
                     "at_bound": e.at_bound or None,
                 }
                 for e in self.estimates
             },
             "noise_levels": {level.parameter: level.as_data() for level in self.levels},
-            "correlation": [[_finite(v) for v in row] for row in self.correlation.tolist()],
+            "correlation": [[finite(v) for v in row] for row in self.correlation.tolist()],
             "determined": self.determined,
             "findings": list(self.findings),
             "outputs": {
@@ -363,7 +364,3 @@ def _output(solver: UnknownsSolver, signal: str, raw: Sequence[tuple[str, AnyArr
 def _bound(unknown: Unknown, value: float) -> str:
     near = 1e-6 * unknown.scale
     return "lower" if value - unknown.at_least <= near else "upper" if unknown.at_most - value <= near else ""
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -1,6 +1,5 @@
 """Parameters of a graph that meet its goals, and what binds them."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -19,6 +18,7 @@ from proofmass.runner.design.tune.search import KEPT, Search
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
+from proofmass.runner.output.json_text import finite
 
 _ACTIVE = 1e-3  # slack up to which a goal may bind
 _DIGITS = (9, 12, 17)  # of the numbers that are written: as few as miss no goal, since a yield has steps
@@ -59,13 +59,13 @@ class TunedGoal:
             "quantity": str(self.goal.quantity),
             "unit": self.goal.quantity.unit,
             "wanted": self.goal.wanted,
-            "before": _finite(self.before),
-            "after": _finite(self.after),
+            "before": finite(self.before),
+            "after": finite(self.after),
             "met": self.met,
             "worst_at": self.case,
             "binds": self.binds,
             "price_of_one_percent": self.price,
-            "reachable": _finite(self.reachable),
+            "reachable": finite(self.reachable),
         }
 
 
@@ -283,7 +283,3 @@ def _reachable(search: Search, best: TriedPoint) -> dict[str, float]:
             if reading is not None:
                 reached[name] = reading.value
     return reached
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None

@@ -1,6 +1,5 @@
 """The worst cases of quantities of a graph within tolerances, what makes them, and how much was looked at."""
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -30,6 +29,7 @@ from proofmass.runner.design.worst.search import BoxSearch, SearchedPlace, Side
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
+from proofmass.runner.output.json_text import finite
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95
@@ -73,14 +73,14 @@ class WorstCase:
             "quantity": str(self.quantity),
             "unit": self.quantity.unit,
             "side": self.side,
-            "nominal": _finite(self.nominal),
-            "worst": _finite(self.worst),
-            "first_order": _finite(self.first_order),
+            "nominal": finite(self.nominal),
+            "worst": finite(self.worst),
+            "first_order": finite(self.first_order),
             "at": dict(self.values),
             "places": dict(self.places),
             "inside": self.inside,
-            "one_at_a_time": {o.parameter: [_finite(o.at_low), _finite(o.at_high)] for o in self.one_at_a_time},
-            "corners": [{"signs": signs, "value": _finite(value)} for signs, value in self.corners],
+            "one_at_a_time": {o.parameter: [finite(o.at_low), finite(o.at_high)] for o in self.one_at_a_time},
+            "corners": [{"signs": signs, "value": finite(value)} for signs, value in self.corners],
         }
 
 
@@ -284,7 +284,3 @@ def _value(case: SearchedPlace | None, side: Side) -> float | None:
 
 def _signs(case: SearchedPlace) -> str:
     return "".join("+" if part > 0.0 else "-" for part in case.place)
-
-
-def _finite(value: float | None) -> float | None:
-    return value if value is not None and math.isfinite(value) else None
