@@ -6,7 +6,7 @@ International Journal of Control 77, 2004.) Each step does as much as all the st
 
 from collections.abc import Sequence
 
-from proofmass.blocks.arithmetic.modes import Matrix
+from proofmass.blocks.arithmetic.modes import Matrix, product
 
 STEPS = 60
 
@@ -38,14 +38,14 @@ def steady_covariance(transition: Matrix, readout: Sequence[float], process: Mat
     g = [[left * right / noise for right in readout] for left in readout]
     h = process
     for _ in range(STEPS):
-        w = _product(g, h)
+        w = product(g, h)
         for i in range(len(w)):
             w[i][i] += 1.0
         by_a, by_g = solved(w, a), solved(w, g)
         turned = [list(row) for row in zip(*a, strict=True)]
-        following = _sum(h, _product(_product(turned, h), by_a))
-        g = _sum(g, _product(_product(a, by_g), turned))
-        a = _product(a, by_a)
+        following = _sum(h, product(product(turned, h), by_a))
+        g = _sum(g, product(product(a, by_g), turned))
+        a = product(a, by_a)
         if following == h:
             break
         h = following
@@ -68,11 +68,6 @@ def solved(matrix: Matrix, right: Matrix) -> Matrix:
             if k != i:
                 rows[k] = [value - rows[k][i] * above for value, above in zip(rows[k], rows[i], strict=True)]
     return [row[size:] for row in rows]
-
-
-def _product(left: Matrix, right: Matrix) -> Matrix:
-    columns = list(zip(*right, strict=True))
-    return [[sum(a * b for a, b in zip(row, column, strict=True)) for column in columns] for row in left]
 
 
 def _sum(left: Matrix, right: Matrix) -> Matrix:
