@@ -18,6 +18,7 @@ from proofmass.runner.contract.verdict import ContractVerdict, verdict
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.output.counts import count
 from proofmass.runner.plan.constants import constants_of, start_of
+from proofmass.runner.planning.plan import numbers_in
 
 PERIOD = 1e-4  # seconds
 _NAME = re.compile(r"[a-z][a-z0-9]*(_[a-z0-9]+)*")
@@ -137,7 +138,7 @@ def _fails(kind: type[Block], values: dict[str, Any]) -> str:
         if kind.has_formats():
             return ""
         made = constants_of(block, block, PERIOD)
-        if not all(map(math.isfinite, _numbers(made or ()))):
+        if not all(map(math.isfinite, numbers_in(made or ()))):
             return "constants gives a number that is not finite"
         sizes = {name: math.prod(shape_of(block, buffer)) for name, buffer in kind.buffers.items()}
         start_of(block, {n: [held_as(b.dtype)(0)] * sizes[n] for n, b in kind.buffers.items()}, PERIOD)
@@ -146,11 +147,3 @@ def _fails(kind: type[Block], values: dict[str, Any]) -> str:
     except Exception as error:
         return f"it cannot start: {type(error).__name__}: {error}"
     return ""
-
-
-def _numbers(values: Any) -> Iterator[float]:
-    for value in values:
-        if isinstance(value, tuple):
-            yield from _numbers(value)
-        else:
-            yield value

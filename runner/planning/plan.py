@@ -120,7 +120,7 @@ def _made(
                 prepared[name] = _Made(None, traced.constants, traced.start, held, traced)
                 continue
             as_set = constants_of(block, block, planned.block_period(name))
-            if not all(map(math.isfinite, _numbers(as_set or ()))):
+            if not all(map(math.isfinite, numbers_in(as_set or ()))):
                 raise ArithmeticError("one of them is not finite")
             recorded = recordings.get(name) or read_recordings(planned.graph, name)
             filled: dict[str, Any] = {b: recorded.get(b) or _zeros(block, b) for b in kind.buffers}
@@ -155,11 +155,11 @@ def _numbers_of(prepared: Mapping[str, _Made]) -> _Numbers:
     )
 
 
-def _numbers(values: Iterable[Any]) -> Iterator[float]:
+def numbers_in(values: Iterable[Any]) -> Iterator[float]:
     """All numbers of constants, those of tuples among them too."""
     for value in values:
         if isinstance(value, tuple):
-            yield from _numbers(value)
+            yield from numbers_in(value)
         else:
             yield value
 
