@@ -7,7 +7,7 @@ from graphlib import CycleError, TopologicalSorter
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
-from proofmass.blocks.declaration.unit_expressions import UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import is_unit, unit
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
 from proofmass.graphs.formulas.operations import CONSTANTS, FUNCTIONS, Dimension, coherent_unit
@@ -84,7 +84,7 @@ def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
     why = taken.get(name, "")
     if name in FUNCTIONS or name in CONSTANTS:
         why = "a function" if name in FUNCTIONS else "a constant"
-    elif not why and _is_unit(name):
+    elif not why and is_unit(name):
         why = "a unit"
     if why:
         hint = "choose another: words say more than letters, as in mass or drive_frequency"
@@ -143,14 +143,6 @@ def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
     """Return the value that a formula gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     return NamedValue(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
-
-
-def _is_unit(name: str) -> bool:
-    try:
-        unit(name)
-    except UnitError:
-        return False
-    return True
 
 
 def _problem(message: str, path: tuple[str, ...], **more: Any) -> Problem:
