@@ -8,6 +8,7 @@ import click
 
 from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.blocks.declaration.unit_expressions import is_unit
+from proofmass.runner.output.counts import is_number
 
 ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a command or an option, and what other tools call it
     "run": ("simulate", "sim", "start", "execute", "exec", "go", "sweep", "transient", "tran", "trace"),
@@ -92,7 +93,7 @@ def _unquoted(command: click.Command, words: list[str]) -> Iterator[str]:
 
 def _values(words: list[str]) -> list[str]:
     """Return the words up to the next option."""
-    end = next((i for i, word in enumerate(words) if word.startswith("-") and not _is_number(word)), len(words))
+    end = next((i for i, word in enumerate(words) if word.startswith("-") and not is_number(word)), len(words))
     return words[:end]
 
 
@@ -104,7 +105,7 @@ def _assigned(values: list[str]) -> str:
     rest = [word for word in ([first] if first else []) + values[1:] if word != "="]
     rest[0] = rest[0].removeprefix("=")
     value = rest[0]
-    if len(rest) > 1 and _is_number(value) and is_unit(rest[1]):
+    if len(rest) > 1 and is_number(value) and is_unit(rest[1]):
         value = f"{value} {rest[1]}"
     elif "=" in values[0] and first:
         return ""
@@ -113,16 +114,8 @@ def _assigned(values: list[str]) -> str:
 
 def _quoted(values: list[str], count: int) -> str:
     """Return as many quantities in quotes, of words such as `1 Hz 100 Hz`; empty for other words."""
-    pairs = [f'"{a} {b}"' for a, b in zip(values[::2], values[1::2], strict=False) if _is_number(a) and is_unit(b)]
+    pairs = [f'"{a} {b}"' for a, b in zip(values[::2], values[1::2], strict=False) if is_number(a) and is_unit(b)]
     return " ".join(pairs[:count]) if len(pairs) >= count else ""
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def under_options(problems: Iterable[Problem], options: Mapping[str, Any], command: click.Command) -> list[Problem]:

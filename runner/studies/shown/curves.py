@@ -6,6 +6,7 @@ import numpy as np
 
 from proofmass.graphs.studies.ages import age_text
 from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.output.counts import is_number
 from proofmass.runner.output.page import picture
 from proofmass.runner.output.pictures import axis_label
 from proofmass.runner.output.sweeps import axis_of
@@ -43,7 +44,7 @@ def variant_pictures(results: Mapping[str, StudyResult]) -> list[tuple[str, str]
 
 def _over(results: Mapping[str, StudyResult], swept: Mapping[str, Mapping[str, str]], key: str) -> str:
     values = list(dict.fromkeys(values[key] for values in swept.values() if key in values))
-    places, unit = axis_of([float(value) if _is_number(value) else value for value in values])
+    places, unit = axis_of([float(value) if is_number(value) else value for value in values])
     at, pictures = dict(zip(values, places, strict=True)), []
     for measure in next(iter(results.values())).measures:
         curves = Curves()
@@ -71,11 +72,3 @@ def _swept(name: str) -> dict[str, str]:
     """
     pairs = (part.partition(_IS) for part in name.split(_AND))
     return {key: value for key, equals, value in pairs if equals}
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
