@@ -46,6 +46,8 @@ _ANSWERS = 64  # that are kept
 class DualStages(Stages):
     """The functions of a group, on dual numbers."""
 
+    _solve_loop = staticmethod(solve_dual)
+
     def __init__(self, plan: Filled, group: Group, by_parameters: bool) -> None:
         self._plan, self._by_parameters = plan, by_parameters
         super().__init__(plan.blocks, plan.schedule, group, plan.block_period)
@@ -66,11 +68,6 @@ class DualStages(Stages):
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         return for_duals(behaviour.function)
-
-    def _solve_loop(
-        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
-    ) -> bool:
-        return solve_dual(tears, others, known, value)
 
 
 class DualAdvance(Advance):

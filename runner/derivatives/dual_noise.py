@@ -101,17 +101,13 @@ class NoisyTicks(DualTicks):
     """
 
     def __init__(self, *arguments: Any, noise: Noisy, drawn: bool = False) -> None:
-        self._owner, self._noise, self._drawn = "", noise, drawn
+        self._noise, self._drawn = noise, drawn
         self._bits: dict[str, tuple[int, list[tuple[Any, Any]]]] = {}  # of a tick, by block
         self._known: set[tuple[str, str, int]] = set()
         self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
         self._dropped: dict[str, tuple[int, list[tuple[Any, tuple[str, str, int]]]]] = {}  # in a tick, by block
         self._counts: Counter[tuple[str, str]] = Counter()
         super().__init__(*arguments)
-
-    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
-        self._owner = name
-        return super()._bound(name, function)
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         owner = self._owner

@@ -33,6 +33,8 @@ LastingPlace = tuple[str, Any, int]  # "state", "constant", "buffer" or "wire", 
 class DualTicks(Interpreter):
     """Ticks in which `inputs` are added to what some wires carry, and replace it where the wire is cut."""
 
+    _solve_loop = staticmethod(solve_dual)
+
     def __init__(
         self,
         plan: Plan,
@@ -107,11 +109,6 @@ class DualTicks(Interpreter):
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         return for_duals(behaviour.function)
-
-    def _solve_loop(
-        self, tears: Sequence[Endpoint], others: Sequence[Endpoint], wires: Any, value: Callable[[Endpoint], Any]
-    ) -> bool:
-        return solve_dual(tears, others, wires, value)
 
     def _finite(self, value: Any) -> bool:
         values = value if isinstance(value, list | tuple) else [value]

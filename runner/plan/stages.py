@@ -49,6 +49,8 @@ class _Call(NamedTuple):
 class Stages:
     """A group's functions of (context, time, states), states being a flat sequence of floats."""
 
+    _solve_loop = staticmethod(solve_in_place)  # on the values of an instant; whether there is a solution
+
     def __init__(
         self, blocks: Mapping[str, Block], schedule: Schedule, group: Group, periods: Callable[[str], float]
     ) -> None:
@@ -145,12 +147,6 @@ class Stages:
         loop = self._torn[first.result]
         if not self._solve_loop(*loop, known, lambda place: self._called(self._of_place[place], known)):
             self.unsolved = first.at
-
-    def _solve_loop(
-        self, tears: Sequence[int], others: Sequence[int], known: list[Any], value: Callable[[int], Any]
-    ) -> bool:
-        """Solve an algebraic loop on the values of an instant; return whether there is a solution."""
-        return solve_in_place(tears, others, known, value)
 
     def _called(self, call: _Call, known: list[Any]) -> Any:
         self.at = call.at

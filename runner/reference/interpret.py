@@ -50,11 +50,14 @@ class OutOfBoundsError(ArithmeticError):
 class Outputs:
     """The outputs of a tick in their order: all that can be computed before continuous groups have solvers."""
 
+    _solve_loop = staticmethod(solve_in_place)  # on the wires; whether there is a solution
+
     def __init__(self, plan: Filled, seed: int, run: int = 0, memory: Memory | None = None) -> None:
         self.filled, self.seed, self.run = plan, seed, run
         self._memory = memory or start(plan)
         self._constants = dict(plan.constants)
         self._period = plan.period  # a quotient of exact numbers, which takes as long as a small block
+        self._owner = ""  # the block whose function is bound to its arguments
         self._at = ""  # the function under way, for messages
         self._overflowed: set[str] = set()  # in this tick
         steps = {step: self._step(step) for step in plan.schedule.order}
@@ -105,12 +108,6 @@ class Outputs:
         yield loop.tears[0], solve
         for tear in loop.tears[1:]:
             yield tear, lambda tick, tear=tear: wires[tear]  # type: ignore[misc]
-
-    def _solve_loop(
-        self, tears: Sequence[Endpoint], others: Sequence[Endpoint], wires: Any, value: Callable[[Endpoint], Any]
-    ) -> bool:
-        """Solve an algebraic loop on the wires; whether there is a solution."""
-        return solve_in_place(tears, others, wires, value)
 
     def _step(self, step: OutputStep) -> Callable[[int], Any]:
         return self._driven(step.block) if isinstance(step, ConstantsOf) else self._output(*step)
@@ -165,6 +162,7 @@ class Outputs:
 
     def _bound(self, name: str, function: str) -> Callable[[int], Any]:
         """A function of a block with every argument looked up in the tick."""
+        self._owner = name
         block = self.filled.blocks[name]
         behaviour = type(block).output_functions.get(function) or type(block).functions[function]
         bindings = self.filled.bindings(name, function)

@@ -51,7 +51,7 @@ class _Errors(PartInterpreter):
     """A run with noise that notes what converters are given, and their errors in steps."""
 
     def __init__(self, plan: Plan, memory: Memory, upstream: AbstractSet[str], seen: AbstractSet[str]) -> None:
-        self._seen, self._owner = seen, ""
+        self._seen = seen
         self._values: dict[str, set[float]] = {name: set() for name in seen}
         self._errors: dict[str, set[float]] = {name: set() for name in seen}
         super().__init__(plan, plan.graph.seed, memory, upstream)
@@ -60,10 +60,6 @@ class _Errors(PartInterpreter):
         """Return whether the error of a converter never changed, for several values where noise reaches it."""
         values, errors = self._values[name], self._errors[name]
         return len(errors) == 1 and (len(values) > 1 or not by_noise)
-
-    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
-        self._owner = name
-        return super()._bound(name, function)
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         owner = self._owner

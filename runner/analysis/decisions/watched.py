@@ -50,7 +50,7 @@ class Watched(PartInterpreter):
     def __init__(
         self, plan: Plan, memory: Memory, upstream: AbstractSet[str], deciding: AbstractSet[str], seed: int
     ) -> None:
-        self._deciding, self._owner = deciding, ""
+        self._deciding = deciding
         self._several: dict[str, list[list[tuple[float, float]]]] = {}
         self._seen: dict[str, tuple[int, list[float]]] = {}
         super().__init__(plan, seed, memory, upstream)
@@ -72,10 +72,6 @@ class Watched(PartInterpreter):
         self.advance(self._memory.tick + ticks - first, ())
         none = np.zeros((0, 0))
         return {n: [Decisions(np.array(e), none) for e in several if e] for n, several in self._several.items()}
-
-    def _bound(self, name: str, function: str) -> Callable[[int], Any]:
-        self._owner = name
-        return super()._bound(name, function)
 
     def _callable(self, block: Block, behaviour: Behaviour) -> Callable[..., Any]:
         if self._owner not in self._deciding:
