@@ -25,7 +25,6 @@ class FormulaStep:
     formula: Formula
     names: Mapping[str, str]  # values in the formula, by their paths
     unit: str  # of the target
-    of_value: bool
     fixed: bool = False  # sets a rate, a clock offset, the duration or a measure, which no run can vary
 
     def number(self, numbers: Mapping[str, Any], apply: Callable[[str, list[Any]], Any] = plainly) -> Any:
@@ -95,20 +94,20 @@ class Dependence:
         paths = {name: path + name for name in part.values}
         for name, value in part.values.items():
             if value.formula is not None:
-                yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension), of_value=True)
+                yield self._step(path + name, value.formula, paths, coherent_unit(value.dimension))
         for target, formula in part.formulas.items():
             of_measure = is_of_measure(part, target)
             if of_measure and path:
                 continue  # measures of a part are not those of the whole
             whole, of_value = path + target, path + target in self.numbers
             unit = self.units[whole] if of_value else _unit(part, target)
-            yield self._step(whole, formula, paths, unit, of_value, fixed=of_measure or _is_clock(target))
+            yield self._step(whole, formula, paths, unit, fixed=of_measure or _is_clock(target))
 
     def _step(
-        self, target: str, formula: Formula, own: Mapping[str, str], unit: str, of_value: bool, *, fixed: bool = False
+        self, target: str, formula: Formula, own: Mapping[str, str], unit: str, *, fixed: bool = False
     ) -> FormulaStep:
         names = {name: own[name] for name in sorted(formula.names) if name in own}
-        return FormulaStep(target, formula, names, unit, of_value, fixed)
+        return FormulaStep(target, formula, names, unit, fixed)
 
 
 def _is_clock(target: str) -> bool:

@@ -12,8 +12,6 @@ from typing import Any
 _MODULUS = 1 << 64
 _HALF = 1 << 63
 
-PlainNumber = float | int | bool
-
 
 def wrapped(value: int) -> int:
     """An integer modulo 2^64, with sign.
