@@ -89,7 +89,7 @@ def _fraction(numerator: Any, denominator: Any, dt: Any, rate: Rate | None, unit
         raise _refusal("has more zeros than poles", "no block differentiates; add poles beyond the band that matters")
     if dt is not None:
         return DiscreteTransferFunction(numerator=_row(above), denominator=_row(below), **names)
-    _check_order(len(below) - 1, _SINGLE, "TransferFunction")
+    _check_order(len(below) - 1)
     return TransferFunction(numerator=_row(above), denominator=_row(below), **names)
 
 
@@ -143,10 +143,10 @@ def _check_rate(dt: Any, rate: Rate | None) -> None:
         raise _refusal(f"was made for a time step of {dt:g} s, not for {write_rate(given)}", hint, str(rate))
 
 
-def _check_order(order: int, most: int, kind: str) -> None:
-    if order > most:
+def _check_order(order: int) -> None:
+    if order > _SINGLE:
         hint = "write it as factors, blocks in series that are integrated together exactly; or control.ss(system)"
-        raise _refusal(f"is of order {order}; a {kind} is of order {most} at most", hint)
+        raise _refusal(f"is of order {order}; a TransferFunction is of order {_SINGLE} at most", hint)
 
 
 def _refusal(message: str, hint: str, got: str = "") -> ModelError:

@@ -49,9 +49,9 @@ class Ball:
         low, high = float(self.arb.lower()), float(self.arb.upper())
         return math.nextafter(low, -math.inf), math.nextafter(high, math.inf)
 
-    def widened(self, part: float = LAST_PLACES) -> "Ball":
-        """Return the ball with a further part of each value as radius."""
-        return Ball(self.arb * flint.arb(1, part))
+    def widened(self) -> "Ball":
+        """Return the ball with the last places of each value as a further radius."""
+        return Ball(self.arb * flint.arb(1, LAST_PLACES))
 
     def __add__(self, other: Any) -> Any:
         return _operated(other, lambda b: self.arb + b)

@@ -75,9 +75,9 @@ class GoalsAt:
     def nominal(self) -> TriedPoint:
         """Return the goals at the parameters of the graph; their sizes are those that they have there."""
         note, self.note = self.note, lambda at: None
-        self._measure_sizes(self.at_values(self.tuning.nominal, True))
+        self._measure_sizes(self.at_values(self.tuning.nominal))
         self.note = note
-        return self.at_values(self.tuning.nominal, True)
+        return self.at_values(self.tuning.nominal)
 
     def _measure_sizes(self, at: TriedPoint) -> None:
         for name, goal in self.tuning.goals.items():
@@ -93,10 +93,10 @@ class GoalsAt:
         values = {name: free.value(float(part)) for (name, free), part in zip(frees, inside, strict=True)}
         return self._at(values, np.asarray(inside), slopes)
 
-    def at_values(self, values: Mapping[str, float], slopes: bool) -> TriedPoint:
-        """Return the goals at values of the free parameters."""
+    def at_values(self, values: Mapping[str, float]) -> TriedPoint:
+        """Return the goals and their derivatives at values of the free parameters."""
         parts = np.array([free.part(values[name]) for name, free in self.tuning.free.items()])
-        return self._at(values, parts, slopes)
+        return self._at(values, parts, True)
 
     def _at(self, values: Mapping[str, float], parts: Array, slopes: bool) -> TriedPoint:
         readings, factors_of = {}, {}

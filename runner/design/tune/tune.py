@@ -199,7 +199,7 @@ def _rounded(goals: GoalsAt, best: TriedPoint) -> TriedPoint:
     at = best
     for digits in _DIGITS:
         numbers = {name: float(f"{value:.{digits}g}") for name, value in best.values.items()}
-        at = goals.at_values({name: goals.tuning.free[name].inside(value) for name, value in numbers.items()}, True)
+        at = goals.at_values({name: goals.tuning.free[name].inside(value) for name, value in numbers.items()})
         if at.violation <= max(best.violation, KEPT):
             break
     return at
