@@ -58,5 +58,5 @@ def test_an_unknown_engine_is_refused_with_the_nearest_name() -> None:
 
 
 def test_a_study_refuses_an_engine_for_single_runs() -> None:
-    with pytest.raises(ModelError, match=r"(?s)engine: runs no studies.*cxxrtl.*auto, compiled, python"):
+    with pytest.raises(ModelError, match=r"(?s)engine: runs no studies.*cxxrtl.*auto, python, compiled"):
         SensorRuns(read_study_text(STUDY), "cxxrtl")
