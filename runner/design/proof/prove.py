@@ -14,6 +14,7 @@ from functools import partial
 from typing import Any
 
 import flint
+from threadpoolctl import threadpool_limits
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert
@@ -53,6 +54,7 @@ MOST_DISK = 2.0
 _Subject = tuple[
     Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
 ]  # a loop or path, and claims about it
+_BLAS = "blas"  # has one thread meanwhile: at matrices as small as a loop's its threads wait for each other
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 
@@ -152,7 +154,7 @@ def prove(
     claims += quantities
     proofs = list[MarginProof]()
     every = sum(len(wanted) for _, wanted in claims)
-    with interrupts() as stop:
+    with interrupts() as stop, threadpool_limits(1, _BLAS):
         for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
             proofs.append(proof)
             if progress is not None:
@@ -190,7 +192,7 @@ def prove_margin(
     planned = plan(graph)
     name, node = one_loop(planned, loop)
     claim = Claim(name, ".".join(node), kind, limit)
-    with interrupts() as stop:
+    with interrupts() as stop, threadpool_limits(1, _BLAS):
         subjects = [(partial(_starting, planned, node), [claim])]
         return next(_proofs(graph, planned, subjects, coordinates, False, seconds, stop, KnownProofs(())))
 

@@ -6,6 +6,7 @@ import random
 
 import numpy as np
 import pytest
+from threadpoolctl import threadpool_info, threadpool_limits
 
 from proofmass import blocks
 from proofmass.blocks.declaration.problem import ModelError
@@ -283,3 +284,16 @@ def test_a_tolerance_of_what_follows_another_one_is_refused() -> None:
     assert prove(graph, tolerances={"strength": "10 %"}).proved
     with pytest.raises(ModelError, match="follows what varies too by a formula"):
         prove(graph, tolerances={"strength": "10 %", "gain.gain": "10 %"})
+
+
+def test_blas_has_one_thread_while_a_proof_is_searched() -> None:
+    """And as many as before afterwards."""
+    threads = list[set[int]]()
+
+    def note(*_: object) -> None:
+        threads.append({pool["num_threads"] for pool in threadpool_info() if pool["user_api"] == "blas"})
+
+    with threadpool_limits(2, user_api="blas"):
+        prove(GRAPH, progress=note)
+        note()
+    assert threads == [{1}, {1}, {1}, {2}]
