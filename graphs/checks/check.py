@@ -150,7 +150,7 @@ class _Wiring:
                     absent |= {end.message} if end.absent else set()
             if isinstance(into, Missing):
                 self.meant.add(into.meant)
-                if not isinstance(out, Missing) and split(into.meant)[1] == "":
+                if not isinstance(out, Missing) and not split(into.meant)[1]:  # no input is near the name
                     self.tried[split(target)[0]].append(source)
             if target in driven_by:
                 other = driven_by[target]

@@ -220,7 +220,9 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
     wires = wires[first:] + wires[:first]
     named = wires if len(wires) <= _NAMED else [*wires[:_NAMED], f"and {len(wires) - _NAMED} more"]
     later = _later_outputs(graph, cycle)
-    instead = f"wire {later[0]} in place of {later[1]}: it needs no input of the same tick. Or " if later else ""
+    instead = (
+        f"{later[0]} needs no input of the same tick: wire it in place of {later[1]} if it serves. Or " if later else ""
+    )
     solve = 'or have the loop solved: algebraic_loops = "newton" under [integration]'
     cannot = f"Newton's method cannot solve the loop, since {obstacle}"
     return Problem(

@@ -1,7 +1,7 @@
 """A graph from a TOML file, with the line of every problem. Nothing in the file is evaluated, imported or fetched."""
 
 import tomllib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterator, Mapping
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
@@ -19,7 +19,7 @@ from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
 from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.hints import syntax_hint
-from proofmass.graphs.model.keys import TOP_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.values import read_values
 
@@ -27,7 +27,12 @@ _COMPARED = 1000  # at most so many files of a folder are compared with a misspe
 _OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
 _TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints of the TOML parser
 _ONCE = "the same name is given twice: rename or remove one of them"
-_OWN_LISTS = ("blocks", "study", "tune")  # tables whose own readers know about lists
+_NAMES = ("values", "measures", "loops", "requirements")  # tables of names that a file chooses
+_KEYS_ELSEWHERE = {  # tables in which a key of the graph is in the wrong place, but for those that are their own too
+    **dict.fromkeys((*_NAMES, "integration"), ()),
+    "study": STUDY_KEYS,
+    "tune": TUNE_KEYS,
+}
 _ANY_RATE = "1 kHz"  # stands in for a rate that cannot be read, so that wires can be checked
 
 
@@ -100,7 +105,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     if depth == 0 and "blocks" not in data and isinstance(data.get("graph"), str):
         hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
         raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
-    data, problems = _with_lists_at_top(data, place)
+    data, problems = _with_keys_at_top(data, place)
     problems += [
         Refusal("unknown key", _meant(key, data)).problem(key, key, path=(key,)) for key in data if key not in TOP_KEYS
     ]
@@ -138,33 +143,37 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     return graph
 
 
-def _with_lists_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any], list[Problem]]:
-    """Return the graph with wires and probes that stand in other tables at its top, and a problem for each."""
-    found: dict[KeyPath, list[object]] = {}
-    whole = {
-        key: _without_lists(entry, (key,), found) if isinstance(entry, dict) and key not in _OWN_LISTS else entry
-        for key, entry in data.items()
-    }
-    problems = []
-    for (*head, key), entries in found.items():
+def _with_keys_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any], list[Problem]]:
+    """Return the graph with its own keys that stand in other tables at its top, and a problem for each."""
+    found: dict[KeyPath, object] = {}
+    whole, problems = dict(data), []
+    for key, own in _KEYS_ELSEWHERE.items():
+        if isinstance(data.get(key), dict):
+            whole[key] = _without_keys(data[key], (key,), own, found)
+    for (*head, key), entry in found.items():
         table, path = ".".join(head), (*head, key)
         hint = f"after [{table}] it belongs to that table: move it above the first table"
         problems.append(Problem(message="stands in the wrong table", key=f"{table}.{key}", hint=hint, path=path))
         if key not in whole:
-            whole[key] = entries
+            whole[key] = entry
             note_line(place, (key,), path)
-            for index, _ in enumerate(entries):
+            for index in range(len(entry) if isinstance(entry, list) else 0):
                 note_line(place, (key, str(index)), (*path, str(index)))
     return whole, problems
 
 
-def _without_lists(table: dict[str, Any], path: KeyPath, found: dict[KeyPath, list[object]]) -> dict[str, Any]:
-    kept = dict[str, Any]()
+def _without_keys(
+    table: dict[str, Any], path: KeyPath, own: Collection[str], found: dict[KeyPath, object]
+) -> dict[str, Any]:
+    """Return a table without the keys of the graph in it. A name that a file chooses counts only with a list."""
+    kept, names = dict[str, Any](), path[0] in _NAMES
     for key, entry in table.items():
-        if key in ("wires", "probes") and isinstance(entry, list):
+        if names and isinstance(entry, dict):
+            kept[key] = _without_keys(entry, (*path, key), own, found)
+        elif key in TOP_KEYS and key not in own and (isinstance(entry, list) or not names or len(path) > 1):
             found[*path, key] = entry
         else:
-            kept[key] = _without_lists(entry, (*path, key), found) if isinstance(entry, dict) else entry
+            kept[key] = entry
     return kept
 
 

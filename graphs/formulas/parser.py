@@ -15,7 +15,7 @@ from fractions import Fraction
 from functools import lru_cache
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
-from proofmass.blocks.declaration.unit_expressions import unit
+from proofmass.blocks.declaration.unit_expressions import is_unit, unit
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.formulas.operations import FUNCTIONS, OPERATIONS
 from proofmass.graphs.formulas.tree import LARGEST_WHOLE_POWER, Apply, Name, Number, Raised, Tree, evaluated, names_of
@@ -118,7 +118,7 @@ class _Parser:
             return
         words = [text for _, text in rest]
         name = words[2] if words[:2] == ["sqrt", "("] else words[0]
-        if rest[0][0] == "name" and _is_unit(name):
+        if rest[0][0] == "name" and is_unit(name):
             divisor = " ".join(text for _, text in self.tokens[begin : self.at])
             message = f"after / the quantity {shown(divisor, 30)[1:-1]} ends before {mark} {shown(name, 30)[1:-1]}"
             raise Refusal(message, "put a quantity of several units into brackets, as in a / (9.8 m/s^2)")
@@ -189,14 +189,6 @@ class _Parser:
         self.depth += 1
         if self.depth > DEPTH:
             raise Refusal(f"a formula nested deeper than {DEPTH} levels", "name its parts in [values]")
-
-
-def _is_unit(name: str) -> bool:
-    try:
-        unit(name)
-    except Refusal:
-        return False
-    return True
 
 
 def _raised(base: Tree, exponent: Tree) -> Tree:

@@ -4,6 +4,8 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from proofmass.runner.output.json_text import finite
+
 LARGEST_FACTOR = 1.0e9  # of gain margins; beyond it a loop counts as unlimited
 FactorInterval = tuple[float, float]
 
@@ -53,15 +55,15 @@ class Figures:
         """Return the numbers as plain data, in the units that their names say."""
         return {
             "gain_margin_db": decibels(self.gain_margin),
-            "gain_margin_frequency_hz": _finite(self.gain_margin_frequency),
+            "gain_margin_frequency_hz": finite(self.gain_margin_frequency),
             "gain_reduction_db": decibels(self.gain_reduction),
             "phase_margin_deg": None if self.phase_margin is None else math.degrees(self.phase_margin),
             "phase_margin_frequency_hz": self.phase_margin_frequency,
             "delay_margin_s": self.delay_margin,
-            "delay_margin_frequency_hz": _finite(self.delay_margin_frequency),
+            "delay_margin_frequency_hz": finite(self.delay_margin_frequency),
             "disk_margin": self.disk_margin,
             "sensitivity_peak_db": decibels(self.sensitivity_peak),
-            "sensitivity_peak_frequency_hz": _finite(self.sensitivity_peak_frequency),
+            "sensitivity_peak_frequency_hz": finite(self.sensitivity_peak_frequency),
             "bandwidth_hz": self.bandwidth,
             "distance": self.distance,
             "stable_gains": [[low, None if math.isinf(high) else high] for low, high in self.stable_gains],
@@ -82,10 +84,6 @@ def least_gain_margin(*limits: float | None) -> float:
     """Return the decibels to the factor next to 1 of some that are limits; infinite where none is."""
     factor = nearest_gain(*limits)
     return math.inf if factor is None else 20.0 * abs(math.log10(factor))
-
-
-def _finite(frequency: float | None) -> float | None:
-    return None if frequency is None or math.isinf(frequency) else frequency
 
 
 def decibels(factor: float | None) -> float | None:

@@ -121,6 +121,6 @@ def spread_evenly(low: float, high: float, count: int) -> list[float]:
     return [low + (high - low) * i / (count - 1) for i in range(count)] if count > 1 else [low]
 
 
-def finite(value: float | None) -> float:
+def or_nan(value: float | None) -> float:
     """Return a margin as a number, NaN where there is none."""
     return math.nan if value is None else value

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.runner.analysis.margins.figures import decibels
-from proofmass.runner.analysis.several.over import MarginsOver, finite
+from proofmass.runner.analysis.several.over import MarginsOver, or_nan
 from proofmass.runner.analysis.several.together import Together
 from proofmass.runner.output.pictures import COLOURS, INK, axis_label, sheet
 
@@ -27,7 +27,7 @@ def plot_together(together: Together) -> "Figure":
         for row, name, colour in zip(together.of_each, together.loops, COLOURS * len(together.loops), strict=False):
             panel.plot(together.frequencies, 1.0 / row, "--", color=colour, label=f"{name} alone")
         panel.plot(together.frequencies, 1.0 / together.bounds, color=INK, linewidth=1.8, label="all at once")
-        panel.plot([finite(together.frequency)], [together.margin], "o", color=INK)
+        panel.plot([or_nan(together.frequency)], [together.margin], "o", color=INK)
         panel.set_xscale("log")
         panel.set_xlim(together.frequencies[_first(together)], together.frequencies[-1])
         panel.set_xlabel("frequency [Hz]")
@@ -54,9 +54,9 @@ def plot_over(over: MarginsOver) -> "Figure":
         for name, colour in zip(over.margins[0], COLOURS * len(over.margins[0]), strict=False):
             rows = [loops[name] for loops in over.margins]
             curves = (
-                [finite(m.nearest_gain and m.least_gain_margin) for m in rows],
-                [math.degrees(finite(m.phase_margin)) for m in rows],
-                [finite(decibels(m.sensitivity_peak)) for m in rows],
+                [or_nan(m.nearest_gain and m.least_gain_margin) for m in rows],
+                [math.degrees(or_nan(m.phase_margin)) for m in rows],
+                [or_nan(decibels(m.sensitivity_peak)) for m in rows],
             )
             for panel, curve in zip(panels, curves, strict=True):
                 panel.plot(values, curve, ".-", color=colour, label=name)

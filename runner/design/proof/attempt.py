@@ -78,14 +78,23 @@ class Attempt:
     known: KnownProofs
 
     def at(self, claim: Claim, until: float) -> MarginProof:
-        """Return what comes of a claim."""
-        begin = time.monotonic()
+        """Return what comes of a claim, of which the nominal sensor is looked at first."""
         if claim.kind not in QUANTITIES:  # whose search begins with the corners
-            nominal = {r.written: r.nominal for r in self.coordinates.ranges}
-            text, fails = _checked(self.graph, claim, nominal)
+            text, fails = _checked(self.graph, claim, self._nominal)
             if fails:
-                nowhere = Searched("refuted", (), 0, 0.0)
-                return MarginProof(claim, nowhere, time.monotonic() - begin, self.coordinates, nominal, text)
+                return self._refuted(claim, self._nominal, text)
+        return self._searched(claim, until)
+
+    @property
+    def _nominal(self) -> dict[str, float]:
+        return {r.written: r.nominal for r in self.coordinates.ranges}
+
+    def _refuted(self, claim: Claim, at: Mapping[str, float], text: str) -> MarginProof:
+        """Return that a sensor breaks a claim, for which nothing was searched."""
+        return MarginProof(claim, Searched("refuted", (), 0, 0.0), 0.0, self.coordinates, at, text)
+
+    def _searched(self, claim: Claim, until: float) -> MarginProof:
+        begin = time.monotonic()
         known = self.known.leaves(claim, self.coordinates.as_data())
         search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
         searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
@@ -122,7 +131,7 @@ class Attempt:
             if limit <= best.claim.limit:
                 break
             claim = replace(proof.claim, limit=limit)
-            tried = self.at(claim, now + 0.5 * (until - now))
+            tried = self._searched(claim, now + 0.5 * (until - now))
             if tried.status == "proved":
                 best = tried
                 continue
@@ -140,17 +149,16 @@ class Attempt:
         """
         ranges = self.coordinates.ranges
         least = least_found(self.graph, ranges, claim)
-        nominal, rounding = quantity_there(self.graph, claim, {r.written: r.nominal for r in ranges})
+        nominal, rounding = quantity_there(self.graph, claim, self._nominal)
         way = abs(nominal - least.margin)
         if not math.isfinite(way):
-            nowhere, shown = Searched("refuted", (), 0, 0.0), _checked(self.graph, claim, least.at)[0]
-            return MarginProof(claim, nowhere, 0.0, self.coordinates, least.at, shown)
+            return self._refuted(claim, least.at, _checked(self.graph, claim, least.at)[0])
         close = max(_CLOSEST * way, _LEAST_ROOM[claim.kind] * abs(nominal), rounding) or _SMALLEST
         room, best, tries = max(_ROOM * way, _FINER * close), None, 0
         while True:
             now = time.monotonic()
             limit = beyond(least.margin, claim.sign, room)
-            tried = self.at(replace(claim, limit=limit), now + 0.5 * (until - now))
+            tried = self._searched(replace(claim, limit=limit), now + 0.5 * (until - now))
             if tried.counterexample is not None:
                 value = value_there(self.graph, claim, tried.counterexample)
                 least = worst_of([least, LeastFound(value, tried.counterexample)], claim)

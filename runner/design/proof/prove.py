@@ -54,7 +54,7 @@ MOST_DISK = 2.0
 _Subject = tuple[
     Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
 ]  # a loop or path, and claims about it
-_BLAS = "blas"  # has one thread meanwhile: at matrices as small as a loop's its threads wait for each other
+_BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 

@@ -143,9 +143,11 @@ class ProofSearch:
         corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in QUANTITIES else None
         return corner if corner is not None and self.breaks(corner) else None
 
-    def _broken_among(self, left: Sequence[tuple[Sides, Start | None]]) -> Sides | None:
-        """Return a point that breaks the claim of boxes that were not looked at yet, the nearest first."""
+    def _broken_among(self, left: Sequence[tuple[Sides, Start | None]], is_late: Callable[[], bool]) -> Sides | None:
+        """Return a point that breaks the claim, of boxes that were not looked at, while there is time."""
         for box, start in reversed(left):
+            if is_late():
+                break
             with suppress(UndecidedError):
                 broken = self._refuted_at(box, self._norm(box, start)[0])
                 if broken is not None:
@@ -172,11 +174,14 @@ class ProofSearch:
     def _over(self, whole: Sides, until: float, stop: threading.Event | None) -> Searched:
         left: list[tuple[Sides, Start | None]] = [(whole, None)]
         leaves, boxes, late = list[ProvedRegion](), 0, list[Sides]()
+
+        def is_late() -> bool:
+            return time.monotonic() > until or (stop is not None and stop.is_set())
+
         while left:
             box, start = left.pop()
             halves, why = self._towards_known(box), self._stuck
-            is_late = boxes and (time.monotonic() > until or (stop is not None and stop.is_set()))
-            if is_late and not halves and box not in self.known:  # what is known is kept all the same
+            if boxes and is_late() and not halves and box not in self.known:  # what is known is kept all the same
                 late.append(box)
                 continue
             if not halves and box[-1][1] - box[-1][0] > self.claim.factor.widest:
@@ -201,7 +206,7 @@ class ProofSearch:
                 halves = _halves(box, weights, whole)
                 start = start if norm is None else Start(norm.transform, norm.family.left)
             if not halves:
-                broken = self._broken_among(left)
+                broken = self._broken_among(left, is_late)
                 if broken is not None:
                     return Searched("refuted", tuple(leaves), boxes, _part(leaves, whole), broken)
                 return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, why)

@@ -13,18 +13,13 @@ import pytest
 
 from proofmass.blocks import (
     Constant,
-    DotProduct,
     Gain,
     MassSpringDamper,
-    SamplingNoise,
     Sum,
-    TransferFunction,
     UnitDelay,
-    VectorJoin,
 )
 from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.graphs.checks.check import check
 from proofmass.graphs.checks.schedule import ConstantsOf, Schedule, outputs_of
 from proofmass.graphs.checks.schedule import schedule as schedule_flat
 from proofmass.graphs.files.toml_reader import read_graph
@@ -204,62 +199,6 @@ def outcome(graph: Graph) -> object:
     return scheduled.order, list(scheduled.divisors.items()), scheduled.base_rate
 
 
-def test_a_loop_is_named_wire_by_wire() -> None:
-    blocks: dict[str, Block] = {"sum": Sum(), "gain": Gain(), "source": Constant(), "back": Gain()}
-    wires = ["source.output -> sum.first", "sum.output -> gain.input", "gain.output -> back.input"]
-    graph = Graph(name="", rate=1, blocks=blocks, wires=[*wires, "back.output -> sum.second"])
-    assert (
-        "\n".join(map(str, check(graph)))
-        == """\
-wires: algebraic loop: each of these outputs needs the one before it within the same tick
-  got:      back.output -> sum.second, sum.output -> gain.input, gain.output -> back.input
-  expected: at least one block in the loop whose output does not depend on its input in the same tick
-  hint:     put a UnitDelay into one of these wires, for example into gain.output -> back.input; \
-or have the loop solved: algebraic_loops = "newton" under [integration]"""
-    )
-
-
-def test_a_filter_in_the_loop_is_offered_by_its_strictly_proper_part() -> None:
-    blocks: dict[str, Block] = {"lag": TransferFunction(), "gain": Gain()}
-    graph = Graph(name="", rate=1, blocks=blocks, wires=["lag.output -> gain.input", "gain.output -> lag.input"])
-    (problem,) = check(graph)
-    offered = (
-        "wire lag.strictly_proper_part in place of lag.output: it needs no input of the same tick. Or put a UnitDelay"
-    )
-    assert problem.hint.startswith(offered)
-    cured = Graph(
-        name="",
-        rate=1,
-        blocks=blocks,
-        wires=["lag.strictly_proper_part -> gain.input", "gain.output -> lag.input"],
-        probes=["gain.output"],
-    )
-    assert check(cured) == []
-
-
-def test_a_delay_in_the_loop_cures_it() -> None:
-    blocks: dict[str, Block] = {"sum": Sum(), "gain": Gain(), "source": Constant(), "back": UnitDelay()}
-    wires = ["source.output -> sum.first", "sum.output -> gain.input", "gain.output -> back.input"]
-    graph = Graph(name="", rate=1, blocks=blocks, wires=[*wires, "back.output -> sum.second"], probes=["sum.output"])
-    assert check(graph) == []
-    assert schedule(graph).order == (
-        ("back", "output"),
-        ("source", "output"),
-        ("sum", "output"),
-        ("gain", "output"),
-    )
-
-
-def test_a_continuous_block_in_the_loop_cures_it() -> None:
-    blocks: dict[str, Block] = {"mass": MassSpringDamper(), "gain": Gain(input_unit="m", output_unit="N")}
-    wires = ["mass.displacement -> gain.input", "gain.output -> mass.force"]
-    assert schedule(Graph(name="", rate=1, blocks=blocks, wires=wires)).order == (
-        ("mass", "displacement"),
-        ("gain", "output"),
-        ("mass", "velocity"),
-    )
-
-
 def test_blocks_wired_crosswise_have_no_loop_when_no_port_reaches_itself() -> None:
     blocks: dict[str, Block] = {"one": TwoWays(), "two": TwoWays()}
     wires = [
@@ -368,35 +307,3 @@ def test_random_loops_come_apart_at_their_tears(first: int) -> None:
         at = {node: index for index, node in enumerate(scheduled.order)}
         assert all(after in tears or at[before] < at[after] for before, after in within_a_tick(graph))
     assert refused == {"the parameters of "}
-
-
-@pytest.mark.parametrize(
-    ("blocks", "wires", "rates", "reason"),
-    [
-        ({"g": Gain()}, ["g.output -> g.gain", "c.output -> g.input"], {}, "the parameters of g depend on its own"),
-        (
-            {"g": Gain(), "h": Gain()},
-            ["g.output -> h.input", "h.output -> g.input"],
-            {"h": 2},
-            "its outputs have different rates",
-        ),
-        (
-            {"g": SamplingNoise(), "h": Gain(input_unit="V", output_unit="V")},
-            ["g.output -> h.input", "h.output -> g.voltage"],
-            {},
-            "g.output draws noise",
-        ),
-        (
-            {"g": VectorJoin(), "h": DotProduct(weights=(1.0, 1.0))},
-            ["g.output -> h.vector", "h.output -> g.first", "c.output -> g.second"],
-            {},
-            "g.output is not a single number of type float",
-        ),
-    ],
-)
-def test_why_newtons_method_cannot_solve_a_loop(
-    blocks: dict[str, Block], wires: list[str], rates: dict[str, Any], reason: str
-) -> None:
-    graph = Graph(name="", rate=1, blocks={**blocks, "c": Constant()}, wires=wires, rates=rates, integration=NEWTON)
-    with pytest.raises(ModelError, match=f"Newton's method cannot solve the loop, since {reason}"):
-        schedule(graph)

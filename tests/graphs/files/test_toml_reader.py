@@ -110,19 +110,19 @@ model.toml:18: blocks.mass.{key}: MassSpringDamper has no such parameter
     )
 
 
-@pytest.mark.parametrize("head", ["values", "integration", "measures.mean"])
-def test_wires_and_probes_after_another_table_count_and_are_told_where_they_belong(head: str) -> None:
+@pytest.mark.parametrize("head", ["values", "integration", "measures.mean", "loops.main", "study", "tune"])
+def test_keys_of_the_graph_after_another_table_count_and_are_told_where_they_belong(head: str) -> None:
     parts = re.split(r"^(?=wires = |probes = |\[blocks)", SMALL, maxsplit=3, flags=re.MULTILINE)
     first, wires, probes, rest = parts
-    inner = 'signal = "adc.code"\nstatistic = "mean"\n' if head == "measures.mean" else ""
-    text = f"{first}[{head}]\n{inner}{wires}{probes}{rest}"
-    line = text.count("\n", 0, text.index("wires = ")) + 1
+    duration = 'duration = "1 s"\n'
+    inner = {"measures.mean": 'signal = "adc.code"\nstatistic = "mean"\n', "loops.main": 'open_at = "adc.code"\n'}
+    moved = "" if head == "values" else duration  # a value may not be called so, which has its own words
+    own = "seed = 3\n" if head in ("study", "tune") else ""
+    text = f"{first.replace(duration, '')}[{head}]\n{inner.get(head, '')}{own}{wires}{probes}{moved}{rest}"
     found = problems_of(text)
-    assert [(p.key, p.message) for p in found] == [
-        (f"{head}.wires", "stands in the wrong table"),
-        (f"{head}.probes", "stands in the wrong table"),
-    ]
-    assert found[0].line == line
+    keys = ["wires", "probes", *(["duration"] if moved else [])]
+    assert [(p.key, p.message) for p in found] == [(f"{head}.{key}", "stands in the wrong table") for key in keys]
+    assert found[0].line == text.count("\n", 0, text.index("wires = ")) + 1
     assert found[0].hint == f"after [{head}] it belongs to that table: move it above the first table"
     misspelt = problems_of(text.replace("-> adc.voltage", "-> adc.volts", 1))
     assert "adc.volts is neither an input nor a parameter" in [p.message for p in misspelt]

@@ -5,7 +5,6 @@ import math
 import pytest
 
 from proofmass import margins
-from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.margins.figures import least_gain_margin, nearest_gain
 from proofmass.runner.analysis.margins.margins import least_of, margins_of
@@ -15,24 +14,9 @@ from proofmass.runner.analysis.several.over import margins_over
 from proofmass.runner.commands.several_loops import _over_lines
 from proofmass.runner.live.verdicts import verdicts
 from proofmass.runner.planning.plan import plan
+from tests.by_hand.needed_gain import GAIN, GRAPH, LEAST, MOST
 
-GRAPH = read_graph_text("""
-rate = "1 kHz"
-samples = 10
-wires = ["plant.strictly_proper_part -> error.second", "error.output -> gain.input", "gain.output -> plant.input",
-         "step.output -> error.first"]
-probes = ["plant.output"]
-
-[loops.main]
-open_at = "error.output"
-
-[blocks]
-step = { kind = "Step" }
-error = { kind = "Difference" }
-gain = { kind = "Gain", gain = 0.25 }
-plant = { kind = "DiscreteTransferFunction", numerator = [1.0], denominator = [1.0, -1.1] }
-""")
-DOWN, UP = 20.0 * math.log10(0.25 / 0.1), 20.0 * math.log10(2.1 / 0.25)  # its pole is 1.1 - k, stable for 0.1 < k < 2.1
+DOWN, UP = 20.0 * math.log10(GAIN / LEAST), 20.0 * math.log10(MOST / GAIN)
 
 
 @pytest.mark.defect(

@@ -17,6 +17,7 @@ from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.run.simulate import simulate
 from proofmass.runner.verification.certificates import certificate
 from proofmass.runner.verification.proof_checker import check_certificate
+from tests.by_hand import needed_gain
 
 INTEGRATING = """
 name = "integrating"
@@ -66,34 +67,16 @@ def test_the_gain_margin_of_an_integrator_is_proved_up_to_the_closed_form() -> N
     assert 2.0 / (gain["gain.gain"] * 1e-3) < 10.0 ** ((limit + 0.01) / 20.0)
 
 
-UNSTABLE = """
-rate = "1 kHz"
-samples = 400
-wires = ["plant.strictly_proper_part -> error.second", "error.output -> gain.input", "gain.output -> plant.input",
-         "step.output -> error.first"]
-probes = ["plant.output"]
-
-[loops.main]
-open_at = "error.output"
-
-[blocks]
-step = { kind = "Step" }
-error = { kind = "Difference" }
-gain = { kind = "Gain", gain = 0.25 }
-plant = { kind = "DiscreteTransferFunction", numerator = [1.0], denominator = [1.0, -1.1] }
-"""
-
-
 @pytest.mark.defect("S770", before="a loop that needs its gain: open, at any limit that fails", after="refuted")
 @pytest.mark.parametrize(("limit", "said"), [(7.0, "proved"), (7.5, "refuted"), (8.0, "refuted")])
 def test_a_loop_that_needs_its_gain_is_refuted_beyond_the_closed_form(limit: float, said: str) -> None:
-    """Its pole is 1.1 - k: stable for 0.1 < k < 2.1, so that k bears a gain lower by k / 0.1, 7.96 dB of 0.25."""
-    proof = prove(read_graph_text(UNSTABLE), tolerances={"gain.gain": "10 %"}, gain_margin=f"{limit} dB").proofs[1]
+    """A gain k bears one that is lower by k / 0.1: 7.96 dB for 0.25, and 7.04 dB for 10 % less."""
+    proof = prove(needed_gain.GRAPH, tolerances={"gain.gain": "10 %"}, gain_margin=f"{limit} dB").proofs[1]
     assert proof.status == said
     if proof.counterexample is not None:
         gain = proof.counterexample["gain.gain"]
-        assert 20.0 * math.log10(gain / 0.1) < limit
-        assert (gain == 0.25) == (limit == 8.0), "the sensor itself comes first"
+        assert 20.0 * math.log10(gain / needed_gain.LEAST) < limit
+        assert (gain == needed_gain.GAIN) == (limit == 8.0), "the sensor itself comes first"
 
 
 @pytest.mark.exhaustive
