@@ -171,3 +171,20 @@ def rounded(mantissa: WholeNumber, dropped: int, rounding: Rounding) -> Any:
         return m >> dropped
 
     return rule(mantissa) if isinstance(mantissa, int) else mantissa.monotone(rule)
+
+
+def dropped(rule: Callable[[int], int]) -> tuple[int, float]:
+    """Parts of a step that a rule of rounding drops, and the variance in steps of what it adds, all parts as likely.
+
+    Of the nearest step it is (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go either way; of a
+    magnitude that is cut the mean square, as the sign turns with the number. The parts are read off a large number.
+
+    >>> dropped(lambda mantissa: mantissa >> 1)
+    (2, 0.0625)
+    """
+    parts = (1 << 200) // rule(1 << 200)
+    if rule(parts - 1) == 1 and rule(parts // 2) == 0:  # to the nearest, ties to even
+        return parts, (1.0 + 2.0 * float(parts) ** -2) / 12.0
+    if rule(parts - 1) == 0 and rule(-1) == 0:  # towards zero
+        return parts, (1.0 - 1.0 / parts) * (2.0 - 1.0 / parts) / 6.0
+    return parts, (1.0 - float(parts) ** -2) / 12.0

@@ -22,25 +22,14 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
+from proofmass.blocks.arithmetic.mantissa import dropped
+
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
 _NUMBERS = (int, float)  # a union of types would be made anew in each call
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
 NO_SLOPE = "it has a corner here, or an infinite slope"
 _BITS = "is an operation on the bits of a number that signals move"
-
-
-def _variance(rule: Callable[[int], int], parts: int) -> float:
-    """Return the variance of what a rule of rounding adds, in steps, where all parts of a step are as likely.
-
-    Of the nearest step (1 - 1/n^2) / 12 for n parts, and (1 + 2/n^2) / 12 where ties go either way; of a magnitude that
-    is cut its mean square, as the sign turns with the number.
-    """
-    if rule(parts - 1) == 1 and rule(parts // 2) == 0:  # to the nearest, ties to even
-        return (1.0 + 2.0 * float(parts) ** -2) / 12.0
-    if rule(parts - 1) == 0 and rule(-1) == 0:  # towards zero
-        return (1.0 - 1.0 / parts) * (2.0 - 1.0 / parts) / 6.0
-    return (1.0 - float(parts) ** -2) / 12.0
 
 
 _Error = Callable[[Any, float], Any]  # adds the error of a rounding, of some variance, to a number in steps
@@ -125,8 +114,8 @@ class Dual:
         return self * (1 << _plain_integer(bits, "<<"))
 
     def __rshift__(self, bits: Any) -> Any:
-        parts = 1 << _plain_integer(bits, ">>")
-        return self._dropping(parts, (1.0 - float(parts) ** -2) / 12.0)
+        places = _plain_integer(bits, ">>")
+        return self.monotone(lambda mantissa: mantissa >> places)
 
     def __rlshift__(self, other: Any) -> Any:
         raise TypeError(f"<< {_BITS}")
@@ -148,15 +137,11 @@ class Dual:
     def __invert__(self) -> Any:
         return -self - 1
 
-    # What a mantissa does in a way of its own: a rule of rounding divides by a power of two, which is read off a large
-    # one, and a register holds what is in its range.
+    # What a mantissa does in a way of its own: a rule of rounding divides, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
         """Return the number unrounded, with the error of a rule of rounding where errors are followed."""
-        parts = (1 << 200) // rule(1 << 200)
-        return self._dropping(parts, _variance(rule, parts))
-
-    def _dropping(self, parts: int, variance: float) -> Any:
+        parts, variance = dropped(rule)
         value, err = self / parts, _ERROR.get()
         return err(value, variance) if err and parts > 1 else value
 

@@ -76,6 +76,7 @@ class IntegerProgram:
     place: Callable[[], SourceLine | None] = lambda: None
     name: str = ""
     operations: list[Operation] = field(default_factory=list)
+    errors: dict[Operation, float] = field(default_factory=dict)  # variance of what each shift drops, in steps
     _made: dict[tuple[object, ...], Operation] = field(default_factory=dict)
 
     def constant(self, value: int) -> Operation:

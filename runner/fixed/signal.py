@@ -5,7 +5,7 @@ from typing import Any, NoReturn, Protocol
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import low_bits
+from proofmass.blocks.arithmetic.mantissa import dropped, low_bits
 from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OperationName
 
@@ -31,6 +31,11 @@ class Tracer(Protocol):
 
     def narrowed(self, operation: Operation, low: int, high: int) -> Operation:
         """An operation of which it is known that it lies between two bounds."""
+        ...
+
+    @property
+    def errors(self) -> dict[Operation, float]:
+        """The variances of what operations drop, in steps."""
         ...
 
     def bounds(self, operation: Operation) -> tuple[int, int]:
@@ -108,7 +113,10 @@ class Signal:
         return self._shifted("shift_left", self, places)
 
     def __rshift__(self, places: Any) -> Any:
-        return self._shifted("shift_right", self, places)
+        made = self._shifted("shift_right", self, places)
+        if isinstance(places, int) and isinstance(made, Signal) and made.operation.kind == "shift_right":
+            self._tracer.errors.setdefault(made.operation, dropped(lambda mantissa: mantissa >> places)[1])
+        return made
 
     def __rlshift__(self, value: Any) -> Any:
         return self._shifted("shift_left", value, self)
@@ -216,7 +224,13 @@ class Signal:
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""
         low, high = self._tracer.bounds(self.operation)
+        errors = self._tracer.errors
+        before = dict(errors)
         operation = self._tracer.operation(rule(self))
+        errors.clear()  # of the shifts within a rule the last one drops, by the variance of the rule
+        errors.update(before)
+        if operation.kind == "shift_right":
+            errors[operation] = dropped(rule)[1]
         return Signal(self._tracer, self._tracer.narrowed(operation, rule(low), rule(high)))
 
     def held(self, low: int, high: int, expected: str) -> "Signal":

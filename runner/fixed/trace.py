@@ -173,6 +173,11 @@ class _Tracer:
         """An operation of which it is known that it lies between two bounds."""
         return self.program.narrow(operation, low, high)
 
+    @property
+    def errors(self) -> dict[Operation, float]:
+        """The variances of what operations drop, in steps."""
+        return self.program.errors
+
     def bounds(self, operation: Operation) -> tuple[int, int]:
         """The interval of an operation on this path."""
         return self._assumptions.interval(operation)

@@ -7,7 +7,7 @@ A block's overflow is not 0 in a tick in which one of its values saturated or wr
 from proofmass.blocks.declaration.instance import format_of
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.keys import word
-from proofmass.runner.program.form import INTEGER, Operand, Storage, Variable
+from proofmass.runner.program.form import INTEGER, Function, Operand, Storage, Variable
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.integer_step import call_step
 from proofmass.runner.program.lower_numbers import as_kind
@@ -19,6 +19,7 @@ class DigitalWriter:
 
     def __init__(self, frame: Frame, refused: Variable) -> None:
         self.frame, self.plan, self.refused = frame, frame.plan, refused
+        self.dropping: Function | None = None  # through which passes what shifts drop, as `call_step` says
         self.counted = [name for name, block in self.plan.digital.items() if block.overflows]
         self.counts: dict[str, Variable] = {}
         self._lost = {name: frame.builder.variable(INTEGER, f"{word(name)}_overflow") for name in self.counted}
@@ -46,7 +47,7 @@ class DigitalWriter:
         """Call the integer code of a digital block and return its result."""
         step, frame = self.plan.digital[name].steps[function], self.frame
         given = [frame.now(frame.constants[name]), *map(frame.argument, self.plan.bindings(name, function))]
-        result, beside = call_step(frame.builder, step.code, given)
+        result, beside = call_step(frame.builder, step.code, given, self.dropping)
         flags = ([self._lost[name]] if step.overflows else []) + ([self.refused] if step.refuses else [])
         for flag, value in zip(flags, beside, strict=True):
             self._note(flag, value)

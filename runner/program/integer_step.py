@@ -1,6 +1,7 @@
 """Integer code of digital blocks, written into a program: mantissas are integers, each operation is one of them."""
 
 import hashlib
+import math
 from collections.abc import Iterator, Sequence
 from typing import Any
 
@@ -15,12 +16,18 @@ from proofmass.runner.program.structure import Lowered, described, leaves, shape
 _WITHOUT_KIND = ("and", "or", "xor", "shift_left", "shift_right")  # others are named after the kind of their operands
 
 
-def call_step(builder: Builder, code: IntegerCode, arguments: Sequence[Lowered]) -> tuple[Lowered, Sequence[Operand]]:
-    """Call a step with raw values: its result, and the values of the operations beside it."""
+def call_step(
+    builder: Builder, code: IntegerCode, arguments: Sequence[Lowered], dropping: Function | None = None
+) -> tuple[Lowered, Sequence[Operand]]:
+    """Call a step with raw values: its result, and the values of the operations beside it.
+
+    What a shift drops passes through a function that is `dropping`: of the result, what was shifted, by how many
+    places, and the deviation of the error in steps.
+    """
     given = tuple(arguments)
     name = _name(code, given)
     if name not in builder.lowered:  # like steps share one function
-        builder.lowered[name] = _Writer(name, code, given).function()
+        builder.lowered[name] = _Writer(name, code, given, dropping).function()
     results = builder.call(builder.lowered[name], *leaves(given))
     left = iter(results)
     result = filled(code.traced.formats.get("return"), "return", lambda text, format: next(left))
@@ -43,8 +50,8 @@ def _name(code: IntegerCode, arguments: tuple[Lowered, ...]) -> str:
 class _Writer:
     """Writes one step as a function."""
 
-    def __init__(self, name: str, code: IntegerCode, arguments: tuple[Lowered, ...]) -> None:
-        self.code, self.traced = code, code.traced
+    def __init__(self, name: str, code: IntegerCode, arguments: tuple[Lowered, ...], dropping: Function | None) -> None:
+        self.code, self.traced, self.dropping = code, code.traced, dropping
         self.builder = Builder(name, f"integer code of {code.traced.name}", inline=True)
         self.places: dict[str, Any] = {}  # arguments by the texts of inputs; an entry of a buffer with its number
         for name, value in zip(self.traced.arguments, arguments, strict=True):
@@ -100,6 +107,10 @@ class _Writer:
             return compute("select", compute("less_integers", *pair), a, b)
         if kind == "shift_right" and operation.operands[1].low > 63:
             b = operand(63)  # the sign alone is left, and a machine shifts by at most 63
+        if self.dropping is not None and operation in self.traced.program.errors:
+            variance = self.traced.program.errors[operation]
+            shifted = compute("shift_right", a, b)
+            return self.builder.call(self.dropping, shifted, a, b, math.sqrt(12.0 * variance))[0]
         return compute(kind if kind in _WITHOUT_KIND else f"{kind}_integers", a, b)
 
 

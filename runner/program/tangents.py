@@ -25,6 +25,7 @@ from proofmass.runner.program.build import Builder
 from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
+from proofmass.runner.program.walk import statements
 
 MovingParameters: TypeAlias = tuple[bool, ...]  # of parameters, whether they have a slope
 _NONE = form.Immediate(form.FLOAT, 0.0)
@@ -36,7 +37,8 @@ def moves(kind: form.Kind) -> bool:
     return kind is not form.TRUTH
 
 
-def _origin(function: Callable[..., Any]) -> str:
+def origin_of(function: Callable[..., Any]) -> str:
+    """Return the origin that a function of Python has in programs."""
     return f"{function.__module__}.{function.__qualname__}"
 
 
@@ -59,11 +61,26 @@ TangentRule: TypeAlias = Callable[[TangentStep], form.Operand]  # gives the slop
 class Tangents:
     """Functions with slopes, each written once for each choice of what moves."""
 
-    def __init__(self, own: Mapping[str, TangentRule] | None = None) -> None:
-        """Take rules by the origins of functions, beside those of rounding and of elementary functions."""
-        self.rules = {**_OF_FUNCTIONS, **(own or {})}
+    def __init__(self, own: Mapping[str, TangentRule] | None = None, beside: Sequence[form.Storage] = ()) -> None:
+        """Take rules by the origins of functions, beside those of rounding and of elementary functions.
+
+        They may use arrays of the entry that are `beside`, which pass through every function with slopes; what calls
+        functions with own rules has slopes, whether its parameters move or not.
+        """
+        self.rules, self.beside = {**_OF_FUNCTIONS, **(own or {})}, beside
         self.lowered: dict[Any, Any] = {}
+        self._own = frozenset(own or ())
         self._made: dict[tuple[form.Function, MovingParameters], form.Function] = {}
+        self._entered: dict[form.Function, bool] = {}
+
+    def entered(self, function: form.Function) -> bool:
+        """Return whether a function calls one with an own rule."""
+        if function not in self._entered:
+            called = [each.function for each in statements(function.body) if isinstance(each, form.Call)]
+            self._entered[function] = any(
+                isinstance(each, form.Function) and (each.origin in self._own or self.entered(each)) for each in called
+            )
+        return self._entered[function]
 
     def of(self, function: form.Function, moving: MovingParameters) -> form.Function:
         """Return a function whose parameters have their slopes behind them where they move, and so have its results."""
@@ -97,6 +114,10 @@ class TangentWriter:
         self.slopes: dict[Any, Any] = {}  # of the values, variables and arrays of the function
         for parameter, moving in zip(self.function.parameters, self.moving, strict=True):
             self._parameter(parameter, moving)
+        self.beside = [
+            self.copies.get(array) or self.builder.array(array.entry, array.length, array.name, array.writable)
+            for array in self.tangents.beside
+        ]
         for variable in self.function.variables:
             self.copies[variable] = self.builder.variable(variable.kind, variable.name)
             if variable in self._known:
@@ -212,9 +233,9 @@ class TangentWriter:
         external = isinstance(function, form.External)
         rule = self.tangents.rules.get(function.symbol if isinstance(function, form.External) else function.origin)
         moving = tuple(argument in self.slopes for argument in arguments)
-        if isinstance(function, form.Function) and rule is None and any(moving):
+        if isinstance(function, form.Function) and rule is None and (any(moving) or self.tangents.entered(function)):
             given = [each for a in arguments for each in (copied(a), *([self.slopes[a]] if a in self.slopes else []))]
-            made = iter(self.builder.call(self.tangents.of(function, moving), *given))
+            made = iter(self.builder.call(self.tangents.of(function, moving), *given, *self.beside))
             for result in statement.results:
                 self.copies[result] = next(made)
                 if moves(result.kind):
@@ -418,15 +439,15 @@ def _chain(slopes_of: Callable[..., Any]) -> TangentRule:
 
 
 _OF_FUNCTIONS: dict[str, TangentRule] = {
-    **{_origin(function): _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function not in LIBRARY},
+    **{origin_of(function): _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function not in LIBRARY},
     **{LIBRARY[function].symbol: _chain(slope) for function, slope in SLOPES_OF_ONE.items() if function in LIBRARY},
-    **{_origin(function): _chain(slopes) for function, slopes in SLOPES_OF_TWO.items()},
+    **{origin_of(function): _chain(slopes) for function, slopes in SLOPES_OF_TWO.items()},
     "atan2": _chain(SLOPES_OF_TWO[elementary.arctangent2]),
     "pow": _chain(SLOPES_OF_TWO[elementary.power]),
     "fmod": _left_over,
-    _origin(rounding.round_half_even): _same,
-    _origin(rounding.round_down): _same,
-    _origin(rounding.wrapped): _same,
-    _origin(rounding.nearest_integer): _nothing,
-    _origin(arithmetic.number_floor_divide): _quotient,
+    origin_of(rounding.round_half_even): _same,
+    origin_of(rounding.round_down): _same,
+    origin_of(rounding.wrapped): _same,
+    origin_of(rounding.nearest_integer): _nothing,
+    origin_of(arithmetic.number_floor_divide): _quotient,
 }

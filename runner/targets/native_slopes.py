@@ -1,11 +1,12 @@
-"""Ticks of a loop that is cut at one wire, each a linear map of its own, in machine code: what `SteppedTicks` gives.
+"""Ticks as linear maps, each of its own, in machine code: `CompiledSlopes` gives what `SteppedTicks` does.
 
-Each number that lasts and has a slope, and the input at the wire, has a lane of its own.
+Each number that lasts and has a slope, and each event at which something enters, has a lane of its own.
 """
 
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from types import MappingProxyType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -18,17 +19,8 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.slope_tick import (
-    AS_BEFORE,
-    AT_REST,
-    AT_THE_WIRE,
-    INPUT,
-    MOVED,
-    RENEWED,
-    VALUE,
-    VALUED,
-    write_slopes,
-)
+from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, TOLD, VALUED
+from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
@@ -38,15 +30,14 @@ from proofmass.runner.targets.native_lanes import aligned
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
 _LANES = 16  # directions side by side
-_NONE = -2  # instead of a direction: of a lane that is idle
 
 
 class SlopeCode:
-    """Machine code of the ticks of a plan with their slopes, whichever wire is cut."""
+    """Machine code of the ticks of a plan with their slopes, whichever wires are events; with all of `noise`."""
 
-    def __init__(self, plan: Plan) -> None:
-        made = write_slopes(plan)
-        self.plan, self.wires = plan, made.wires
+    def __init__(self, plan: Plan, noise: bool = False) -> None:
+        made = write_slopes(plan, noise)
+        self.plan, self.wires, self.blocks = plan, made.wires, made.blocks
         of_entry = LanesOf(frozenset(), made.shared, dict.fromkeys(made.apart, ALL))
         loop = load_lanes(made.program, _LANES, of_entry, Settings(wide=True))
         self.compiled = CompiledPlan(plan, made.written, loop)
@@ -82,26 +73,34 @@ def _in_lanes(length: int) -> AnyArray:
     return rows
 
 
-class CompiledSlopes(CompiledLoop):
-    """Ticks of some blocks, `moving`, that are cut at a wire."""
+class Found(NamedTuple):
+    """Slopes of some ticks that are not zero: `value` is that of `row` by `column`.
 
-    sources: Sequence[tuple[str, str, int]] = ()  # of noise: there is none, as in `NoisyTicks` without
-    quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
+    Rows and columns are the numbers that last, and then the events of the tick.
+    """
+
+    tick: Indices
+    row: Indices
+    column: Indices
+    value: AnyArray
+
+
+class SlopesInCode(CompiledLoop):
+    """Ticks with the slopes of some blocks, `moving`, by numbers that last and by events."""
 
     def __init__(
         self,
         code: SlopeCode,
         plan: Plan,
         memory: Memory,
-        node: Endpoint,
+        modes: Mapping[Endpoint, int],
         seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
+        most: int,
     ) -> None:
+        """Take the numbers that have slopes as the ticks begin, and room for so many events of a tick."""
         super().__init__(plan, plan.graph.seed, 0, memory, code.compiled)
-        self._first = self.tick
-        self.recorded: dict[Endpoint, list[float]] = {node: []}
-        self.injected: list[tuple[str, str, int]] = []
-        self._node = node
+        self._first, self._most = self.tick, most
         self._moved = [*self._state.values(), *(v for n, v in self._vectors.items() if n not in code.plan.recorded)]
         self._places = self._numbered(moving)
         lengths = np.array([len(array) for array in self._moved])
@@ -109,17 +108,29 @@ class CompiledSlopes(CompiledLoop):
         numbers = np.array([*self._places], dtype=np.int64)
         own = np.searchsorted(begins, numbers, side="right") - 1  # the array of each
         kept, ends = numbers - begins[own], np.searchsorted(own, np.arange(len(lengths)), side="right")
-        at_the_wire = np.array([code.wires[node], AS_BEFORE]), _in_lanes(AT_THE_WIRE)
+        of_wires = np.array([modes.get(node, 0) for node in code.wires] or [0], dtype=np.int64)
+        events = [of_wires, self._one_bit(code), np.zeros(3, dtype=np.int64), np.zeros(MOST * TOLD)]
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
-        self._arrays = [*self.arrays(()), *at_the_wire, *slopes, *before, lengths, kept, ends]  # addresses are passed
+        in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
+        self._arrays = [*self.arrays(()), *events, *in_lanes, *before, lengths, kept, ends]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
-        self._wanted = self._live.copy()  # numbers whose directions are run
-        self._renewing = np.zeros(len(self._places) + 1, dtype=bool)  # directions, and the input: may it move matrices?
-        self._kept: list[
-            tuple[AnyArray, AnyArray, AnyArray, AnyArray, AnyArray]
-        ] = []  # tick, row, column, value; valued
+        self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
+        self._renewing = np.zeros(len(self._wanted), dtype=bool)  # of these, which may move matrices
+
+    def _one_bit(self, code: SlopeCode) -> AnyArray:
+        """Return gains and deviations of quantisers of one bit, by block: there are none."""
+        return np.full(OF_ONE_BIT * len(code.blocks), np.nan)
+
+    def _entering(self, counts: Indices, told: AnyArray) -> tuple[AnyArray, AnyArray]:
+        """Return at which events of some ticks something enters, and at which only if the number there has a slope."""
+        entering = np.arange(self._most) < counts[:, None]
+        return entering, np.zeros_like(entering)
+
+    def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
+        """Keep the slopes of some ticks, and what their events have told."""
+        raise NotImplementedError
 
     @property
     def live(self) -> set[LastingPlace]:
@@ -155,28 +166,32 @@ class CompiledSlopes(CompiledLoop):
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
-        sound, chunk = True, 1
-        renewing = self._renewing.copy()  # directions that move matrices of groups, and the input
+        sound, chunk, size = True, 1, len(self._places)
+        renewing = self._renewing.copy()  # directions that move matrices of groups
         before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
-            self._wanted |= self._live
-            most = max(1, _ENTRIES // (len(self._places) * (_LANES + int(self._wanted.sum())) + 1))
+            self._wanted[:size] |= self._live
+            most = max(1, _ENTRIES // ((size + self._most) * (_LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
-            made, lanes = self._in_directions(until)
-            slopes, at_the_wire = made[:, :, : len(self._places) + 1], made[:, :, len(self._places) :]
-            apart = slopes != 0.0
-            live = self._followed(apart, lanes)
-            moved = np.zeros((len(made), len(renewing) + 1), dtype=bool)
-            moved[:, lanes] = at_the_wire[:, :, MOVED] != 0.0
+            made, lanes, counts, told = self._in_directions(until)
+            slopes, moving = made[:, :, :-1], made[:, :, -1] != 0.0
+            apart, more = slopes != 0.0, int(counts.max()) - self._most
+            entering, if_moved = self._entering(counts, told)
+            live, entered = self._followed(apart, lanes, entering, if_moved)
+            needed = np.append(live[:-1].any(axis=0), (entering | if_moved).any(axis=0)) & ~self._wanted
+            moved = np.zeros((len(made), len(self._wanted) + 1), dtype=bool)
+            moved[:, lanes] = moving
             moved = moved[:, :-1]
             unforeseen = np.flatnonzero((moved & ~self._renewing).any(axis=1))[:1]
-            missing = (live[:-1].any(axis=0) & ~self._wanted).any()
-            if missing or len(unforeseen):
+            if more > 0 or needed.any() or len(unforeseen):
                 for array, earlier in zip(self._moved, begin, strict=True):
                     array[:] = earlier
-                if missing:  # once more, with the directions that were missing
-                    self._wanted |= live.any(axis=0)
+                if more > 0:
+                    self._make_room(more)
+                    renewing, before = (np.append(each, np.zeros(more, dtype=bool)) for each in (renewing, before))
+                elif needed.any():  # once more, with the directions that were missing
+                    self._wanted |= needed
                 elif unforeseen[0]:  # up to the tick in which they move
                     chunk = int(unforeseen[0])
                 else:
@@ -184,52 +199,72 @@ class CompiledSlopes(CompiledLoop):
                     before, chunk = moved[0], 1
                     self._renewing = np.ones_like(renewing)
                 continue
-            self._keep(slopes, apart, lanes, live[:-1], at_the_wire[:, 0, :, 0])
+            self._keep(self._found(slopes, apart, lanes, live[:-1], entered), counts, told, entered)
             self._live, self.tick, chunk = live[-1], until, most
             self._renewing = renewing
             sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
         return sound
 
-    def slopes(self) -> TickSlopes:
-        """Return the slopes of all ticks."""
-        tick, row, column, value, valued = (np.concatenate(several) for several in zip(*self._kept, strict=True))
-        return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
+    def _make_room(self, more: int) -> None:
+        """Take more events in a tick; raises `UndefinedSlopesError` if they are too many."""
+        if self._most + more > MOST:
+            raise UndefinedSlopesError([])
+        self._most += more
+        self._wanted, self._renewing = (
+            np.append(each, np.zeros(more, dtype=bool)) for each in (self._wanted, self._renewing)
+        )
 
-    def _in_directions(self, until: int) -> tuple[AnyArray, Indices]:
-        """Return slopes of some ticks, [tick, row, place or what stands at the wire, lane], and the number of the place
-        whose direction each lane of a row has, with the input behind all places, and -1 of a lane that is idle.
+    def _in_directions(self, until: int) -> tuple[AnyArray, Indices, Indices, AnyArray]:
+        """Return what some ticks do in all directions that are wanted, and what their events tell.
 
-        In a tick in which a direction moves matrices of groups, slopes hold if it is one that is expected to.
+        These are slopes, [tick, row, place or event, lane], with whether matrices move behind the events; the number of
+        the place or event whose direction each lane of a row has, and -1 of a lane that is idle; the number of events
+        of each tick; and what they tell. In a tick in which a direction moves matrices of groups, slopes hold if it is
+        one that is expected to.
         """
-        wanted = np.append(np.flatnonzero(self._wanted), len(self._places))
+        wanted = np.flatnonzero(self._wanted)
         parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
-        rows = [-(-len(part) // _LANES) for part in parts]
+        rows = [-(-max(len(parts[0]), 1) // _LANES), -(-len(parts[1]) // _LANES)]
         lanes = np.full((sum(rows), _LANES), -1)
         lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
         lanes[rows[0] :].reshape(-1)[: len(parts[1])] = parts[1]
         directions = aligned(lanes.shape, np.dtype(np.int64))
-        directions[:] = np.array([*self._places, INPUT, _NONE])[lanes]
+        directions[:] = np.array([*self._places, *(FIRST_EVENT - k for k in range(self._most)), NONE])[lanes]
         matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
-        matrices[: min(rows[0], 1)] = AT_REST  # after the last row of the tick before
-        made = aligned((until - self.tick, sum(rows), len(self._places) + AT_THE_WIRE, _LANES), np.dtype(float))
-        given = *self._addresses, directions.ctypes.data, matrices.ctypes.data, sum(rows), made.ctypes.data
-        self._loop(self.tick, until, self.seed, self.run, *given)
-        return made, lanes
+        matrices[0] = AT_REST  # after the last row of the tick before
+        ticks, width = until - self.tick, len(self._wanted) + 1
+        made = aligned((ticks, sum(rows), width, _LANES), np.dtype(float))
+        told = np.zeros((ticks, 1 + self._most * TOLD))
+        given = directions.ctypes.data, matrices.ctypes.data, sum(rows), self._most, made.ctypes.data, told.ctypes.data
+        self._loop(self.tick, until, self.seed, self.run, *self._addresses, *given)
+        return made, lanes, told[:, 0].astype(np.int64), told[:, 1:].reshape(ticks, self._most, TOLD)
 
-    def _followed(self, apart: AnyArray, lanes: Indices) -> AnyArray:
-        """Return which numbers have slopes as each tick begins, and after the last."""
-        live = np.vstack(
-            [self._live, np.any(np.any(apart[:, :, :-1], axis=1), axis=2)]
-        )  # where all that are run have slopes
-        for tick, (now, entries) in enumerate(zip(live, apart[:, :, :-1], strict=False)):
-            own = np.append(now, True)[lanes]
-            if not own[lanes >= 0].all():
-                live[tick + 1] = (entries & own[:, None]).any(axis=(0, 2))
-        return np.asarray(live)
+    def _followed(
+        self, apart: AnyArray, lanes: Indices, entering: AnyArray, if_moved: AnyArray
+    ) -> tuple[AnyArray, AnyArray]:
+        """Return which numbers have slopes as each tick begins, and after the last; and at which events one enters."""
+        size, entered = len(self._places), entering & ~if_moved
+        columns = lanes.reshape(-1)
+        used = columns >= 0
+        columns = columns[used]
+        live = np.vstack([self._live, np.zeros((len(apart), size), dtype=bool)])
+        every = np.any(np.any(apart[:, :, :size], axis=1), axis=2)  # where all that are run have slopes
+        for tick, entries in enumerate(apart):
+            own = np.append(live[tick], entered[tick])[columns]
+            if own.all():
+                live[tick + 1] = every[tick]
+                continue
+            by_column = entries.transpose(1, 0, 2).reshape(len(self._wanted), -1)[:, used]
+            for event in np.flatnonzero(if_moved[tick]).tolist():
+                if (by_column[size + event] & own).any():
+                    entered[tick, event] = True
+                    own |= columns == size + event
+            live[tick + 1] = (by_column[:size] & own).any(axis=1)
+        return live, entered
 
-    def _keep(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, at_the_wire: AnyArray) -> None:
-        """Keep the slopes of some ticks, where they are `apart` from nothing and of numbers that had slopes."""
-        own = np.column_stack([live, np.ones(len(live), dtype=bool)])[:, lanes]
+    def _found(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, entered: AnyArray) -> Found:
+        """Return the slopes that are `apart` from nothing, by numbers that had slopes and by what has entered."""
+        own = np.column_stack([live, entered])[:, lanes]
         if not own[:, lanes >= 0].all():
             apart &= own[:, :, None]
         tick, group, row, lane = np.unravel_index(np.flatnonzero(apart), apart.shape)
@@ -238,8 +273,39 @@ class CompiledSlopes(CompiledLoop):
         if undefined:
             places = [*self._places.values()]
             raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
-        valued = at_the_wire[:, VALUED] != 0.0
-        for value in at_the_wire[valued, VALUE].tolist():
+        return Found(tick + (self.tick - self._first), row, column, values)
+
+
+class CompiledSlopes(SlopesInCode):
+    """Ticks of a loop that is cut at one wire, the only event of a tick in which it has a value."""
+
+    sources: Sequence[tuple[str, str, int]] = ()  # of noise: there is none, as in `NoisyTicks` without
+    quantised: Mapping[tuple[str, str, int], float] = MappingProxyType({})
+
+    def __init__(
+        self,
+        code: SlopeCode,
+        plan: Plan,
+        memory: Memory,
+        node: Endpoint,
+        seeded: AbstractSet[LastingPlace],
+        moving: AbstractSet[str],
+    ) -> None:
+        super().__init__(code, plan, memory, {node: CUT}, seeded, moving, most=1)
+        self._node = node
+        self.recorded: dict[Endpoint, list[float]] = {node: []}
+        self.injected: list[tuple[str, str, int]] = []
+        self._kept: list[tuple[Found, AnyArray]] = []  # with which ticks have a value of the wire
+
+    def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
+        valued = counts > 0
+        for value in told[valued, 0, VALUED].tolist():
             self.injected.append((*self._node, len(self.injected)))
             self.recorded[self._node].append(value)
-        self._kept.append((tick + (self.tick - self._first), row, column, values, valued))
+        self._kept.append((found, valued))
+
+    def slopes(self) -> TickSlopes:
+        """Return the slopes of all ticks."""
+        kept = [(*found, valued) for found, valued in self._kept]
+        tick, row, column, value, valued = (np.concatenate(several) for several in zip(*kept, strict=True))
+        return TickSlopes(tuple(self._places.values()), tick, row, column, value, valued)
