@@ -233,7 +233,8 @@ class _Directions:
         builder.store(events.state, COUNT, 0)
 
     def _keep(self, place: Operand) -> None:
-        builder, first = self.builder, operand(0)
+        builder = self.builder
+        first: Operand = operand(0)
         for k, array in enumerate(self.own):
             last = builder.load(self.ends, k)
             with builder.counted(first, last, 1, "entry") as i:
@@ -244,8 +245,8 @@ class _Directions:
         count = builder.load(self.events.state, COUNT)
         with builder.counted(0, self.most, 1, "event") as event:
             occurred = builder.compute("less_integers", event, count)
-            slope = builder.compute("select", occurred, builder.load(self.events.heard, event), 0.0)
-            builder.store(self.rows, builder.compute("add_integers", place, event), slope)
+            heard = builder.compute("select", occurred, builder.load(self.events.heard, event), 0.0)
+            builder.store(self.rows, builder.compute("add_integers", place, event), heard)
         place = builder.compute("add_integers", place, self.most)
         builder.store(self.rows, place, builder.load(self.events.lane, MOVED))
 

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next
+_FEW = 64  # ticks with noise that plain Python follows
 
 
 class Forward:
@@ -113,20 +114,28 @@ class Course:
         self.plan = plan.without_noise
         self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
         self._run: Forward | None = None
-        self._slopes: SlopeCode | None = None
+        self._slopes: dict[bool, SlopeCode | None] = {}  # without and with noise
+        self._noisy, self._asked = plan, 0
         self._like = like
         self._code: MachineCode = like._code if like else MachineCode(self.plan)
 
-    def slopes(self) -> "SlopeCode | None":
-        """Return the machine code of ticks with their slopes, if the plan has such."""
+    def slopes(self, ticks: int = 0, noise: bool = False) -> "SlopeCode | None":
+        """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
+
+        It is made once so many `ticks` in all are asked for that plain Python would take longer.
+        """
         if self._like is not None:
-            return self._like.slopes()
+            return self._like.slopes(ticks, noise)
+        self._asked += ticks
+        if self._asked < (_FEW if noise else 0):
+            return None
         # start-up time: short periods need no compiler
         from proofmass.runner.targets.native_slopes import SlopeCode, has_slopes
 
-        if self._slopes is None and has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled":
-            self._slopes = SlopeCode(self.plan)
-        return self._slopes
+        if noise not in self._slopes:
+            can = has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled"
+            self._slopes[noise] = SlopeCode(self._noisy if noise else self.plan, noise) if can else None
+        return self._slopes[noise]
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""

@@ -41,6 +41,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 
 if TYPE_CHECKING:
+    from proofmass.runner.targets.native_noise import CompiledNoise
     from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
@@ -173,7 +174,7 @@ def period_map(
     span: int = 0,
     integrated: bool = False,
     drawn: bool = False,
-    slopes: "Callable[[], SlopeCode | None]" = lambda: None,
+    slopes: "Callable[[int, bool], SlopeCode | None]" = lambda ticks, noise: None,
     later: Callable[[Memory, int], Memory] | None = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
@@ -201,20 +202,24 @@ def period_map(
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     single = cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
-    code = slopes() if single and ticks > _MANY else None
+    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and not drawn and _one_model_each(noise))
+    code = slopes(ticks, bool(noise)) if coded else None
     while True:
         begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = seed(plan, begin, sorted(moving), counted, rings)
         seeded += seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [held_in(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
-        engine: DualTicks | CompiledSlopes = DualTicks(*given)
-        if noise:
+        engine: DualTicks | CompiledSlopes | CompiledNoise = DualTicks(*given)
+        if noise and code is not None:
+            starts = {place_of(memory, entry, rings): entry for entry in seeded}
+            engine = _noise_in_code(code, plan, memory, upstream, inputs, outputs, starts, moving, noise)
+        elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
         elif code is not None:
             places = {place_of(memory, entry, rings) for entry in seeded}
-            engine = code.ticks(memory, inputs[0], places, moving)
+            engine = code.ticks(memory, inputs[0], places, moving, plan.without_noise)
         elif stepped:
             engine = SteppedTicks(*given)
         try:
@@ -233,18 +238,18 @@ def period_map(
             counted.add(name)
             continue
         maps, each = None, 1
-        if not isinstance(engine, DualTicks) or isinstance(engine, SteppedTicks):
+        if isinstance(engine, SteppedTicks) or not (noise or isinstance(engine, DualTicks)):
             end = engine.memory()
             starts = {entry: place_of(memory, entry, rings) for entry in seeded}
             ends = {entry: place for entry in seeded if (place := place_of(end, entry, rings)) in engine.live}
-            maps = maps_of_ticks(engine.slopes(), starts, ends)
+            maps = maps_of_ticks(engine.slopes(), starts, ends)  # type: ignore[union-attr]
             first, each = maps.holds() if maps and later else (0, 1)
             if first and later:
                 memory = later(memory, first * plan.stride(inputs[0]))
                 continue
             maps = maps.held(each) if maps and each > 1 else maps
         values_of_wire = len(maps.d) if maps else 0
-        if values_of_wire > MOST_VALUES or (code is not None and maps is None):
+        if values_of_wire > MOST_VALUES or (code is not None and maps is None and not noise):
             number = values_of_wire or ticks // plan.stride(inputs[0])
             raise ModelError([plan.graph.placed(too_many(inputs[0], number))])
         if stepped and maps is None:
@@ -259,6 +264,18 @@ def period_map(
         )
 
 
+def _noise_in_code(*arguments: Any) -> "CompiledNoise":
+    # start-up time: short periods need no compiler
+    from proofmass.runner.targets.native_noise import CompiledNoise
+
+    return CompiledNoise(*arguments)
+
+
+def _one_model_each(noise: Noisy) -> bool:
+    """Return whether no block has several models of one bit, between which plain Python chooses."""
+    return all(len(models) < 2 for models in noise.values())
+
+
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:
     if len(inputs) != 1 or len(outputs) != 1:
         return 0.0
@@ -266,7 +283,7 @@ def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -
 
 
 def _read(
-    engine: "DualTicks | CompiledSlopes",
+    engine: "DualTicks | CompiledSlopes | CompiledNoise",
     seeded: list[Entry],
     values: list[Any],
     inputs: Sequence[Endpoint],

@@ -1,0 +1,177 @@
+"""Events of a tick in a program with slopes: where something enters beside what lasts, or is listened to.
+
+A wire that a run chooses, a deviate that is drawn, and a number that is rounded are events. They are counted from 0 on
+in each tick. All lanes tell what they are alike; each has the slope there, and may be the direction of one of them.
+"""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+from proofmass.blocks.arithmetic import rounding
+from proofmass.runner.program.build import Builder, operand
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operand, Storage
+from proofmass.runner.program.tangents import TangentRule, TangentStep, TangentWriter, origin_of
+
+MOST = 4096  # events of a tick that have a place; any more are counted alone
+COUNT, OWNER, MATRICES = range(3)  # of the state: events so far, the block that runs, what becomes of matrices
+EVENT, MOVED = range(2)  # of a lane: the event whose direction it is, and whether numbers of matrices have slopes
+KIND, SOURCE, VALUED, ENTERING = range(4)  # of what is told: kind, block or wire, value, slope by the own direction
+TOLD = 4
+WIRE, DRAWN, ROUNDED, DROPPED, LEVELLED = range(5)  # kinds of events
+PASSED, HEARD, ENTERED, CUT = range(4)  # modes of wires: what enters is added, or takes the place of the slope
+GAIN, DEVIATION = range(2)  # of a block's quantiser of one bit; the gain is NaN where there is no such model
+OF_ONE_BIT = 2
+
+_AT_WIRE, _AT_DEVIATE, _AT_DROP = "wire with an event", "deviate with an event", "shift with an event"
+
+
+class Events(NamedTuple):
+    """Arrays of events among the parameters of a program, in their order."""
+
+    modes: Storage  # of wires
+    one_bit: Storage  # gains and deviations of quantisers of one bit, by block
+    state: Storage
+    told: Storage
+    heard: Storage  # slope at each event: another in each lane
+    lane: Storage  # another in each lane
+
+    @classmethod
+    def of(cls, builder: Builder) -> "Events":
+        """Return them as parameters of a function that is being written."""
+        return cls(
+            builder.array(INTEGER, None, "modes"),
+            builder.array(FLOAT, None, "one_bit"),
+            builder.array(INTEGER, 3, "state", True),
+            builder.array(FLOAT, None, "told", True),
+            builder.array(FLOAT, None, "heard", True),
+            builder.array(FLOAT, 2, "lane", True),
+        )
+
+
+class Marks(NamedTuple):
+    """Functions that give a number back, and that are events where slopes are followed."""
+
+    wires: dict[Kind, Function]  # of the value and the number of a wire
+    deviate: Function  # of the number 0
+    drop: Function  # of the result, what was shifted, the places, and the deviation of the error
+
+    @classmethod
+    def beside(cls, builder: Builder) -> "Marks":
+        """Return them for the program of a builder."""
+        return cls(
+            {kind: _marked(builder, _AT_WIRE, kind, INTEGER) for kind in (FLOAT, INTEGER)},
+            _marked(builder, _AT_DEVIATE, FLOAT),
+            _marked(builder, _AT_DROP, INTEGER, INTEGER, INTEGER, FLOAT),
+        )
+
+
+def _marked(builder: Builder, origin: str, *kinds: Kind) -> Function:
+    inner = builder.beside(f"{origin.replace(' ', '_')}_{kinds[0].name.lower()}", inline=True)
+    inner.origin = origin
+    first, *_ = [inner.parameter(kind, f"given_{number}") for number, kind in enumerate(kinds)]
+    inner.give(first)
+    return inner.function()
+
+
+def _entering(w: TangentWriter, kind: int, value: Operand, slope: Operand, factor: Operand | float) -> Operand:
+    """Write an event of the block that runs; returns the slope of what enters there."""
+    events, builder = Events(*w.beside), w.builder
+    return _told(events, builder, kind, builder.load(events.state, OWNER), w.number(value), slope, operand(factor))
+
+
+def _told(
+    events: Events, builder: Builder, kind: int, source: Operand, value: Operand, slope: Operand, factor: Operand
+) -> Operand:
+    compute, store = builder.compute, builder.store
+    count = builder.load(events.state, COUNT)
+    place = compute("select", compute("less_integers", count, MOST), count, MOST - 1)
+    first = compute("multiply_integers", place, TOLD)
+    told = {KIND: float(kind), SOURCE: compute("float_of_integer", source), VALUED: value, ENTERING: factor}
+    for entry, what in told.items():
+        store(events.told, compute("add_integers", first, entry), what)
+    store(events.heard, place, slope)
+    store(events.state, COUNT, compute("add_integers", count, 1))
+    own = compute("equal", builder.load(events.lane, EVENT), compute("float_of_integer", count))
+    return compute("select", own, factor, 0.0)
+
+
+def _wire(s: TangentStep) -> Operand:
+    events, builder, (value, number) = Events(*s.writer.beside), s.writer.builder, s.x
+    compute = builder.compute
+    mode = builder.load(events.modes, number)
+    slope = builder.variable(FLOAT, "slope", s.dx[0])
+    with builder.when(compute("less_integers", PASSED, mode)):
+        factor = compute("float_of_truth", compute("less_integers", HEARD, mode))
+        entering = _told(events, builder, WIRE, number, s.writer.number(value), s.dx[0], factor)
+        kept = compute("select", compute("equal_integers", mode, CUT), 0.0, s.dx[0])
+        builder.set(slope, compute("add", kept, entering))
+    return builder.get(slope)
+
+
+def _deviate(s: TangentStep) -> Operand:
+    return _entering(s.writer, DRAWN, s.x[0], s.dx[0], 1.0)
+
+
+def _rounded(s: TangentStep) -> Operand:
+    return s.writer.plus(s.dx[0], _entering(s.writer, ROUNDED, s.x[0], s.dx[0], 1.0))
+
+
+def _dropped(s: TangentStep) -> Operand:
+    w, (_, shifted, places, deviation) = s.writer, s.x
+    step = w.number(w.builder.compute("shift_left", 1, places))
+    value = w.builder.compute("divide", w.number(shifted), step)
+    slope = w.over(s.dx[1], step)
+    return w.plus(slope, _entering(w, DROPPED, value, slope, deviation))
+
+
+def _level(inside: Callable[[TangentStep], Operand], compared: int, quantises: bool) -> TangentRule:
+    """Return the rule of a function that chooses a level: by the model of one bit where there is one.
+
+    Elsewhere what is `inside` the levels is rounded, and a comparison has no slope.
+    """
+
+    def rule(s: TangentStep) -> Operand:
+        w, builder = s.writer, s.writer.builder
+        events, value, slope = Events(*w.beside), w.number(s.x[compared]), s.dx[compared]
+        place = builder.compute("multiply_integers", builder.load(events.state, OWNER), OF_ONE_BIT)
+        gain = builder.load(events.one_bit, builder.compute("add_integers", place, GAIN))
+        modelled = builder.compute("equal", gain, gain)
+        made = builder.variable(FLOAT, "slope", 0.0)
+        with builder.when(modelled):
+            deviation = builder.load(events.one_bit, builder.compute("add_integers", place, DEVIATION))
+            builder.set(made, w.plus(w.times(slope, gain), _entering(w, LEVELLED, value, slope, deviation)))
+        if quantises:
+            with builder.when(builder.compute("not", modelled)):
+                clipped, slope = _clipped(s), inside(s)
+                builder.set(made, w.plus(slope, _entering(w, ROUNDED, clipped, slope, 1.0)))
+        return builder.get(made)
+
+    return rule
+
+
+def _clipped(s: TangentStep) -> Operand:
+    compute, (value, last) = s.writer.builder.compute, s.numbers()
+    above = compute("select", compute("less", 0.0, value), value, 0.0)
+    return compute("select", compute("less", above, last), above, last)
+
+
+def _within(s: TangentStep) -> Operand:
+    """Return the slope of what is held between 0 and the last level."""
+    w, compute = s.writer, s.writer.builder.compute
+    value, last = s.numbers()
+    above = w.chosen(compute("less", 0.0, value), s.dx[0], operand(0.0))
+    return w.chosen(compute("less", compute("select", compute("less", 0.0, value), value, 0.0), last), above, s.dx[1])
+
+
+AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire}
+OF_NOISE: dict[str, TangentRule] = {
+    _AT_DEVIATE: _deviate,
+    _AT_DROP: _dropped,
+    origin_of(rounding.round_half_even): _rounded,
+    origin_of(rounding.round_down): _rounded,
+    origin_of(rounding.nearest_level): _level(_within, 0, True),
+    origin_of(rounding.nearest_even_level): _level(_within, 0, True),
+    origin_of(rounding.two_level): _level(_within, 1, False),
+}
+NO_MODEL = math.nan

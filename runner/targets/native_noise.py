@@ -1,0 +1,273 @@
+"""Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings do, over some ticks.
+
+Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own. What some ticks do is
+composed of their sparse maps, many groups of ticks at a time.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
+from typing import Any, NamedTuple
+
+import numpy as np
+import scipy.sparse
+
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.derivatives.compact_ticks import Direction, InFirst
+from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Noisy
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
+from proofmass.runner.derivatives.stepped_ticks import Indices
+from proofmass.runner.host.arrays import AnyArray, Array
+from proofmass.runner.plan.memory import Memory, Rows
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.program.events import (
+    DRAWN,
+    DROPPED,
+    ENTERED,
+    ENTERING,
+    HEARD,
+    KIND,
+    LEVELLED,
+    OF_ONE_BIT,
+    ROUNDED,
+    SOURCE,
+    TOLD,
+    WIRE,
+)
+from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
+
+_FIRST_ROOM = 16  # events of a tick, until there are more
+_EVERY = 8  # ticks of a group
+_ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
+
+
+class Group(NamedTuple):
+    """What some ticks do: slopes by what lasts before them, and by what enters at each of their events."""
+
+    lasting: Array  # [row, place]: rows are what lasts after them, and then the numbers at each event
+    entering: Array  # [row, event]
+    events: list["Event"]
+    size: int  # rows of what lasts
+
+
+class Event(NamedTuple):
+    """An event of some ticks: its row among those of the events, what it is, and whether its error is a new one."""
+
+    row: int
+    kind: int
+    source: int  # block or wire
+    value: float
+    entered: bool
+    like: int  # the first event with the same error, itself if there is none
+    part: int  # number of this error among those of its block in a tick
+
+
+class NoiseInCode(SlopesInCode):
+    """Ticks of blocks with `noise`; some wires are listened to, and inputs enter at others."""
+
+    def __init__(
+        self,
+        code: SlopeCode,
+        plan: Plan,
+        memory: Memory,
+        upstream: AbstractSet[str],
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
+        seeded: AbstractSet[LastingPlace],
+        moving: AbstractSet[str],
+        noise: Noisy,
+    ) -> None:
+        self._noise = {name: noise[name] for name in noise if name in upstream}
+        self._blocks, self._wires = [*code.blocks], [*code.wires]
+        self._noisy = np.array([name in self._noise for name in self._blocks], dtype=bool)
+        modes = dict.fromkeys(outputs, HEARD) | dict.fromkeys(inputs, ENTERED)
+        super().__init__(code, plan, memory, modes, seeded, moving, _FIRST_ROOM)
+        self._of_ticks = list[tuple[Found, AnyArray, AnyArray]]()
+
+    def _one_bit(self, code: SlopeCode) -> AnyArray:
+        models = super()._one_bit(code).reshape(-1, OF_ONE_BIT)
+        for name, gains in self._noise.items():
+            if gains:
+                models[code.blocks[name]] = gains[0].gain, np.sqrt(gains[0].variance)
+        return models.reshape(-1)
+
+    def _entering(self, counts: Indices, told: AnyArray) -> tuple[AnyArray, AnyArray]:
+        kind, source = told[:, :, KIND], told[:, :, SOURCE].astype(np.int64)
+        own = self._noisy[np.minimum(source, len(self._noisy) - 1)] | (kind == WIRE)
+        entering = (np.arange(self._most) < counts[:, None]) & own & (told[:, :, ENTERING] != 0.0)
+        return entering, entering & (kind == DROPPED)
+
+    def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
+        self._of_ticks.append((found, np.concatenate([told, entered[:, :, None]], axis=2), counts))
+
+    def groups(self) -> Iterator[Group]:
+        """Yield what the ticks since the last call do, a few at a time."""
+        if not self._of_ticks:
+            return
+        size, most = len(self._places), self._most
+        found = [np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)]
+        counts = np.concatenate([each for _, _, each in self._of_ticks])
+        told = np.zeros((len(counts), most, TOLD + 1))
+        first = 0
+        for _, of_ticks, _ in self._of_ticks:
+            told[first : first + len(of_ticks), : of_ticks.shape[1]] = of_ticks
+            first += len(of_ticks)
+        self._of_ticks = []
+        begin = self.tick - len(counts) - self._first
+        width = size + most * _EVERY
+        slab = max(1, _ENTRIES // ((size + most * _EVERY) * width)) * _EVERY
+        found[0] = found[0] - begin
+        for start in range(0, len(counts), slab):
+            ticks = min(slab, len(counts) - start)
+            for number, part in ((ticks // _EVERY, _EVERY), (1, ticks % _EVERY)):
+                if number and part:
+                    own = (found[0] >= start) & (found[0] < start + number * part)
+                    inside = Found(found[0][own] - start, *(each[own] for each in found[1:]))
+                    here = slice(start, start + number * part)
+                    yield from self._composed(inside, number, part, told[here], counts[here])
+                    start += number * part
+
+    def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[Group]:
+        """Yield what each of some groups does, of so many ticks each."""
+        size, most = len(self._places), self._most
+        width, rows = size + most * ticks, size + most
+        moved = np.zeros((number, size, width))
+        moved[:, range(size), range(size)] = 1.0
+        heard = np.zeros((number, ticks, most, width))
+        group, within = np.divmod(found.tick, ticks)
+        for tick in range(ticks):
+            own = within == tick
+            g, row, column, value = group[own], found.row[own], found.column[own], found.value[own]
+            lasts = column < size
+            places = g[lasts] * rows + row[lasts], g[lasts] * size + column[lasts]
+            step = scipy.sparse.csr_array((value[lasts], places), shape=(number * rows, number * size))
+            made = (step @ moved.reshape(-1, width)).reshape(number, rows, width)
+            made[g[~lasts], row[~lasts], tick * most + column[~lasts]] += value[~lasts]
+            moved, heard[:, tick] = made[:, :size], made[:, size:]
+        for k in range(number):
+            here = slice(k * ticks, (k + 1) * ticks)
+            slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
+            events = self._events(told[here], counts[here], heard[k])
+            yield Group(slopes[:, :size], slopes[:, size:], events, size)
+
+    def _events(self, told: AnyArray, counts: Indices, heard: Array) -> list[Event]:
+        """Return the events of some ticks. What rounds the same number in a tick errs alike."""
+        events, most = list[Event](), self._most
+        for tick, (of_tick, count) in enumerate(zip(told.tolist(), counts.tolist(), strict=True)):
+            seen: dict[tuple[int, int], list[Event]] = {}
+            for number, (kind, source, value, _, entered) in enumerate(of_tick[:count]):
+                row, kind, source = tick * most + number, int(kind), int(source)
+                like, part = row, 0
+                if entered and kind in (ROUNDED, DROPPED, LEVELLED):
+                    before = seen.setdefault((kind, source), [])
+                    part = len(before)
+                    same = (
+                        each
+                        for each in before
+                        if each.value == value and (heard[tick, number] == heard[tick, each.row % most]).all()
+                    )
+                    found = next(same, None)
+                    like, part = (found.row, found.part) if found else (row, part)
+                    event = Event(row, kind, source, value, True, like, part)
+                    if found is None:
+                        before.append(event)
+                else:
+                    event = Event(row, kind, source, value, bool(entered), like, part)
+                events.append(event)
+        return events
+
+    def _key(self, event: Event, counts: Counter[tuple[str, str]]) -> Direction:
+        """Return the direction of what enters anew at an event, and count it."""
+        if event.kind == WIRE:
+            name, part = self._wires[event.source]
+        else:
+            parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {event.part}"}
+            name, part = self._blocks[event.source], parts[event.kind]
+        counts[name, part] += 1
+        return name, part, counts[name, part] - 1
+
+
+class CompiledNoise(NoiseInCode):
+    """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives."""
+
+    def __init__(
+        self,
+        code: SlopeCode,
+        plan: Plan,
+        memory: Memory,
+        upstream: AbstractSet[str],
+        inputs: Sequence[Endpoint],
+        outputs: Sequence[Endpoint],
+        starts: Mapping[LastingPlace, Direction],
+        moving: AbstractSet[str],
+        noise: Noisy,
+    ) -> None:
+        """Take the directions of the numbers that last and have slopes."""
+        super().__init__(code, plan, memory, upstream, inputs, outputs, starts.keys(), moving, noise)
+        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
+        self.injected: list[Direction] = []
+        self.sources: list[Direction] = []
+        self.quantised: dict[Direction, Any] = {}
+        places = [*self._places.values()]
+        self._columns = {starts[place]: number for number, place in enumerate(p for p in places if p in starts)}
+        self._rows = np.zeros((len(places), len(self._columns)))
+        begin = [number for number, place in enumerate(places) if place in starts]
+        self._rows[begin, range(len(begin))] = 1.0
+        self._counts = Counter[tuple[str, str]]()
+
+    def advance(self, last: int, rows: Rows) -> bool:
+        """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
+        sound = super().advance(last, rows)
+        for group in self.groups() if sound else ():
+            self._follow(group)
+        return sound
+
+    def _follow(self, group: Group) -> None:
+        """Count what some ticks do."""
+        entered = dict[int, int]()  # columns, by rows of events
+        for event in group.events:
+            if event.entered and event.like == event.row:
+                key = self._key(event, self._counts)
+                (self.injected if event.kind == WIRE else self.sources).append(key)
+                entered[event.row] = self._columns[key] = len(self._columns)
+        own = [(event.row, entered[event.like]) for event in group.events if event.entered]
+        slots, columns = (np.array(each, dtype=np.int64) for each in (zip(*own, strict=True) if own else ((), ())))
+        wanted = [event for event in group.events if self._is_wanted(event)]
+        rows = np.array([*range(group.size), *(group.size + event.row for event in wanted)])
+        before = np.zeros((group.size, len(self._columns)))
+        before[:, : self._rows.shape[1]] = self._rows
+        made = scipy.sparse.csr_array(group.lasting[rows]) @ before
+        for slot, column in zip(slots, columns, strict=True):  # several may err alike
+            made[:, column] += group.entering[rows, slot]
+        keys = {column: key for key, column in self._columns.items()} if wanted else {}
+        for event, row in zip(wanted, made[group.size :], strict=True):
+            number = InFirst(event.value, self._columns, row)
+            if event.kind == WIRE:
+                self.recorded[self._wires[event.source]].append(number)
+            else:
+                self.quantised[keys[entered[event.row]]] = number
+        self._rows = made[: group.size]
+
+    def _is_wanted(self, event: Event) -> bool:
+        if event.kind == WIRE:
+            return self._wires[event.source] in self.recorded
+        return event.entered and event.kind in (ROUNDED, DROPPED) and event.like == event.row
+
+    def memory(self) -> Memory:
+        """Return the memory of this moment, with the slopes of what lasts."""
+        memory = super().memory()
+        for (what, of, number), row in zip(self._places.values(), self._rows, strict=True):
+            if not row.any():
+                continue
+            if what == "state":
+                state: Any = memory.states[of]
+                field = state._fields[number]
+                memory.states[of] = state._replace(**{field: InFirst(state[number], self._columns, row)})
+            elif what == "buffer":
+                held: Any = memory.buffers[of]
+                held[number] = InFirst(held[number], self._columns, row)
+            elif isinstance(memory.wires[of], list):
+                memory.wires[of][number] = InFirst(memory.wires[of][number], self._columns, row)
+            else:
+                memory.wires[of] = InFirst(memory.wires[of], self._columns, row)
+        return memory
