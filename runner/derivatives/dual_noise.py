@@ -53,6 +53,11 @@ def noise_blocks(plan: Plan) -> Noisy:
     return dict.fromkeys(sorted(sources | (reached(plan, set(sources)) & plan.digital.keys())), ())
 
 
+def one_model_each(noise: Noisy) -> bool:
+    """Return whether no block has several models of one bit, between which plain Python chooses."""
+    return all(len(models) < 2 for models in noise.values())
+
+
 def rounds(part: str) -> bool:
     """Return whether the error of a rounding is meant, of a quantiser or of one place in a fixed-point block."""
     return part.startswith(ROUNDING)

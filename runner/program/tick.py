@@ -198,10 +198,9 @@ class TickWriter:
             if any(map(draws, (*kind.output_functions.values(), *kind.functions.values()))):
                 self.frame.deviates[name] = builder.variable(FLOAT, f"{word(name)}_normal")
         when_due(self.frame, self._in_order(drawn, looked_at))
-        for name, block in plan.blocks.items():
-            update = type(block).functions.get("update")
-            if update is not None and draws(update) and name not in drawn:
-                self.draw(name)
+        updating = ((name, type(block).functions.get("update")) for name, block in plan.blocks.items())
+        late = [name for name, update in updating if update is not None and draws(update) and name not in drawn]
+        when_due(self.frame, ((plan.schedule.beat(name), partial(self.draw, name)) for name in late))
         due = (node for node in outputs_of(plan.schedule.order) if node in looked_at and plan.stride(node) == 1)
         numbers = [entry for node in due for entry in entries(builder, self.frame.wire(node))]
         if numbers:

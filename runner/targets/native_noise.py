@@ -78,8 +78,8 @@ class NoiseInCode(SlopesInCode):
         noise: Noisy,
     ) -> None:
         self._noise = {name: noise[name] for name in noise if name in upstream}
-        self._blocks, self._wires = [*code.blocks], [*code.wires]
-        self._noisy = np.array([name in self._noise for name in self._blocks], dtype=bool)
+        self.block_names, self.wire_nodes = [*code.blocks], [*code.wires]
+        self._noisy = np.array([name in self._noise for name in self.block_names], dtype=bool)
         modes = dict.fromkeys(outputs, HEARD) | dict.fromkeys(inputs, ENTERED)
         super().__init__(code, plan, memory, modes, seeded, moving, _FIRST_ROOM)
         self._of_ticks = list[tuple[Found, AnyArray, AnyArray]]()
@@ -176,15 +176,10 @@ class NoiseInCode(SlopesInCode):
                 events.append(event)
         return events
 
-    def _key(self, event: Event, counts: Counter[tuple[str, str]]) -> Direction:
-        """Return the direction of what enters anew at an event, and count it."""
-        if event.kind == WIRE:
-            name, part = self._wires[event.source]
-        else:
-            parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {event.part}"}
-            name, part = self._blocks[event.source], parts[event.kind]
-        counts[name, part] += 1
-        return name, part, counts[name, part] - 1
+    def part(self, event: Event) -> str:
+        """Return what enters at an event of a block, as keys of directions name it."""
+        parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {event.part}"}
+        return parts[event.kind]
 
 
 class CompiledNoise(NoiseInCode):
@@ -227,7 +222,7 @@ class CompiledNoise(NoiseInCode):
         entered = dict[int, int]()  # columns, by rows of events
         for event in group.events:
             if event.entered and event.like == event.row:
-                key = self._key(event, self._counts)
+                key = self._key(event)
                 (self.injected if event.kind == WIRE else self.sources).append(key)
                 entered[event.row] = self._columns[key] = len(self._columns)
         own = [(event.row, entered[event.like]) for event in group.events if event.entered]
@@ -243,14 +238,20 @@ class CompiledNoise(NoiseInCode):
         for event, row in zip(wanted, made[group.size :], strict=True):
             number = InFirst(event.value, self._columns, row)
             if event.kind == WIRE:
-                self.recorded[self._wires[event.source]].append(number)
+                self.recorded[self.wire_nodes[event.source]].append(number)
             else:
                 self.quantised[keys[entered[event.row]]] = number
         self._rows = made[: group.size]
 
+    def _key(self, event: Event) -> Direction:
+        """Return the direction of what enters anew at an event, and count it."""
+        owner = self.wire_nodes[event.source] if event.kind == WIRE else (self.block_names[event.source], self.part(event))
+        self._counts[owner] += 1
+        return *owner, self._counts[owner] - 1
+
     def _is_wanted(self, event: Event) -> bool:
         if event.kind == WIRE:
-            return self._wires[event.source] in self.recorded
+            return self.wire_nodes[event.source] in self.recorded
         return event.entered and event.kind in (ROUNDED, DROPPED) and event.like == event.row
 
     def memory(self) -> Memory:

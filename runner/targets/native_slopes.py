@@ -63,7 +63,8 @@ def has_slopes(plan: Plan) -> bool:
     if plan.schedule.loops or any(not solver.exact or solver.group.loops for solver in plan.solvers):
         return False
     kinds = {type(plan.blocks[name]) for name in plan.digital}
-    return not any(reaches(each.function, (left_over,)) for kind in kinds for each in kind.functions.values())
+    functions = (each for kind in kinds for each in (*kind.functions.values(), *kind.output_functions.values()))
+    return not any(reaches(each.function, (left_over,)) for each in functions)
 
 
 def _in_lanes(length: int) -> AnyArray:

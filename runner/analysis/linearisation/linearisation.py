@@ -191,7 +191,7 @@ class OperatingPoints:
     def __init__(self, plan: Plan, at: At = AUTO, progress: Progress | None = None) -> None:
         """Take a time, "settled", "periodic" or "auto"; raises `ModelError` for another text."""
         self.plan, self.at, self._progress = plan, at, progress
-        self._course = Course(plan)
+        self.course = Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
         self._starts = dict[int, Linearisation]()
         if at not in _WAYS:
@@ -217,7 +217,7 @@ class OperatingPoints:
 
     def memory_at(self, tick: int) -> Memory:
         """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
-        return self._course.at(tick).copy()
+        return self.course.at(tick).copy()
 
     def loop(self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up.
@@ -283,18 +283,18 @@ class OperatingPoints:
     def _found(self, way: str) -> Linearisation:
         period = self.plan.period
         if way == SETTLED:
-            tick = settled_tick(self._course, self._progress)
+            tick = settled_tick(self.course, self._progress)
             return self._linearisation(tick, f"settled after {time_text(tick * period)}", SETTLED)
         if way == PERIODIC:
-            return self._linearisation(periodic_point(self._course), "an orbit that repeats", PERIODIC)
+            return self._linearisation(periodic_point(self.course), "an orbit that repeats", PERIODIC)
         if way == _END:
             tick = self.plan.ticks()
-            self._course.at(tick)
+            self.course.at(tick)
             return self._linearisation(tick, f"the end of the run, {time_text(tick * period)}", tick * period)
         return self._linearisation(self._time, "", self.at)
 
     def _linearisation(self, point: OperatingPoint, told: str, at: At) -> Linearisation:
-        return Linearisation(self.plan, self._course, point, told, at)
+        return Linearisation(self.plan, self.course, point, told, at)
 
 
 Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]

@@ -31,7 +31,7 @@ from proofmass.runner.analysis.linearisation.seeds import (
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
 from proofmass.runner.derivatives.dual import NO_SLOPE, slopes_of, value_of
-from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks, one_model_each
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
@@ -202,8 +202,10 @@ def period_map(
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     single = cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
-    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and not drawn and _one_model_each(noise))
+    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and not drawn and one_model_each(noise))
     code = slopes(ticks, bool(noise)) if coded else None
+    if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, and truth values
+        code = None
     while True:
         begin = with_slopes(memory, plan, point_slopes, rings) if by_parameters else memory.copy()
         seeded = seed(plan, begin, sorted(moving), counted, rings)
@@ -269,11 +271,6 @@ def _noise_in_code(*arguments: Any) -> "CompiledNoise":
     from proofmass.runner.targets.native_noise import CompiledNoise
 
     return CompiledNoise(*arguments)
-
-
-def _one_model_each(noise: Noisy) -> bool:
-    """Return whether no block has several models of one bit, between which plain Python chooses."""
-    return all(len(models) < 2 for models in noise.values())
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:

@@ -18,8 +18,9 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.numbers import time_text
+from proofmass.runner.analysis.noise.covariances import Stretch
 from proofmass.runner.analysis.noise.noise_budget import QUANTISATION, NoiseBudget, NoiseSource, unit_at
-from proofmass.runner.analysis.noise.over_runs import Stretch, followed
+from proofmass.runner.analysis.noise.over_runs import followed
 from proofmass.runner.analysis.spectrum.windows import window
 from proofmass.runner.derivatives.dual_noise import given
 from proofmass.runner.host.arrays import Array
@@ -47,7 +48,7 @@ def budgets_along(
         for node, count in counts.items()
     }
     try:
-        followed(planned, nodes, ticks, stretches, begin=points.memory_at(first))
+        followed(planned, nodes, ticks, stretches, begin=points.memory_at(first), course=points.course)
     except ModelError as error:
         return [error for _ in outputs]
     span = f"from {time_text(first * planned.period)} to {time_text(ticks * planned.period)}"

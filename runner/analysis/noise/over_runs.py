@@ -11,8 +11,7 @@ variances V. Nothing need repeat or settle (Gelb, Applied Optimal Estimation, 19
 """
 
 import math
-from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -25,14 +24,14 @@ from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
-from proofmass.runner.analysis.noise.noise_map import variance
-from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
-from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Last, Stretch
+from proofmass.runner.derivatives.compact_ticks import EVERY
+from proofmass.runner.derivatives.dual_noise import one_model_each
+from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.progress import Progress
@@ -105,11 +104,11 @@ def deviations(
 ) -> list[ValueDeviation]:
     """Return those of the last values before a tick of several outputs."""
     nodes = [node_of(planned, output) for output in outputs]
-    engine = followed(planned, nodes, ticks, {}, progress)
-    early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in engine.last), None)
+    found = followed(planned, nodes, ticks, {}, progress)
+    early = next((output for output, node in zip(outputs, nodes, strict=True) if node not in found.last), None)
     if early is not None:
         raise ModelError([planned.graph.placed(_early(early, (ticks - 1) * planned.period))])
-    return [_deviation(planned, *each, engine.last[each[1]]) for each in zip(outputs, nodes, strict=True)]
+    return [_deviation(planned, *each, found.last[each[1]]) for each in zip(outputs, nodes, strict=True)]
 
 
 def densities(
@@ -125,13 +124,13 @@ def densities(
     firsts = {node: -(-ticks // stride) - len(window) for node, stride in strides.items()}
     turns = np.arange(len(window) // 2 + 1) / len(window)
     stretches = {node: Stretch(window, firsts[node], turns) for node in nodes}
-    engine = followed(planned, nodes, ticks, stretches)
+    found = followed(planned, nodes, ticks, stretches)
     answers = []
     for output, node in zip(outputs, nodes, strict=True):
         rate = float(planned.schedule.base_rate) / strides[node]
         lines = np.arange(len(window) // 2 + 1) * rate / len(window)
         density = np.sum([*stretches[node].powers.values()], axis=0) * (2.0 / (rate * float(np.sum(window**2))))
-        answers.append((_deviation(planned, output, node, engine.last[node]), lines, density))
+        answers.append((_deviation(planned, output, node, found.last[node]), lines, density))
     return answers
 
 
@@ -144,26 +143,42 @@ def followed(
     planned: Plan,
     nodes: Sequence[Endpoint],
     ticks: int,
-    stretches: "Mapping[Endpoint, Stretch]",
+    stretches: Mapping[Endpoint, Stretch],
     progress: Progress | None = None,
     begin: Memory | None = None,
-) -> "CovarianceTicks":
+    course: Course | None = None,
+) -> Covariances:
     """Return what a run up to a tick ends in, from a memory without noise or from tick 0; raises `ModelError`."""
-    noisy = noise_at(linearised(planned), list(nodes))
-    upstream, begin = blocks_of_map(planned, (), nodes, False, noisy)[0], begin or start(planned.without_noise)
-    engine = CovarianceTicks(planned, begin, upstream, (), nodes, False, False, True, noise=noisy, stretches=stretches)
-    first = begin.tick
-    try:
-        for done in range(first, ticks, _SHOWN * EVERY):
-            if progress:
-                progress(done - first, ticks - first)
-            engine.advance(min(done + _SHOWN * EVERY, ticks), ())
-    except TickError as error:
-        raise ModelError([failed(planned, error)]) from error
-    return engine
+    about = linearised(planned)
+    noisy, begin = noise_at(about, list(nodes)), begin or start(planned.without_noise)
+    upstream, first = blocks_of_map(planned, (), nodes, False, noisy)[0], begin.tick
+    code = (course or about.course).slopes(ticks - first, noise=True) if one_model_each(noisy) else None
+    while True:
+        found = Covariances(stretches)
+        advance: Callable[[int, Rows], bool]
+        if code is not None and code.wires.keys() >= {*nodes}:
+            # start-up time: few ticks need no compiler
+            from proofmass.runner.analysis.noise.covariances_in_code import CovarianceInCode
+
+            advance = CovarianceInCode(code, planned, begin, upstream, nodes, noisy, found).advance
+        else:
+            given = planned, begin.copy(), upstream, (), nodes, False, False, True
+            advance = CovarianceTicks(*given, noise=noisy, found=found).advance
+        try:
+            for done in range(first, ticks, _SHOWN * EVERY):
+                if progress:
+                    progress(done - first, ticks - first)
+                if not advance(min(done + _SHOWN * EVERY, ticks), ()):
+                    raise UndefinedSlopesError([])
+        except UndefinedSlopesError:  # plain Python says why
+            code = None
+            continue
+        except TickError as error:
+            raise ModelError([failed(planned, error)]) from error
+        return found
 
 
-def _deviation(planned: Plan, output: str, node: Endpoint, last: "_Last") -> ValueDeviation:
+def _deviation(planned: Plan, output: str, node: Endpoint, last: Last) -> ValueDeviation:
     block = planned.blocks[node[0]]
     parts = sorted(((math.sqrt(v), name) for name, v in last.variances.items() if v > 0.0), reverse=True)
     return ValueDeviation(
@@ -174,138 +189,3 @@ def _deviation(planned: Plan, output: str, node: Endpoint, last: "_Last") -> Val
         deviation=math.sqrt(sum(last.variances.values())),
         sources={name: deviation for deviation, name in parts},
     )
-
-
-@dataclass(frozen=True)
-class _Last:
-    """The last value of an output: its number from 0 on, and the variance that each block makes."""
-
-    number: int
-    value: float
-    variances: Mapping[str, float]
-
-
-class Stretch:
-    """The mean power of the lines of some successive values, a sum Z of w y exp(-2 pi i f t) for each, by block.
-
-    Z moves on as what lasts does, x: with y = s x + r u within some ticks, E[Z x'] and E[|Z|^2] follow. `turns` are the
-    lines, in turns from value to value; `squares` are the sums of w^2 E[y^2] in each half of the window.
-    """
-
-    def __init__(self, window: Array, first: int, turns: Array) -> None:
-        self.window, self._first, self._turns = window, first, turns
-        self._shared: dict[str, Any] = {}  # E[Z x']
-        self.powers, self.squares = dict[str, Array](), dict[str, Array]()
-
-    def moved(self, number: int, slopes: "_Slopes", rows: range, covariances: Mapping[str, Array]) -> None:
-        """Count values from a number on, some rows of slopes; the last of these are what lasts from now on."""
-        numbers = np.arange(number, number + len(rows)) - self._first
-        inside = (numbers >= 0) & (numbers < len(self.window))
-        if not self._shared and not inside.any():
-            return
-        weights = np.where(inside, self.window[np.clip(numbers, 0, len(self.window) - 1)], 0.0)
-        turns = np.exp(-2j * np.pi * np.outer(self._turns, numbers)) * weights
-        own, after = slice(rows.start, rows.stop), slopes.memory
-        early = 2 * numbers < len(self.window)
-        halves = np.array([early, ~early]) * weights**2
-        old = turns @ slopes.lasting[own]
-        for name in {**covariances, **slopes.columns}:
-            columns, covariance = slopes.columns.get(name, []), covariances.get(name)
-            squares = np.diag(_moved(slopes, own, covariance, columns))
-            self.squares[name] = self.squares.get(name, 0.0) + halves @ squares
-            new = turns @ slopes.fresh[own, columns] if len(columns) else np.zeros((len(turns), 0))
-            by = old @ covariance if covariance is not None else np.zeros_like(old)
-            shared = self._shared.get(name, np.zeros_like(old))
-            power = 2.0 * np.sum(old * shared.conj(), axis=1).real + np.sum(by * old.conj(), axis=1).real
-            self.powers[name] = self.powers.get(name, 0.0) + power + np.sum(np.abs(new) ** 2, axis=1)
-            self._shared[name] = (shared + by) @ slopes.lasting[after:].T + new @ slopes.fresh[after:, columns].T
-
-
-@dataclass(frozen=True)
-class _Slopes:
-    """Slopes by what lasts, and by new random numbers times their deviations: of outputs, then of the memory."""
-
-    lasting: Array
-    fresh: Array
-    columns: Mapping[str, list[int]]  # new random numbers of each block
-    memory: int  # first row of the memory
-
-
-class CovarianceTicks(CompactTicks):
-    """Ticks that keep the covariance of what lasts, by the blocks that make it."""
-
-    def __init__(self, *arguments: Any, noise: Noisy, stretches: Mapping[Endpoint, Stretch]) -> None:
-        self._covariances: dict[str, Array] = {}
-        self._alive = 0
-        self._stretches, self._numbers = stretches, Counter[Endpoint]()
-        self.last: dict[Endpoint, _Last] = {}
-        super().__init__(*arguments, noise=noise)
-
-    def advance(self, last: int, rows: Rows) -> bool:
-        """Run up to, not including, the tick `last`; raises `TickError`."""
-        while self._memory.tick < last:
-            NoisyTicks.advance(self, min(self._memory.tick + EVERY, last), rows)
-            self._gather()
-        return True
-
-    def _gather(self) -> None:
-        """Give each number that lasts one direction, and move the covariances on."""
-        recorded = {node: list(values) for node, values in self.recorded.items()}
-        gathered = self._one_direction_each()
-        outputs = [slopes_of(value, SIGNALS) for values in recorded.values() for value in values]
-        slopes = self._slopes([*outputs, *gathered], len(outputs))
-        self._keep(recorded, slopes)
-        after = slopes.memory
-        self._covariances = {
-            name: _moved(slopes, slice(after, None), self._covariances.get(name), columns)
-            for name, columns in self._by_block(slopes)
-        }
-        self._alive = len(gathered)
-        done: list[Any] = [self.quantised, self.sources, self._known, self._counts, self._last]
-        for each in [*done, *self.recorded.values()]:
-            each.clear()
-
-    def _keep(self, recorded: Mapping[Endpoint, list[Any]], slopes: _Slopes) -> None:
-        """Keep the last value of each output with its variances, and count all in their stretches."""
-        first = 0
-        for node, values in recorded.items():
-            rows, first = range(first, first + len(values)), first + len(values)
-            if node in self._stretches:
-                self._stretches[node].moved(self._numbers[node], slopes, rows, self._covariances)
-            self._numbers[node] += len(values)
-            if values:
-                row = slice(rows[-1], rows[-1] + 1)
-                variances = {
-                    name: float(_moved(slopes, row, self._covariances.get(name), columns)[0, 0])
-                    for name, columns in self._by_block(slopes)
-                }
-                self.last[node] = _Last(self._numbers[node] - 1, float(plain(values[-1])), variances)
-
-    def _by_block(self, slopes: _Slopes) -> Iterator[tuple[str, list[int]]]:
-        for name in {**self._covariances, **slopes.columns}:
-            yield name, slopes.columns.get(name, [])
-
-    def _slopes(self, rows: Sequence[Mapping[Direction, float]], memory: int) -> _Slopes:
-        lasting = np.zeros((len(rows), self._alive))
-        columns, owners = dict[Direction, int](), dict[str, list[int]]()
-        new: list[tuple[int, int, float]] = []
-        for row, each in enumerate(rows):
-            for key, value in each.items():
-                if key[1] == LIVE:
-                    lasting[row, key[2]] = value
-                    continue
-                if key not in columns:
-                    columns[key] = len(columns)
-                    owners.setdefault(key[0], []).append(columns[key])
-                new.append((row, columns[key], value * math.sqrt(variance(key[1]))))
-        fresh = np.zeros((len(rows), len(columns)))
-        for row, column, value in new:
-            fresh[row, column] = value
-        return _Slopes(lasting, fresh, owners, memory)
-
-
-def _moved(slopes: _Slopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
-    """Return S P S' + R R' of some rows, for the random numbers in some columns."""
-    lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
-    old = 0.0 if covariance is None else lasting @ covariance @ lasting.T
-    return np.asarray(old + fresh @ fresh.T)
