@@ -36,8 +36,9 @@ from proofmass.runner.program.events import (
 )
 from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
 
-_FIRST_ROOM = 16  # events of a tick, until there are more
-_EVERY = 8  # ticks of a group
+_FIRST_ROOM = 1  # events of a tick, until there are more
+_EVERY = 8, 64  # least and most ticks of a group
+_WIDTH = 250  # numbers by which the slopes of a group are, if it has more than the fewest ticks
 _ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
 
 
@@ -114,12 +115,13 @@ class NoiseInCode(SlopesInCode):
             first += len(of_ticks)
         self._of_ticks = []
         begin = self.tick - len(counts) - self._first
-        width = size + most * _EVERY
-        slab = max(1, _ENTRIES // ((size + most * _EVERY) * width)) * _EVERY
+        every = min(max(_EVERY[0], (_WIDTH - size) // most), _EVERY[1])
+        width = size + most * every
+        slab = max(1, _ENTRIES // width**2) * every
         found[0] = found[0] - begin
         for start in range(0, len(counts), slab):
             ticks = min(slab, len(counts) - start)
-            for number, part in ((ticks // _EVERY, _EVERY), (1, ticks % _EVERY)):
+            for number, part in ((ticks // every, every), (1, ticks % every)):
                 if number and part:
                     own = (found[0] >= start) & (found[0] < start + number * part)
                     inside = Found(found[0][own] - start, *(each[own] for each in found[1:]))
@@ -245,7 +247,9 @@ class CompiledNoise(NoiseInCode):
 
     def _key(self, event: Event) -> Direction:
         """Return the direction of what enters anew at an event, and count it."""
-        owner = self.wire_nodes[event.source] if event.kind == WIRE else (self.block_names[event.source], self.part(event))
+        owner = (
+            self.wire_nodes[event.source] if event.kind == WIRE else (self.block_names[event.source], self.part(event))
+        )
         self._counts[owner] += 1
         return *owner, self._counts[owner] - 1
 

@@ -97,22 +97,30 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
 
 
 class _Columns:
-    """The response C (z - A)^-1 B + D by its columns: what one input does changes no other."""
+    """The response C (z - A)^-1 B + D by its columns: what one input does changes no other.
+
+    With H = C (z - A)^-1 the norm of H B + D follows from B B', B D' and that of D. A period of noise has thousands of
+    columns.
+    """
 
     def __init__(self, parts: Parts, inverse: Complex) -> None:
-        _, b, c, d = parts
-        self._heard = c @ inverse
-        self._parts = parts
-        self._squares = np.array([np.sum(np.abs(heard @ b + d) ** 2, axis=0) for heard in self._heard])
+        self._parts, self._heard = parts, parts[2] @ inverse
+        _, b, _, d = parts
+        self._square = self._of(b, d)
 
     def norms(self, other: Parts, columns: Sequence[int]) -> tuple[Array, Array]:
         """Return the larger norm of the response and of one that differs in some columns, and of their difference."""
-        (_, b, _, d), (_, f, _, h) = self._parts, other
-        own = list(columns)
-        before = np.sum(self._squares, axis=1)
-        after = before - np.sum(self._squares[:, own], axis=1) + _square(self._heard @ f[:, own] + h[:, own])
-        change = _square(self._heard @ (f - b)[:, own] + (h - d)[:, own])
-        return np.sqrt(np.maximum(np.maximum(before, after), 0.0)), np.sqrt(change)
+        (_, b, _, d), (_, f, _, h), own = self._parts, other, list(columns)
+        after = self._square - self._of(b[:, own], d[:, own]) + self._of(f[:, own], h[:, own])
+        change = self._of((f - b)[:, own], (h - d)[:, own])
+        return np.sqrt(np.maximum(np.maximum(self._square, after), 0.0)), np.sqrt(np.maximum(change, 0.0))
+
+    def _of(self, b: Array, d: Array) -> Array:
+        """Return the squared norm of H B + D at each point."""
+        if b.shape[1] < len(b):
+            return _square(self._heard @ b + d)
+        both = np.real(np.sum((self._heard @ (b @ b.T)) * self._heard.conj(), axis=(1, 2)))
+        return np.asarray(both + 2.0 * np.real(np.sum(self._heard * (d @ b.T), axis=(1, 2))) + np.sum(d**2))
 
 
 def _inverse(a: Array, z: Complex) -> Complex:

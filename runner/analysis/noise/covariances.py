@@ -53,7 +53,7 @@ class Stretch:
         old = turns @ slopes.lasting[own]
         for name in {**covariances, **slopes.columns}:
             columns, covariance = slopes.columns.get(name, []), covariances.get(name)
-            squares = np.diag(_moved(slopes, own, covariance, columns))
+            squares = _squares(slopes, own, covariance, columns)
             self.squares[name] = self.squares.get(name, 0.0) + halves @ squares
             new = turns @ slopes.fresh[own, columns] if len(columns) else np.zeros((len(turns), 0))
             by = old @ covariance if covariance is not None else np.zeros_like(old)
@@ -92,7 +92,7 @@ class Covariances:
             if values:
                 row = slice(rows[-1], rows[-1] + 1)
                 variances = {
-                    name: float(_moved(slopes, row, self._covariances.get(name), columns)[0, 0])
+                    name: float(_squares(slopes, row, self._covariances.get(name), columns)[0])
                     for name, columns in self._by_block(slopes)
                 }
                 self.last[node] = Last(self._numbers[node] - 1, float(values[-1]), variances)
@@ -156,3 +156,10 @@ def _moved(slopes: Slopes, rows: slice, covariance: Array | None, columns: list[
     lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
     old = 0.0 if covariance is None else lasting @ covariance @ lasting.T
     return np.asarray(old + fresh @ fresh.T)
+
+
+def _squares(slopes: Slopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
+    """Return the diagonal of S P S' + R R' of some rows."""
+    lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
+    old = 0.0 if covariance is None else np.sum((lasting @ covariance) * lasting, axis=1)
+    return np.asarray(old + np.sum(fresh**2, axis=1))

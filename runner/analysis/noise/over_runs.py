@@ -29,7 +29,6 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Last, Stretch
-from proofmass.runner.derivatives.compact_ticks import EVERY
 from proofmass.runner.derivatives.dual_noise import one_model_each
 from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
@@ -41,7 +40,7 @@ from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import TickError
 from proofmass.runner.run.faults import failed
 
-_SHOWN = 8  # times that the covariance moves on, for one look at progress
+_SHOWN = 64, 1024  # ticks for one look at progress, in plain Python and in machine code
 
 
 @dataclass(frozen=True, repr=False)
@@ -165,10 +164,11 @@ def followed(
             given = planned, begin.copy(), upstream, (), nodes, False, False, True
             advance = CovarianceTicks(*given, noise=noisy, found=found).advance
         try:
-            for done in range(first, ticks, _SHOWN * EVERY):
+            shown = _SHOWN[code is not None]
+            for done in range(first, ticks, shown):
                 if progress:
                     progress(done - first, ticks - first)
-                if not advance(min(done + _SHOWN * EVERY, ticks), ()):
+                if not advance(min(done + shown, ticks), ()):
                     raise UndefinedSlopesError([])
         except UndefinedSlopesError:  # plain Python says why
             code = None
