@@ -104,7 +104,7 @@ class CompiledLoop:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""
         self._loop(self.tick, last, self.seed, self.run, *(array.ctypes.data for array in self.arrays(rows)))
         self.tick = last
-        return self.sound(self._state[FLOATS], self._state[INTEGERS])
+        return self.is_sound()
 
     def kinds(self) -> Iterable[tuple[Moving, type]]:
         """Return the single numbers that move, each with its type."""
@@ -114,17 +114,21 @@ class CompiledLoop:
         """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
         return self.numbers([WireOf(*node) for node in nodes], last)
 
-    def numbers(self, keys: Sequence[Moving], last: int) -> list[list[float]]:
-        """Run up to, not including, the tick `last`, and return what some single numbers are after each tick."""
+    def numbers(self, keys: Sequence[Moving], last: int, every: int = 1) -> list[list[float]]:
+        """Run up to, not including, the tick `last`, and return what some single numbers are after `every` tick."""
         kinds, rows = self._written.memory.kinds, list[list[float]]()
         places = [kinds[key] for key in keys]
         held = [(self._state[FLOATS if kind is float else INTEGERS], index) for kind, index in places]
         addresses = [array.ctypes.data for array in self.arrays(())]
         while self.tick < last:
-            self._loop(self.tick, self.tick + 1, self.seed, self.run, *addresses)
+            self._loop(self.tick, self.tick + every, self.seed, self.run, *addresses)
             rows.append([float(array[index]) for array, index in held])
-            self.tick += 1
+            self.tick += every
         return rows
+
+    def is_sound(self) -> bool:
+        """Return whether every number is finite and fits its format now."""
+        return self.sound(self._state[FLOATS], self._state[INTEGERS])
 
     def sound(self, numbers: AnyArray, integers: AnyArray) -> bool:
         """Return whether every number was finite and fitted its format, by the arrays of the memory."""

@@ -203,7 +203,7 @@ class SlopesInCode(CompiledLoop):
             self._keep(self._found(slopes, apart, lanes, live[:-1], entered), counts, told, entered)
             self._live, self.tick, chunk = live[-1], until, most
             self._renewing = renewing
-            sound = self.sound(self._state[FLOATS], self._state[INTEGERS])
+            sound = self.is_sound()
         return sound
 
     def _make_room(self, more: int) -> None:

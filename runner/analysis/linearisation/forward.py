@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Any
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.host.progress import Progress
+from proofmass.runner.plan.keys import StateField
 from proofmass.runner.plan.memory import Engine, Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
@@ -166,6 +168,7 @@ class Onward:
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
         self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, list[list[float]]]] = {}
+        self._integers = dict[Hashable, list[list[int]]]()
 
     def at(self, tick: int) -> Memory:
         """Return the memory at the start of a tick; raises `ModelError` if the run fails."""
@@ -184,6 +187,36 @@ class Onward:
             rows += run.wires(nodes, self.begin.tick + ticks)
             self._recorded[tuple(nodes)] = run, rows
         return rows[:ticks]
+
+    def integers(self, names: Sequence[str], rings: Rings, ticks: int, periods: int) -> list[list[int]]:
+        """Return the integers and truth values of blocks after 0, 1, 2 and so on periods of so many ticks each."""
+        key = (*names, *sorted(rings.places())), ticks
+        rows = self._integers.setdefault(key, [rings.integers_of(self.begin, names)])
+        missing = periods - len(rows)
+        if missing > 0 and rows[0]:
+            memory = self.at(self.begin.tick + (len(rows) - 1) * ticks)
+            rows += self._in_code(names, rings, ticks, missing, memory) or self._in_turn(
+                names, rings, ticks, missing, memory
+            )
+        return (rows if rows[0] else rows * periods)[:periods]
+
+    def _in_code(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
+        """Return the integers after some more periods by machine code; none if there is no such code."""
+        code = self.course.machine_code(memory, periods * ticks)
+        held = (cells for (name, _), cells in memory.of_blocks().items() if name in names and isinstance(cells, list))
+        if code is None or any(isinstance(cells[0], int) for cells in held if cells):
+            return []
+        places, kinds = rings.places(), dict(code.kinds())
+        states = ((name, memory.states[name]) for name in names)
+        fields = [(name, field) for name, state in states if state is not None for field in state._fields]
+        keys = [StateField(*of) for of in fields if of not in places and kinds[StateField(*of)] is not float]
+        rows = code.numbers(keys, memory.tick + periods * ticks, ticks)
+        return [[int(number) for number in row] for row in rows] if code.is_sound() else []
+
+    def _in_turn(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
+        run, last = self.course.from_memory(memory), memory.tick + periods * ticks
+        ends = range(memory.tick + ticks, last + 1, ticks)
+        return [rings.integers_of(run.to(end, last), names) for end in ends]
 
 
 class Alone(PartInterpreter):

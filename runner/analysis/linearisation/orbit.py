@@ -274,11 +274,7 @@ class OrbitSearch:
         return self._repetitions[len(self._run.memories)]
 
     def _switches_return(self) -> list[int]:
-        longest = min(self._longest, MOST_SWITCHED)
-        run = self._run.course.from_memory(self._run.after(0))
-        ticks = self._ticks
-        last = self._first + longest * ticks
-        found = self._waiting.repetition(lambda n: run.to(self._first + n * ticks, last), longest, self._run.memories)
+        found = self._waiting.repetition(min(self._longest, MOST_SWITCHED), self._run.memories)
         return [found] if found else []
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:

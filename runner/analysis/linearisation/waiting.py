@@ -51,7 +51,6 @@ class Waiting:
             for port, declared in type(plan.blocks[name]).outputs.items()
             if not declared.shape
         ]
-        self._counts: list[list[int]] = []
 
     def sources(self, periods: int) -> Array:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
@@ -82,27 +81,25 @@ class Waiting:
         values = self.sources(periods + 1)
         return np.abs(np.diff(values, axis=0)) > _ROUNDING * np.maximum(np.abs(values[1:]), np.abs(values[:-1]))
 
-    def repetition(self, run: Callable[[int], Memory], periods: int, known: Mapping[int, Memory]) -> int:
+    def repetition(self, periods: int, known: Mapping[int, Memory]) -> int:
         """Return the number of periods, up to some, after which all switches do as before; 0 if there is none.
 
         A short one is taken where it also says what is `known` of later periods.
         """
         told = self.sources(2 * periods)
         for longest in dict.fromkeys((min(_SHORT_TURN, periods), periods)):
-            if not _may_return(np.array(self._counted(run, 1 + longest), dtype=float), told):
+            if not _may_return(np.array(self._counted(1 + longest), dtype=float), told):
                 continue  # half of the run is enough to see that nothing comes again
-            rows = self._counted(run, 2 * longest)
+            rows = self._counted(2 * longest)
             counts = np.array(rows, dtype=float).reshape(len(rows), -1)
             number = _repetition(np.hstack([told[: 2 * longest] if longest < periods else told, counts]), longest)
             if number and (longest == periods or self._says(rows, number, known, told)):
                 return number
         return 0
 
-    def _counted(self, run: Callable[[int], Memory], periods: int) -> list[list[int]]:
+    def _counted(self, periods: int) -> list[list[int]]:
         """Return the integers after so many periods; without any, nothing runs."""
-        for period in range(len(self._counts), periods):
-            self._counts.append(self._integers(run(period)) if not self._counts or self._counts[0] else [])
-        return self._counts[:periods]
+        return self._onward.integers(self._others, self._rings, self._ticks, periods)
 
     def _says(self, rows: list[list[int]], number: int, known: Mapping[int, Memory], told: Array) -> bool:
         """Return whether a repetition goes on as it begins."""
