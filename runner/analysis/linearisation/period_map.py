@@ -30,7 +30,7 @@ from proofmass.runner.analysis.linearisation.seeds import (
 )
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
-from proofmass.runner.derivatives.dual import NO_SLOPE, slopes_of, value_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks, one_model_each
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
@@ -240,7 +240,7 @@ def period_map(
             counted.add(name)
             continue
         maps, each = None, 1
-        if isinstance(engine, SteppedTicks) or not (noise or isinstance(engine, DualTicks)):
+        if not (noise or isinstance(engine, DualTicks)) or isinstance(engine, SteppedTicks):
             end = engine.memory()
             starts = {entry: place_of(memory, entry, rings) for entry in seeded}
             ends = {entry: place for entry in seeded if (place := place_of(end, entry, rings)) in engine.live}
@@ -258,7 +258,7 @@ def period_map(
             stepped = False
             continue
         return replace(
-            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps, each),
+            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps, each, by_parameters),
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=without_slopes(engine.memory()),
@@ -289,6 +289,7 @@ def _read(
     rings: Rings,
     ticks: TickMaps | None = None,
     each: int = 1,
+    by_parameters: bool = False,
 ) -> PeriodMap:
     """The map from what the dual numbers are after a period, or from the maps of its ticks; a value is held `each`."""
     memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
@@ -303,6 +304,9 @@ def _read(
     slopes: dict[str, Array] = {}
 
     def put(row: int, column: int, number: Any, less: Any = 0.0) -> None:
+        if not by_parameters:
+            matrix[row, column] = plain(number) - plain(less)
+            return
         matrix[row, column] = value_of(number) - value_of(less)
         for name, slope in slopes_of(number - less).items():
             slopes.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope

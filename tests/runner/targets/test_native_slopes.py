@@ -1,6 +1,7 @@
 """Maps of ticks from machine code against those of dual numbers in plain Python, entry by entry."""
 
-from collections.abc import Sequence
+import math
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import pytest
@@ -12,6 +13,7 @@ from proofmass.blocks import (
     Delay,
     Difference,
     DiscreteIntegrator,
+    FixedCordicAngle,
     FixedDelay,
     FixedQuantiser,
     FixedSecondOrderSection,
@@ -25,12 +27,14 @@ from proofmass.blocks import (
     RepeatingSequence,
     Sum,
 )
+from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import FOLDER
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation import period_map
 from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -47,7 +51,7 @@ def both(planned: Plan, node: Endpoint, tick: int = 0, span: int = len(CHIPS)) -
     assert code is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(period_map, "SteppedTicks", None)  # plain Python does not step in
-        fast = period_map.period_map(planned, [node], [node], **options, slopes=lambda: code)
+        fast = period_map.period_map(planned, [node], [node], **options, slopes=lambda ticks, noise: code)
     return fast, period_map.period_map(planned, [node], [node], **options)
 
 
@@ -60,10 +64,17 @@ def assert_alike(fast: PeriodMap, slow: PeriodMap, rel: float = 1e-12) -> None:
     assert fast.matrix[:, :-1] == pytest.approx(slow.matrix[:, :-1], rel=rel, abs=1e-12 * size)
 
 
-def loop_through(between: dict[str, Block], first: str, last: str, wires: tuple[str, ...] = (), **options: Any) -> Plan:
+def loop_through(
+    between: Mapping[str, Block],
+    first: str,
+    last: str,
+    wires: tuple[str, ...] = (),
+    level: float = 0.3,
+    **options: Any,
+) -> Plan:
     """A loop whose gain follows a sequence, through some blocks."""
     blocks: dict[str, Block] = {
-        "reference": Constant(value=0.3),
+        "reference": Constant(value=level),
         "error": Difference(),
         "chips": RepeatingSequence(values=CHIPS),
         "product": Product(),
@@ -72,7 +83,7 @@ def loop_through(between: dict[str, Block], first: str, last: str, wires: tuple[
     own = ["reference.output -> error.first", "integral.output -> error.second", "error.output -> product.first"]
     own += ["chips.output -> product.second", f"product.output -> {first}", f"{last} -> integral.input"]
     options |= {"rate": "1 kHz", "duration": "1 s"}
-    return plan(Graph(name="loop", blocks=blocks | between, wires=[*own, *wires], **options))
+    return plan(Graph(name="loop", blocks={**blocks, **between}, wires=[*own, *wires], **options))
 
 
 def through(block: Block) -> Plan:
@@ -142,6 +153,25 @@ def test_a_slower_part_holds_its_value() -> None:
         assert fast.ticks is not None
         assert len(fast.ticks.d) == values
         assert_alike(fast, python)
+
+
+@pytest.mark.defect("S773", before="CORDIC in a loop of 70 ticks: does not come back", after="the slope of an angle")
+def test_an_angle_by_rotations_has_the_slope_of_an_angle() -> None:
+    """Of (1, y) it is atan y: the last rotations leave y to the rest of the search, which integers drop."""
+    part, turns = Fixed(24, 20), Fixed(24, 24)
+    chips = {"chips": RepeatingSequence(values=tuple(1.0 if n**3 % 71 < 35 else -0.5 for n in range(71)))}
+    registers = {
+        "one": Constant(value=1.0),
+        "real": FixedQuantiser(output_format=part),
+        "in": FixedQuantiser(output_format=part),
+        "angle": FixedCordicAngle(input_format=part, turn_bits=24, iterations=24),
+        "out": FixedToNumber(input_format=turns),
+    }
+    wires = ("one.output -> real.input", "real.output -> angle.real", "in.output -> angle.imaginary")
+    angle = loop_through(registers | chips, "in.input", "out.output", (*wires, "angle.angle -> out.input"), level=0.0)
+    gain = loop_through({"block": Gain(gain=0.5 / math.pi)} | chips, "block.input", "block.output", level=0.0)
+    of_angle, of_gain = (linearised(planned).loop(("error", "output")).map.matrix for planned in (angle, gain))
+    assert of_angle[:, :-1] == pytest.approx(of_gain[:, :-1], rel=1e-5)
 
 
 @pytest.mark.exhaustive

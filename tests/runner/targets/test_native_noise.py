@@ -1,0 +1,201 @@
+"""Noise of ticks in machine code: against plain Python, entry by entry, and against sums that are known."""
+
+import math
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import pytest
+
+from proofmass import read_graph
+from proofmass.blocks import (
+    AnalogToDigital,
+    Comparator,
+    Constant,
+    Difference,
+    DigitalToAnalog,
+    DiscreteIntegrator,
+    FixedDelay,
+    FixedGain,
+    FixedQuantiser,
+    FixedSecondOrderSection,
+    FixedToNumber,
+    FlickerNoise,
+    Gain,
+    MassSpringDamper,
+    MovingAverage,
+    SamplingNoise,
+    Sine,
+    Sum,
+    WhiteNoise,
+)
+from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.arithmetic.mantissa import Rounding
+from proofmass.blocks.declaration.declare import Block
+from proofmass.graphs.files.library import FOLDER
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
+from proofmass.runner.derivatives.dual_noise import Noisy, OneBitGain, noise_blocks
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.planning.plan import plan
+
+SPAN = 20  # ticks: two groups of eight, and some
+SMALL = 1e-12  # part of the largest entry that counts as nothing
+
+
+def both(
+    planned: Plan, nodes: list[Endpoint], tick: int = 3, span: int = SPAN, noise: Noisy | None = None, **options: Any
+) -> tuple[PeriodMap, PeriodMap]:
+    """The map of some ticks with noise from machine code, and from plain Python."""
+    course = Course(planned)
+    code = course.slopes(1_000, noise=True)
+    assert code is not None
+    given: dict[str, Any] = {"noise": noise_blocks(planned) if noise is None else noise, "span": span, **options}
+    inputs = given.pop("inputs", ())
+    fast = period_map(planned, inputs, nodes, **given, memory=course.at(tick), slopes=lambda ticks, noise: code)
+    return fast, period_map(planned, inputs, nodes, **given, memory=course.at(tick))
+
+
+def assert_alike(fast: PeriodMap, slow: PeriodMap, rel: float = 1e-12) -> None:
+    """Numbers alike, wherever they are not both nothing."""
+    assert fast.states == slow.states
+    assert fast.inputs == slow.inputs
+    assert fast.outputs == slow.outputs
+    size = np.abs(slow.matrix[:, :-1]).max()
+    assert fast.matrix[:, :-1] == pytest.approx(slow.matrix[:, :-1], rel=rel, abs=SMALL * size)
+
+
+def graph_of(blocks: Mapping[str, Block], *wires: str, **options: Any) -> Plan:
+    return plan(
+        Graph(name="noise", blocks=dict(blocks), wires=[*wires], **{"rate": "1 kHz", "duration": "1 s"} | options)
+    )
+
+
+def readout() -> Plan:
+    """A moving voltage with noise, converters whose two outputs round alike, a slower one, and an average."""
+    blocks: dict[str, Block] = {
+        "signal": Sine(amplitude=1.0, frequency=70.0, unit="V"),
+        "white": WhiteNoise(density=1e-4, unit="V"),
+        "flicker": FlickerNoise(level=1e-3, lowest_frequency=1.0, highest_frequency=100.0, nominal=1.0, unit="V"),
+        "sum": Sum(unit="V"),
+        "noisy": Sum(unit="V"),
+        "sampler": SamplingNoise(),
+        "adc": AnalogToDigital(bits=8, reference=5.0),
+        "slow": AnalogToDigital(bits=6, reference=5.0),
+        "dac": DigitalToAnalog(bits=8, reference=5.0),
+        "number": Gain(gain=0.5, output_unit="V"),
+        "both": Sum(unit="V"),
+        "average": MovingAverage(length=4, unit="V"),
+    }
+    wires = ["signal.output -> sum.first", "white.output -> sum.second", "sum.output -> noisy.first"]
+    wires += ["flicker.value -> noisy.second", "noisy.output -> sampler.voltage", "sampler.output -> adc.voltage"]
+    wires += ["noisy.output -> slow.voltage", "adc.number -> dac.number", "dac.voltage -> both.first"]
+    wires += ["adc.number -> number.input", "number.output -> both.second", "both.output -> average.input"]
+    return graph_of(blocks, *wires, rates={"slow": "250 Hz", "flicker": "500 Hz"})
+
+
+def registers(rounding: Rounding = "half_even", gain: float = 0.7) -> Plan:
+    """A noisy signal through registers: rounded twice alike, filtered, delayed, and controlled."""
+    part = Fixed(16, 12)
+    blocks: dict[str, Block] = {
+        "white": WhiteNoise(density=1e-3),
+        "signal": Sine(amplitude=0.4, frequency=90.0),
+        "sum": Sum(),
+        "in": FixedQuantiser(output_format=part),
+        "gain": FixedGain(input_format=part, gain=gain, output_format=Fixed(16, 8), rounding=rounding),
+        "again": FixedGain(input_format=part, gain=gain, output_format=Fixed(16, 6), rounding=rounding),
+        "section": FixedSecondOrderSection(
+            input_format=Fixed(16, 8), output_format=Fixed(16, 8), b0=0.2, b1=0.3, b2=0.1, a1=-0.5, a2=0.1
+        ),
+        "delay": FixedDelay(format=Fixed(16, 8), ticks=3),
+        "out": FixedToNumber(input_format=Fixed(16, 8)),
+        "coarse": FixedToNumber(input_format=Fixed(16, 6)),
+        "both": Sum(),
+    }
+    wires = ["signal.output -> sum.first", "white.output -> sum.second", "sum.output -> in.input"]
+    wires += ["in.output -> gain.input", "in.output -> again.input", "gain.output -> section.input"]
+    wires += ["section.output -> delay.input", "delay.output -> out.input", "again.output -> coarse.input"]
+    wires += ["out.output -> both.first", "coarse.output -> both.second"]
+    return graph_of(blocks, *wires)
+
+
+def driven() -> Plan:
+    """A mass whose stiffness is noisy: random numbers make the matrices of its group anew."""
+    mass = MassSpringDamper(mass=1e-6, damping=1e-3, stiffness=1.0)
+    blocks: dict[str, Block] = {"white": WhiteNoise(density=1e-3, unit="N/m"), "mass": mass}
+    blocks |= {
+        "middle": Constant(value=1.0, unit="N/m"),
+        "stiff": Sum(unit="N/m"),
+        "push": Constant(value=1e-3, unit="N"),
+    }
+    wires = ["white.output -> stiff.first", "middle.output -> stiff.second", "stiff.output -> mass.stiffness"]
+    return graph_of(blocks, *wires, "push.output -> mass.force")
+
+
+@pytest.mark.exhaustive(but=2)
+@pytest.mark.parametrize("tick", [0, 1, 37])
+def test_a_readout_of_several_rates(tick: int) -> None:
+    fast, slow = both(readout(), [("average", "mean"), ("slow", "number"), ("dac", "code"), ("adc", "code")], tick)
+    assert_alike(fast, slow)
+    rounded = [key for key in fast.inputs if key[:2] == ("dac", "rounding error")]
+    assert len(rounded) == SPAN, "both outputs of a converter err alike"
+
+
+@pytest.mark.exhaustive(but=2)
+@pytest.mark.parametrize("rounding", ["half_even", "half_up", "floor", "toward_zero"])
+def test_registers_of_all_roundings(rounding: Rounding) -> None:
+    """Plain Python follows what is not rounded, so that a product of a coefficient alone has the same slopes."""
+    assert_alike(*both(registers(rounding), [("both", "output")]))
+
+
+def test_errors_count_in_steps_of_their_rule() -> None:
+    """Of a number cut to its sixteenth: towards zero the mean square is (1 - 1/n)(2 - 1/n) / 6, to the nearest 1/12."""
+    cases: tuple[tuple[Rounding, float], ...] = (
+        ("toward_zero", (1 - 1 / 16) * (2 - 1 / 16) / 6),
+        ("floor", (1 - 1 / 256) / 12),
+    )
+    for rounding, variance in cases:
+        fast, _ = both(registers(rounding, gain=1.0), [("coarse", "output")])
+        column = fast.inputs.index(("again", "rounding error 0", 0))
+        slope = fast.matrix[fast.order, fast.order + column]
+        assert slope == pytest.approx(math.sqrt(12.0 * variance) / 64.0, rel=0.1), rounding
+
+
+def test_noise_that_makes_matrices_anew() -> None:
+    assert_alike(*both(driven(), [("mass", "displacement")]), rel=1e-9)
+
+
+def test_an_input_is_added_to_its_wire() -> None:
+    planned = readout()
+    assert_alike(*both(planned, [("average", "mean")], inputs=[("sum", "output")]))
+
+
+def test_a_quantiser_of_one_bit_has_its_gain() -> None:
+    blocks: dict[str, Block] = {"signal": Sine(amplitude=0.4, frequency=90.0), "error": Difference()}
+    blocks |= {"integral": DiscreteIntegrator(gain=1000.0, output_unit="1"), "bit": Comparator()}
+    wires = ["signal.output -> error.first", "bit.sign -> error.second", "error.output -> integral.input"]
+    planned = graph_of(blocks, *wires, "integral.output -> bit.input")
+    noise: Noisy = {"bit": (OneBitGain(gain=0.8, variance=0.3),)}
+    fast, slow = both(planned, [("bit", "sign")], noise=noise)
+    assert_alike(fast, slow)
+    assert fast.inputs[0][:2] == ("bit", "error of one bit")
+    assert fast.matrix[fast.order, fast.order] == pytest.approx(math.sqrt(0.3))
+
+
+def test_a_sum_of_random_numbers() -> None:
+    """After n ticks a sum of numbers of the deviation s is s times the sum of all of them: each has the slope s."""
+    blocks: dict[str, Block] = {"white": WhiteNoise(density=0.2), "sum": DiscreteIntegrator(gain=1.0, output_unit="1")}
+    fast, _ = both(graph_of(blocks, "white.output -> sum.input"), [("sum", "output")], tick=0)
+    (state,) = (row for row, entry in enumerate(fast.states) if entry[0] == "sum")
+    s = 0.2 * math.sqrt(1000.0 / 2.0) * 1e-3  # of a one-sided density at 1 kHz, over a tick of 1 ms
+    assert fast.matrix[state, fast.order : -1] == pytest.approx([s] * SPAN)
+
+
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", ["mems_microphone", "closed_loop_fluxgate", "six_axis_imu", "quartz_error_terms"])
+def test_the_library(name: str) -> None:
+    planned = plan(read_graph(next(FOLDER.rglob(f"{name}.toml"))))
+    node = next(probe.node for probe in planned.probes)
+    assert_alike(*both(planned, [node], 128, 128), rel=1e-9)
