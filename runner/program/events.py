@@ -14,7 +14,8 @@ from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operan
 from proofmass.runner.program.tangents import TangentRule, TangentStep, TangentWriter, origin_of
 
 MOST = 4096  # events of a tick that have a place; any more are counted alone
-COUNT, OWNER, MATRICES = range(3)  # of the state: events so far, the block that runs, what becomes of matrices
+COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
+OF_STATE = 4  # and whether deviates have values, or are 0
 EVENT, MOVED = range(2)  # of a lane: the event whose direction it is, and whether numbers of matrices have slopes
 KIND, SOURCE, VALUED, ENTERING = range(4)  # of what is told: kind, block or wire, value, slope by the own direction
 TOLD = 4
@@ -42,7 +43,7 @@ class Events(NamedTuple):
         return cls(
             builder.array(INTEGER, None, "modes"),
             builder.array(FLOAT, None, "one_bit"),
-            builder.array(INTEGER, 3, "state", True),
+            builder.array(INTEGER, OF_STATE, "state", True),
             builder.array(FLOAT, None, "told", True),
             builder.array(FLOAT, None, "heard", True),
             builder.array(FLOAT, 2, "lane", True),
@@ -53,7 +54,7 @@ class Marks(NamedTuple):
     """Functions that give a number back, and that are events where slopes are followed."""
 
     wires: dict[Kind, Function]  # of the value and the number of a wire
-    deviate: Function  # of the number 0
+    deviate: Function
     drop: Function  # of the result, what was shifted, the places, and the deviation of the error
 
     @classmethod

@@ -18,6 +18,7 @@ from proofmass.runner.program.events import (
     OF_NOISE,
     OWNER,
     TOLD,
+    VALUES,
     Events,
     Marks,
 )
@@ -73,7 +74,7 @@ def write_slopes(plan: Plan, noise: bool = False) -> SlopeTick:
 
 
 class _MarkingWriter(TickWriter):
-    """Writes a tick in which each wire of one number may be an event; with `noise` deviates are 0, and events too."""
+    """Writes a tick in which each wire of one number may be an event; with `noise` deviates are events too."""
 
     def __init__(self, plan: Plan, noise: bool) -> None:
         super().__init__(plan)
@@ -108,11 +109,14 @@ class _MarkingWriter(TickWriter):
         super().driven(name)
 
     def draw(self, name: str) -> None:
+        super().draw(name)
         if not self._noise:
-            super().draw(name)
             return
         self._runs(name)
-        self.builder.set(self.frame.deviates[name], *self.builder.call(self._marks.deviate, 0.0))
+        builder, deviate = self.builder, self.frame.deviates[name]
+        drawn = builder.compute("less_integers", 0, builder.load(self.events.state, VALUES))
+        value = builder.compute("select", drawn, builder.get(deviate), 0.0)
+        builder.set(deviate, *builder.call(self._marks.deviate, value))
 
     def output(self, name: str, port: str) -> None:
         super().output(name, port)

@@ -32,6 +32,7 @@ from proofmass.runner.program.events import (
     ROUNDED,
     SOURCE,
     TOLD,
+    VALUES,
     WIRE,
 )
 from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
@@ -77,13 +78,21 @@ class NoiseInCode(SlopesInCode):
         seeded: AbstractSet[LastingPlace],
         moving: AbstractSet[str],
         noise: Noisy,
+        drawn: bool = False,
     ) -> None:
+        """Take blocks with their models of one bit. Where deviates are `drawn`, they have the values of a run."""
+        self._drawn = drawn
         self._noise = {name: noise[name] for name in noise if name in upstream}
         self.block_names, self.wire_nodes = [*code.blocks], [*code.wires]
         self._noisy = np.array([name in self._noise for name in self.block_names], dtype=bool)
         modes = dict.fromkeys(outputs, HEARD) | dict.fromkeys(inputs, ENTERED)
         super().__init__(code, plan, memory, modes, seeded, moving, _FIRST_ROOM)
         self._of_ticks = list[tuple[Found, AnyArray, AnyArray]]()
+
+    def _state_of_events(self) -> AnyArray:
+        state = super()._state_of_events()
+        state[VALUES] = self._drawn
+        return state
 
     def _one_bit(self, code: SlopeCode) -> AnyArray:
         models = super()._one_bit(code).reshape(-1, OF_ONE_BIT)
@@ -198,9 +207,10 @@ class CompiledNoise(NoiseInCode):
         starts: Mapping[LastingPlace, Direction],
         moving: AbstractSet[str],
         noise: Noisy,
+        drawn: bool = False,
     ) -> None:
         """Take the directions of the numbers that last and have slopes."""
-        super().__init__(code, plan, memory, upstream, inputs, outputs, starts.keys(), moving, noise)
+        super().__init__(code, plan, memory, upstream, inputs, outputs, starts.keys(), moving, noise, drawn)
         self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []

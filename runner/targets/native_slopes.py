@@ -19,7 +19,7 @@ from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import LargestOf, StateField, WireOf
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, TOLD, VALUED
+from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOLD, VALUED
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.varying import ALL
@@ -100,7 +100,7 @@ class SlopesInCode(CompiledLoop):
         most: int,
     ) -> None:
         """Take the numbers that have slopes as the ticks begin, and room for so many events of a tick."""
-        super().__init__(plan, plan.graph.seed, 0, memory, code.compiled)
+        super().__init__(plan, 0, 0, memory, code.compiled)
         self._first, self._most = self.tick, most
         self._moved = [*self._state.values(), *(v for n, v in self._vectors.items() if n not in code.plan.recorded)]
         self._places = self._numbered(moving)
@@ -110,7 +110,7 @@ class SlopesInCode(CompiledLoop):
         own = np.searchsorted(begins, numbers, side="right") - 1  # the array of each
         kept, ends = numbers - begins[own], np.searchsorted(own, np.arange(len(lengths)), side="right")
         of_wires = np.array([modes.get(node, 0) for node in code.wires] or [0], dtype=np.int64)
-        events = [of_wires, self._one_bit(code), np.zeros(3, dtype=np.int64), np.zeros(MOST * TOLD)]
+        events = [of_wires, self._one_bit(code), self._state_of_events(), np.zeros(MOST * TOLD)]
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
         in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
@@ -119,6 +119,10 @@ class SlopesInCode(CompiledLoop):
         self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
         self._renewing = np.zeros(len(self._wanted), dtype=bool)  # of these, which may move matrices
+
+    def _state_of_events(self) -> AnyArray:
+        """Return the state of events: no deviate has a value."""
+        return np.zeros(OF_STATE, dtype=np.int64)
 
     def _one_bit(self, code: SlopeCode) -> AnyArray:
         """Return gains and deviations of quantisers of one bit, by block: there are none."""

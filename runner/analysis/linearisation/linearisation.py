@@ -114,7 +114,8 @@ class Linearisation:
         orbit = self.point
         if not isinstance(orbit, PeriodicPoint):
             return OrbitSearch(self.plan, ends, self._onward(ends.common_period(self.plan))).point()
-        whole = ends.map(self.plan, memory=orbit.memory, span=orbit.ticks, integrated=True)
+        of_orbit = {"memory": orbit.memory, "span": orbit.ticks, "integrated": True}
+        whole = ends.map(self.plan, **of_orbit, slopes=self.course.slopes)
         notes = (orbit.note(self.plan.period),)
         return OrbitPoint(whole, 1, notes, memory=orbit.memory, ticks=orbit.ticks, integrated=True)
 

@@ -202,7 +202,7 @@ def period_map(
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
     single = cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
-    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and not drawn and one_model_each(noise))
+    coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and one_model_each(noise))
     code = slopes(ticks, bool(noise)) if coded else None
     if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, and truth values
         code = None
@@ -215,7 +215,7 @@ def period_map(
         engine: DualTicks | CompiledSlopes | CompiledNoise = DualTicks(*given)
         if noise and code is not None:
             starts = {place_of(memory, entry, rings): entry for entry in seeded}
-            engine = _noise_in_code(code, plan, memory, upstream, inputs, outputs, starts, moving, noise)
+            engine = _noise_in_code(code, plan, memory, upstream, inputs, outputs, starts, moving, noise, drawn)
         elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)

@@ -53,7 +53,7 @@ def _drawn(about: Linearisation, ends: Ends, whole: PeriodMap) -> PeriodMap | No
         kept[key] = None
         with suppress(ModelError, TickError):
             memory = Forward(planned, about.course.at(whole.tick)).to(whole.tick + max(1, _TICKS // ticks) * ticks)
-            kept[key] = ends.map(planned, memory=memory, span=ticks, drawn=True)
+            kept[key] = ends.map(planned, memory=memory, span=ticks, drawn=True, slopes=about.course.slopes)
     drawn: PeriodMap | None = kept[key]
     return drawn
 

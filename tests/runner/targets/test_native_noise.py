@@ -121,10 +121,10 @@ def registers(rounding: Rounding = "half_even", gain: float = 0.7) -> Plan:
     return graph_of(blocks, *wires)
 
 
-def driven() -> Plan:
+def driven(density: float = 1e-3) -> Plan:
     """A mass whose stiffness is noisy: random numbers make the matrices of its group anew."""
     mass = MassSpringDamper(mass=1e-6, damping=1e-3, stiffness=1.0)
-    blocks: dict[str, Block] = {"white": WhiteNoise(density=1e-3, unit="N/m"), "mass": mass}
+    blocks: dict[str, Block] = {"white": WhiteNoise(density=density, unit="N/m"), "mass": mass}
     blocks |= {
         "middle": Constant(value=1.0, unit="N/m"),
         "stiff": Sum(unit="N/m"),
@@ -165,6 +165,15 @@ def test_errors_count_in_steps_of_their_rule() -> None:
 
 def test_noise_that_makes_matrices_anew() -> None:
     assert_alike(*both(driven(), [("mass", "displacement")]), rel=1e-9)
+
+
+def test_deviates_have_the_values_of_a_run_where_they_are_drawn() -> None:
+    """The stiffness is that of the moment, which a random number moves by half."""
+    fast, slow = both(driven(density=0.02), [("mass", "displacement")], drawn=True)
+    assert_alike(fast, slow, rel=1e-9)
+    still, _ = both(driven(density=0.02), [("mass", "displacement")])
+    (a, *_), (b, *_) = fast.parts(), still.parts()
+    assert np.abs(a - b).max() > 0.1 * np.abs(b).max()
 
 
 def test_an_input_is_added_to_its_wire() -> None:
