@@ -8,6 +8,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.changed_response import ChangedResponse
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Variation
 from proofmass.runner.host.arrays import Array, Complex
@@ -15,7 +16,6 @@ from proofmass.runner.host.arrays import Array, Complex
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
-Parts = tuple[Array, Array, Array, Array]
 _eig: Any = scipy.linalg.eig
 
 
@@ -76,56 +76,31 @@ def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:
         return math.inf
     kept = first.between_with(second)
     first, second = first.kept(kept), second.kept(kept)
-    changes = [0.0]
-    parts, inverse, n = first.parts(), _inverse(first.parts()[0], z), first.order
-    by_columns = _Columns(parts, inverse)
-    for r in _groups(first.states, first.outputs):
-        for c in _groups(first.states, first.inputs):
-            pair = np.ix_(r, c)
+    changes, n = [0.0], first.order
+    response, (_, b, _, d), other = ChangedResponse(first.parts(), z), first.parts(), second.parts()
+    for rows in _groups(first.states, first.outputs):
+        for columns in _groups(first.states, first.inputs):
+            pair = np.ix_(rows, columns)
             if (first.matrix[pair] == second.matrix[pair]).all():
                 continue
-            mixed = first.matrix.copy()
-            mixed[pair] = second.matrix[pair]
-            other = first.parts(mixed)
-            if c[0] >= n:
-                size, moved = by_columns.norms(other, [column - n for column in c])
+            if columns[0] >= n:
+                own = [column - n for column in columns]
+                new_b, new_d = b[:, own].copy(), d[:, own].copy()
+                if rows[0] < n:
+                    new_b[rows] = other[1][np.ix_(rows, own)]
+                else:
+                    outputs = [row - n for row in rows]
+                    new_d[outputs] = other[3][np.ix_(outputs, own)]
+                size, moved = response.of_columns(own, new_b, new_d)
             else:
-                alike = np.array_equal(parts[0], other[0])
-                size, moved = _norms(parts, other, inverse, inverse if alike else _inverse(other[0], z))
+                change = np.zeros((len(rows), n))
+                change[:, columns] = second.matrix[pair] - first.matrix[pair]
+                if rows[0] < n:
+                    size, moved = response.of_states(rows, change)
+                else:
+                    size, moved = response.of_outputs([row - n for row in rows], change)
             changes.append(float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0))))
     return max(changes)
-
-
-class _Columns:
-    """The response C (z - A)^-1 B + D by its columns: what one input does changes no other.
-
-    With H = C (z - A)^-1 the norm of H B + D follows from B B', B D' and that of D. A period of noise has thousands of
-    columns.
-    """
-
-    def __init__(self, parts: Parts, inverse: Complex) -> None:
-        self._parts, self._heard = parts, parts[2] @ inverse
-        _, b, _, d = parts
-        self._square = self._of(b, d)
-
-    def norms(self, other: Parts, columns: Sequence[int]) -> tuple[Array, Array]:
-        """Return the larger norm of the response and of one that differs in some columns, and of their difference."""
-        (_, b, _, d), (_, f, _, h), own = self._parts, other, list(columns)
-        after = self._square - self._of(b[:, own], d[:, own]) + self._of(f[:, own], h[:, own])
-        change = self._of((f - b)[:, own], (h - d)[:, own])
-        return np.sqrt(np.maximum(np.maximum(self._square, after), 0.0)), np.sqrt(np.maximum(change, 0.0))
-
-    def _of(self, b: Array, d: Array) -> Array:
-        """Return the squared norm of H B + D at each point."""
-        if b.shape[1] < len(b):
-            return _square(self._heard @ b + d)
-        both = np.real(np.sum((self._heard @ (b @ b.T)) * self._heard.conj(), axis=(1, 2)))
-        return np.asarray(both + 2.0 * np.real(np.sum(self._heard * (d @ b.T), axis=(1, 2))) + np.sum(d**2))
-
-
-def _inverse(a: Array, z: Complex) -> Complex:
-    """Return (z - A)^-1 at some points."""
-    return np.asarray(np.linalg.inv(z[:, None, None] * np.eye(len(a)) - a), dtype=np.complex128)
 
 
 def variation(closed: Array, later: Sequence[Array]) -> Variation:
@@ -168,30 +143,6 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     turned = (right @ np.where(theirs, parts, 0.0)).astype(complex)
     sizes = np.linalg.norm(turned, axis=0)
     return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
-
-
-def _norms(first: Parts, second: Parts, x: Complex, y: Complex) -> tuple[Array, Array]:
-    """Return the larger norm of two responses at points of the unit circle, and that of their difference.
-
-    C (z - A)^-1 B has the norm of R (z - A)^-1 S, with R and S as small as there are states; x and y are these
-    inverses. A period of noise has thousands of inputs and outputs.
-    """
-    (a, b, c, d), (_, f, g, h) = first, second
-    n, change = len(a), h - d
-    rows, columns = np.linalg.qr(np.hstack([c, g]))[1], np.linalg.qr(np.vstack([b, f]).T)[1].T
-    before, after, apart = np.sum(d**2), np.sum(h**2), np.sum(change**2)
-    products = b @ d.T @ c, f @ h.T @ g, b @ change.T @ c, f @ change.T @ g
-    one, two = rows[:, :n] @ x @ columns[:n], rows[:, n:] @ y @ columns[n:]
-    old, new, by_old, by_new = (
-        2.0 * np.real(np.einsum("zij,ji->z", each, product))
-        for each, product in zip((x, y, x, y), products, strict=True)
-    )
-    sizes = np.maximum(np.maximum(_square(one) + old + before, _square(two) + new + after), 0.0)
-    return np.sqrt(sizes), np.sqrt(np.maximum(_square(two - one) + by_new - by_old + apart, 0.0))
-
-
-def _square(matrices: Complex) -> Array:
-    return np.asarray(np.sum(np.abs(matrices) ** 2, axis=(1, 2)))
 
 
 def _scales(size: Array, n: int) -> tuple[Array, Array]:
