@@ -1,4 +1,4 @@
-"""Norms of changed responses by as few numbers as there are states, and how modes turn, against the matrices themselves."""
+"""Norms of changed responses by as few numbers as there are states, and how modes turn."""
 
 import math
 
