@@ -146,15 +146,23 @@ class NoiseInCode(SlopesInCode):
         moved[:, range(size), range(size)] = 1.0
         heard = np.zeros((number, ticks, most, width))
         group, within = np.divmod(found.tick, ticks)
+        places = np.arange(number * rows).reshape(number, rows)[:, :size]
         for tick in range(ticks):
             own = within == tick
             g, row, column, value = group[own], found.row[own], found.column[own], found.value[own]
-            lasts = column < size
-            places = g[lasts] * rows + row[lasts], g[lasts] * size + column[lasts]
-            step = scipy.sparse.csr_array((value[lasts], places), shape=(number * rows, number * size))
-            made = (step @ moved.reshape(-1, width)).reshape(number, rows, width)
-            made[g[~lasts], row[~lasts], tick * most + column[~lasts]] += value[~lasts]
-            moved, heard[:, tick] = made[:, :size], made[:, size:]
+            to, lasts, stays = g * rows + row, column < size, (row == column) & (value == 1.0)
+            still = np.bincount(to, minlength=number * rows) == 1
+            still &= np.bincount(to[stays], minlength=number * rows) == 1
+            changed = ~still  # others stay as they are: most cells of a delay
+            number_of = np.cumsum(changed) - 1
+            kept = lasts & changed[to]
+            at = number_of[to[kept]], g[kept] * size + column[kept]
+            step = scipy.sparse.csr_array((value[kept], at), shape=(int(changed.sum()), number * size))
+            made = step @ moved.reshape(-1, width)
+            made[number_of[to[~lasts]], tick * most + column[~lasts]] += value[~lasts]
+            lasting = changed[places]
+            heard[:, tick] = made[number_of[places[:, 0, None] + np.arange(size, rows)]]
+            moved[lasting] = made[number_of[places[lasting]]]
         for k in range(number):
             here = slice(k * ticks, (k + 1) * ticks)
             slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
@@ -240,20 +248,23 @@ class CompiledNoise(NoiseInCode):
         own = [(event.row, entered[event.like]) for event in group.events if event.entered]
         slots, columns = (np.array(each, dtype=np.int64) for each in (zip(*own, strict=True) if own else ((), ())))
         wanted = [event for event in group.events if self._is_wanted(event)]
-        rows = np.array([*range(group.size), *(group.size + event.row for event in wanted)])
-        before = np.zeros((group.size, len(self._columns)))
-        before[:, : self._rows.shape[1]] = self._rows
-        made = scipy.sparse.csr_array(group.lasting[rows]) @ before
+        lasting, entering, size = group.lasting, group.entering, group.size
+        changed = (lasting[:size] != np.eye(size)).any(axis=1) | (entering[:size] != 0.0).any(axis=1)
+        rows = np.concatenate([np.flatnonzero(changed), [size + event.row for event in wanted]]).astype(np.int64)
+        if len(self._columns) > self._rows.shape[1]:
+            more = max(len(self._columns), 2 * self._rows.shape[1]) - self._rows.shape[1]
+            self._rows = np.hstack([self._rows, np.zeros((size, more))])
+        made = scipy.sparse.csr_array(lasting[rows]) @ self._rows[:, : len(self._columns)]
         for slot, column in zip(slots, columns, strict=True):  # several may err alike
-            made[:, column] += group.entering[rows, slot]
+            made[:, column] += entering[rows, slot]
         keys = {column: key for key, column in self._columns.items()} if wanted else {}
-        for event, row in zip(wanted, made[group.size :], strict=True):
+        for event, row in zip(wanted, made[int(changed.sum()) :], strict=True):
             number = InFirst(event.value, self._columns, row)
             if event.kind == WIRE:
                 self.recorded[self.wire_nodes[event.source]].append(number)
             else:
                 self.quantised[keys[entered[event.row]]] = number
-        self._rows = made[: group.size]
+        self._rows[changed, : len(self._columns)] = made[: int(changed.sum())]
 
     def _key(self, event: Event) -> Direction:
         """Return the direction of what enters anew at an event, and count it."""
@@ -271,7 +282,8 @@ class CompiledNoise(NoiseInCode):
     def memory(self) -> Memory:
         """Return the memory of this moment, with the slopes of what lasts."""
         memory = super().memory()
-        for (what, of, number), row in zip(self._places.values(), self._rows, strict=True):
+        rows = self._rows[:, : len(self._columns)]
+        for (what, of, number), row in zip(self._places.values(), rows, strict=True):
             if not row.any():
                 continue
             if what == "state":
