@@ -146,7 +146,7 @@ class NoiseInCode(SlopesInCode):
         moved[:, range(size), range(size)] = 1.0
         heard = np.zeros((number, ticks, most, width))
         group, within = np.divmod(found.tick, ticks)
-        places = np.arange(number * rows).reshape(number, rows)[:, :size]
+        places, at_events = np.split(np.arange(number * rows).reshape(number, rows), [size], axis=1)
         for tick in range(ticks):
             own = within == tick
             g, row, column, value = group[own], found.row[own], found.column[own], found.value[own]
@@ -161,7 +161,7 @@ class NoiseInCode(SlopesInCode):
             made = step @ moved.reshape(-1, width)
             made[number_of[to[~lasts]], tick * most + column[~lasts]] += value[~lasts]
             lasting = changed[places]
-            heard[:, tick] = made[number_of[places[:, 0, None] + np.arange(size, rows)]]
+            heard[:, tick] = made[number_of[at_events]]
             moved[lasting] = made[number_of[places[lasting]]]
         for k in range(number):
             here = slice(k * ticks, (k + 1) * ticks)
