@@ -38,11 +38,11 @@ class Ends:
     def part_of(self, whole: PeriodMap, plan: Plan) -> PeriodMap:
         """Return the map between these ends, which is a part of that to all outputs together."""
         upstream, moving = self.blocks(plan)
-        own = whole.kept([i for i, entry in enumerate(whole.states) if entry[0] in moving])
-        entering = [i for i, entry in enumerate(own.inputs) if entry[:2] in self.inputs or entry[0] in upstream]
-        wanted = [i for i, entry in enumerate(own.outputs) if entry[:2] in self.outputs]
-        quantised = [i for i, entry in enumerate(own.outputs) if rounds(entry[1]) and entry[0] in upstream]
-        return own.with_ends([*wanted, *quantised], entering)
+        states = [i for i, entry in enumerate(whole.states) if entry[0] in moving]
+        entering = [i for i, entry in enumerate(whole.inputs) if entry[:2] in self.inputs or entry[0] in upstream]
+        wanted = [i for i, entry in enumerate(whole.outputs) if entry[:2] in self.outputs]
+        quantised = [i for i, entry in enumerate(whole.outputs) if rounds(entry[1]) and entry[0] in upstream]
+        return whole.part(states, [*wanted, *quantised], entering)
 
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
         """Blocks that the outputs depend on, and those of them that the map has the states of."""

@@ -34,7 +34,7 @@ from proofmass.runner.derivatives.dual import NO_SLOPE, plain, slopes_of, value_
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks, one_model_each
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
-from proofmass.runner.derivatives.stepped_ticks import SteppedTicks, UndefinedSlopesError
+from proofmass.runner.derivatives.stepped_ticks import Indices, SteppedTicks, UndefinedSlopesError
 from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
@@ -92,28 +92,26 @@ class PeriodMap:
 
     def kept(self, states: Sequence[int]) -> "PeriodMap":
         """The map with these states alone."""
-        n, (rows, columns) = self.order, self.matrix.shape
-        r, c = [*states, *range(n, rows)], [*states, *range(n, columns)]
-        slopes = {name: slope[np.ix_(r, c)] for name, slope in self.slopes.items()}
-        return replace(
-            self,
-            states=tuple(self.states[i] for i in states),
-            matrix=self.matrix[np.ix_(r, c)],
-            slopes=slopes,
-            point=tuple(self.point[i] for i in states) if self.point else (),
-        )
+        return self.part(states, range(len(self.outputs)), range(len(self.inputs)))
 
     def with_ends(self, outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
         """Return the map with these outputs and inputs alone."""
+        later = tuple(one.with_ends(outputs, inputs) for one in self.later)
+        return replace(self.part(range(self.order), outputs, inputs), later=later)
+
+    def part(self, states: Sequence[int], outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
+        """Return the map with these states, outputs and inputs alone."""
         n = self.order
-        place = np.ix_([*range(n), *(n + i for i in outputs)], [*range(n), *(n + i for i in inputs), -1])
+        rows = np.array([*states, *(n + i for i in outputs)], dtype=np.int64)
+        columns = np.array([*states, *(n + i for i in inputs), self.matrix.shape[1] - 1], dtype=np.int64)
         return replace(
             self,
+            states=tuple(self.states[i] for i in states),
             inputs=tuple(self.inputs[i] for i in inputs),
             outputs=tuple(self.outputs[i] for i in outputs),
-            matrix=self.matrix[place],
-            slopes={name: slope[place] for name, slope in self.slopes.items()},
-            later=tuple(one.with_ends(outputs, inputs) for one in self.later),
+            matrix=_taken(self.matrix, rows, columns),
+            slopes={name: _taken(slope, rows, columns) for name, slope in self.slopes.items()},
+            point=tuple(self.point[i] for i in states) if self.point else (),
         )
 
     def between(self) -> "PeriodMap":
@@ -147,6 +145,11 @@ class PeriodMap:
         for slope in self.slopes.values():
             pattern = pattern | (slope != 0.0)
         return pattern[:n, :n], pattern[:n, n:-1].any(axis=1), pattern[n:, :n].any(axis=0)
+
+
+def _taken(matrix: Array, rows: Indices, columns: Indices) -> Array:
+    """Return a matrix of these rows and columns: one after the other takes a fifth of the time."""
+    return np.asarray(np.take(np.take(matrix, rows, axis=0), columns, axis=1))
 
 
 def _reached(acts: Truths, begin: Truths) -> Truths:
