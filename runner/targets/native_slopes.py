@@ -30,6 +30,7 @@ from proofmass.runner.targets.native_lanes import aligned
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
 _LANES = 16  # directions side by side
+_OF_LOOPS, _OF_NOISE = Settings(wide=True), Settings(level=0, loops=False, selection=0)  # many sensors, or one
 
 
 class SlopeCode:
@@ -39,7 +40,7 @@ class SlopeCode:
         made = write_slopes(plan, noise)
         self.plan, self.wires, self.blocks = plan, made.wires, made.blocks
         of_entry = LanesOf(frozenset(), made.shared, dict.fromkeys(made.apart, ALL))
-        loop = load_lanes(made.program, _LANES, of_entry, Settings(wide=True))
+        loop = load_lanes(made.program, _LANES, of_entry, _OF_NOISE if noise else _OF_LOOPS)
         self.compiled = CompiledPlan(plan, made.written, loop)
 
     def ticks(
