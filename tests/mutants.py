@@ -3,8 +3,12 @@
     python -m tests.mutants --count 300 --seed 1
 
 A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
-first, as `make coverage` has measured them; without that those nearest to its file: the one of its name, and those that
-import it. What they all pass has survived. Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+first, as `make coverage` has measured them, or `python -m tests.coverage tests/ROOM` for one room; without that those
+nearest to its file: the one of its name, those that import it, or those of its folder. What they all pass has survived.
+Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+
+No number meets a tolerance, and both sides of a clip are its bound there: `<` is not changed to `<=` at these, but to
+`>=` at the former.
 
 mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
 same tests for every file.
@@ -50,6 +54,8 @@ _SWAPPED: dict[type[ast.AST], str] = {
     **{ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*", ast.Pow: "*"},
     **{ast.LShift: ">>", ast.RShift: "<<", ast.BitAnd: "|", ast.BitOr: "&", ast.BitXor: "&"},
 }
+_TURNED: dict[type[ast.AST], str] = {ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
+_TOLERANCE = 1e-3  # a number up to there is one
 _IMPORT = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|[^\n(]*)|import ([\w.]+))", re.MULTILINE)
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
@@ -88,6 +94,9 @@ def _changes(file: str) -> Iterator[Mutant]:
     def at(line: int | None, column: int | None) -> int:
         return starts[(line or 1) - 1] + (column or 0)
 
+    tree = ast.parse(source)
+    tolerances, clips = _tolerances(tree), _clips(tree)
+
     def between(left: ast.expr, right: ast.expr, new: str) -> Mutant | None:
         """The operator between two operands, which stand in parentheses or not."""
         first, last = at(left.end_lineno, left.end_col_offset), at(right.lineno, right.col_offset)
@@ -98,8 +107,12 @@ def _changes(file: str) -> Iterator[Mutant]:
         begin = first + len(gap[: gap.index(old)].encode())
         return Mutant(file, left.end_lineno or 1, begin, begin + len(old), new)
 
-    for node in _code(ast.parse(source)):
+    for node in _code(tree):
         match node:
+            case ast.Compare(left, [operator], [right]) if type(operator) in _TURNED:
+                at_tolerance = any(_of_tolerance(side, tolerances) for side in (left, right))
+                turned = (_TURNED if at_tolerance else _SWAPPED)[type(operator)]
+                found = None if node in clips else between(left, right, turned)
             case ast.Compare(left, [operator], [right]):
                 found = between(left, right, _SWAPPED[type(operator)])
             case ast.BinOp(left, operator, right) if type(operator) in _SWAPPED:
@@ -121,6 +134,46 @@ def _changes(file: str) -> Iterator[Mutant]:
                 found = None
         if found is not None:
             yield found
+
+
+def _tolerances(tree: ast.Module) -> set[str]:
+    """Return the names of a file's constants that are tolerances."""
+    rows = [node for node in tree.body if isinstance(node, ast.Assign) and _of_tolerance(node.value, set())]
+    return {target.id for row in rows for target in row.targets if isinstance(target, ast.Name)}
+
+
+def _of_tolerance(node: ast.expr, names: set[str]) -> bool:
+    """Return whether an expression is a tolerance, or a multiple of one."""
+    match node:
+        case ast.Constant(float() as value):
+            return 0.0 < value <= _TOLERANCE
+        case ast.Name(name):
+            return name in names
+        case ast.BinOp(left, ast.Mult() | ast.Pow() as operator, right):
+            power = isinstance(operator, ast.Pow) and isinstance(left, ast.Constant) and isinstance(right, ast.UnaryOp)
+            return power or _of_tolerance(left, names) or _of_tolerance(right, names)
+        case _:
+            return False
+
+
+def _clips(tree: ast.Module) -> set[ast.expr]:
+    """Return the comparisons of `a if a < b else b` where b is a number other than 0, which has no sign to lose."""
+    found = set[ast.expr]()
+    for node in ast.walk(tree):
+        match node:
+            case ast.IfExp(ast.Compare(left, [_], [right]) as test, body, last) if _is_number(left) or _is_number(
+                right
+            ):
+                while isinstance(last, ast.IfExp):  # the other bound of a clip
+                    last = last.orelse
+                if {ast.dump(left), ast.dump(right)} == {ast.dump(body), ast.dump(last)}:
+                    found.add(test)
+    return found
+
+
+def _is_number(node: ast.expr) -> bool:
+    inside = node.operand if isinstance(node, ast.UnaryOp) else node
+    return isinstance(inside, ast.Constant) and isinstance(inside.value, int | float) and inside.value != 0
 
 
 def _end(node: ast.expr | ast.stmt, at: object) -> int:
@@ -191,6 +244,9 @@ class Nearest:
                 found += [test for test in tests if test not in found and test.exists()]
                 if found:
                     break
+        folder = named.parent
+        while not found and folder != ROOT:
+            found, folder = sorted(folder.rglob("test_*.py")), folder.parent
         return [str(test.relative_to(ROOT)) for test in found]
 
 

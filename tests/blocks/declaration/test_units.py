@@ -59,7 +59,15 @@ def test_every_pair_is_convertible_exactly_when_the_oracle_says_so() -> None:
     assert compared > 2 * len(EXPRESSIONS)
 
 
-OTHER_NAMES = {"Ω": "ohm", "g0": "standard_gravity", "months": "month", "years": "year", "%": "percent", "LSB": "bit", "ppb": "1e-3 * ppm"}
+OTHER_NAMES = {
+    "Ω": "ohm",
+    "g0": "standard_gravity",
+    "months": "month",
+    "years": "year",
+    "%": "percent",
+    "LSB": "bit",
+    "ppb": "1e-3 * ppm",
+}
 BASES_OF_THE_ORACLE = ("length", "mass", "time", "current", "temperature", "substance", "luminosity")
 
 
