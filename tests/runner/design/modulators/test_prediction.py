@@ -23,7 +23,7 @@ def test_a_quantiser_that_sees_noise_alone() -> None:
 
 @pytest.mark.parametrize("size", [0.3, 1.0, 2.5, 6.0])
 def test_a_quantiser_that_sees_a_sine_in_noise_of_variance_one(size: float) -> None:
-    """Twice the mean of erf(p sin t / sqrt 2) sin t over a turn, and 2 / pi of the squared mean of e^(-(p sin t)^2 / 2)."""
+    """Means over a turn: 2 erf(p sin t / sqrt 2) sin t, and of e^(-(p sin t)^2 / 2), whose square counts 2 / pi."""
     sine = np.sin(np.linspace(0.0, 2.0 * math.pi, 4096, endpoint=False))
     amplitude = 2.0 * float(np.mean(special.erf(size * sine / math.sqrt(2.0)) * sine))
     passed = 2.0 / math.pi * float(np.mean(np.exp(-0.5 * (size * sine) ** 2))) ** 2
