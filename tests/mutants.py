@@ -8,7 +8,7 @@ nearest to its file: the one of its name, those that import it, or those of its 
 Of those with a reason in `mutants_that_stay.toml` nothing is expected.
 
 No number meets a tolerance, and both sides of a clip are its bound there: `<` is not changed to `<=` at these, but to
-`>=` at the former.
+`>=` at the former. Numbers are doubled, and tolerances multiplied by a million.
 
 mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
 same tests for every file.
@@ -56,6 +56,7 @@ _SWAPPED: dict[type[ast.AST], str] = {
 }
 _TURNED: dict[type[ast.AST], str] = {ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
 _TOLERANCE = 1e-3  # a number up to there is one
+_MUCH = "1e6"  # a tolerance twice as large is as good
 _IMPORT = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|[^\n(]*)|import ([\w.]+))", re.MULTILINE)
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
@@ -120,8 +121,7 @@ def _changes(file: str) -> Iterator[Mutant]:
             case ast.BoolOp(operator, [left, right, *_]):
                 found = between(left, right, _SWAPPED[type(operator)])
             case ast.Constant(bool() | int() | float() as value):
-                new = str(not value) if isinstance(value, bool) else str(value + 1) if value in (0, 1) else f"{value}*2"
-                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), f"({new})")
+                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), _other(value))
             case ast.UnaryOp(ast.Not() | ast.USub(), inside):
                 place = at(node.lineno, node.col_offset)
                 found = Mutant(file, node.lineno, place, at(inside.lineno, inside.col_offset), "")
@@ -134,6 +134,14 @@ def _changes(file: str) -> Iterator[Mutant]:
                 found = None
         if found is not None:
             yield found
+
+
+def _other(value: float) -> str:
+    if isinstance(value, bool):
+        return f"({not value})"
+    if value in (0, 1):
+        return f"({value + 1})"
+    return f"({value}*{_MUCH if isinstance(value, float) and value <= _TOLERANCE else 2})"
 
 
 def _tolerances(tree: ast.Module) -> set[str]:

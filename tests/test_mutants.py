@@ -74,6 +74,8 @@ def test_a_bound_changes_only_where_some_number_meets_it(tmp_path: Path, monkeyp
     source = BOUNDS.encode()
     changes = {mutant.told(source)[1] for mutant in mutants("bounds.py") if mutant.new.startswith(("<", ">"))}
     last = BOUNDS.splitlines()[-1].strip()
+    numbers = {mutant.new for mutant in mutants("bounds.py") if mutant.new.startswith("(")}
+    assert {"(1e-09*1e6)", "(1e-06*1e6)", "(40*2)", "(2.5*2)", "(1.0)"} <= numbers
     assert changes == {
         "b = x if x >= 0.0 else 0.0",
         "c = x if x <= 3 else y",
