@@ -1,6 +1,6 @@
 """Small changes of the source, one at a time, each against the tests nearest to it: which of them nobody notices.
 
-    python -m tests.mutants --count 300 --seed 1
+    python -m tests.mutants --count 300 --seed 1 --exhaustive
 
 A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
 first, as `make coverage` has measured them, or `python -m tests.coverage tests/ROOM` for one room; without that those
@@ -287,13 +287,18 @@ class Outcome(NamedTuple):
     tests: int  # files that ran
 
 
-def examined(mutant: Mutant, copy: Path, tests: Sequence[str]) -> Outcome:
-    """Run the nearest tests in a copy of the project that has the change, and undo it."""
+def examined(mutant: Mutant, copy: Path, tests: Sequence[str], exhaustive: bool = False) -> Outcome:
+    """Run the nearest tests in a copy of the project that has the change, and undo it.
+
+    What none of them notices, the `exhaustive` ones of the nearest file may.
+    """
     changed, source = copy / mutant.file, (ROOT / mutant.file).read_bytes()
     before, after = mutant.told(source)
     _write(changed, mutant.text(source))
     try:
         noticed = _failed(copy, tests) if tests else ""
+        if tests and exhaustive and not noticed:
+            noticed = _failed(copy, [*tests[:1], "--exhaustive"], ends=False)
     finally:
         _write(changed, source)
     return Outcome(mutant, before, after, noticed, len(tests))
@@ -309,8 +314,8 @@ def _write(file: Path, text: bytes) -> None:
     os.utime(file, (moment, moment))
 
 
-def _failed(copy: Path, tests: Sequence[str]) -> str:
-    """Return the first test of some files that fails, or ""."""
+def _failed(copy: Path, tests: Sequence[str], ends: bool = True) -> str:
+    """Return the first test of some files that fails, or ""; those that usually end fail if they do not."""
     environment = {**os.environ, "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *tests]
@@ -319,7 +324,7 @@ def _failed(copy: Path, tests: Sequence[str]) -> str:
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=HANGS, check=False
         )
     except subprocess.TimeoutExpired:
-        return f"{tests[0]}: does not end"
+        return f"{tests[0]}: does not end" if ends else ""
     if done.returncode in (0, 5):  # 5: no test is there
         return ""
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
@@ -344,12 +349,12 @@ def reasons() -> dict[tuple[str, str, str], str]:
     return {(row["file"], row["before"], row["after"]): row["reason"] for row in rows}
 
 
-def run(count: int, seed: int, rooms: Sequence[str] = ROOMS) -> Iterator[Outcome]:
+def run(count: int, seed: int, rooms: Sequence[str] = ROOMS, exhaustive: bool = False) -> Iterator[Outcome]:
     """Examine mutants, one after the other."""
     nearest = Nearest()
     with project_copied() as copy:
         for mutant in chosen(count, seed, rooms):
-            yield examined(mutant, copy, nearest.at(mutant))
+            yield examined(mutant, copy, nearest.at(mutant), exhaustive)
 
 
 @contextmanager
@@ -371,9 +376,10 @@ def main() -> int:
     parser.add_argument("rooms", nargs="*", default=list(ROOMS), help="folders or files")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--exhaustive", action="store_true", help="exhaustive tests of the nearest file too")
     arguments = parser.parse_args()
     known, survived, examined_ones = reasons(), 0, 0
-    for outcome in run(arguments.count, arguments.seed, arguments.rooms):
+    for outcome in run(arguments.count, arguments.seed, arguments.rooms, arguments.exhaustive):
         examined_ones += 1
         if outcome.noticed:
             continue
