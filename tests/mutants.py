@@ -215,6 +215,7 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 _DECLARED = ("tests/blocks/test_declared_numbers.py",)  # what a class of a block says is read at import
+_FROZEN = ("tests/test_frozen.py",)  # what is said of dataclasses
 
 
 class Nearest:
@@ -230,15 +231,17 @@ class Nearest:
     def at(self, mutant: Mutant) -> list[str]:
         """Files of tests that pass the line, the one of its name first; those nearest to the file if none does."""
         near, passing = self.of(mutant.file), self._passing.of(mutant.file, mutant.line) if self._passing else {}
+        line = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()[mutant.line - 1]
+        read = (*(_DECLARED if mutant.file.startswith("blocks/") else ()), *(_FROZEN if "@dataclass" in line else ()))
         if not passing:
-            return [*near, *(_DECLARED if mutant.file.startswith("blocks/") else ())]
+            return [*near, *read]
         named = [test for test in near[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"]
         tests, seconds = list[str](), 0.0
         for test, more in passing.items():
             seconds += more
             if test not in named and (not tests or seconds <= BUDGET):
                 tests.append(test)
-        return [*named, *(_DECLARED if mutant.file.startswith("blocks/") else ()), *tests]
+        return [*named, *read, *tests]
 
     def of(self, file: str) -> list[str]:
         """Files of tests, the one of its name first; those that import it by way of others only if no one else does."""
