@@ -10,7 +10,7 @@ from proofmass.runner.fixed.integer_interval import bitwise, comparison, conjunc
 
 ENDS = range(-9, 9)
 INTERVALS = [(low, high) for low in ENDS for high in range(low, 9)]
-PAIRS = list(itertools.product(INTERVALS[::7] + [(0, 0), (0, 1), (1, 1), (7, 7), (0, 7), (-1, -1)], INTERVALS[::5]))
+PAIRS = list(itertools.product([*INTERVALS[::7], (0, 0), (0, 1), (1, 1), (7, 7), (0, 7), (-1, -1)], INTERVALS[::5]))
 
 
 def exact(function: Callable[[int, int], int], a: tuple[int, int], b: tuple[int, int]) -> tuple[int, int]:
