@@ -3,6 +3,7 @@
     python -m tests.coverage --exhaustive               every test
     python -m tests.coverage                            every test that is not exhaustive
     python -m tests.coverage tests/blocks tests/graphs  some of them
+    python -m tests.coverage tests/runner/plan --more   these too, beside what was measured before
     python -m tests.coverage --again                    the table of the last run once more
 
 Functions of blocks count where plain Python calls them: machine code is made of the same lines, but does not pass them.
@@ -82,7 +83,8 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
     """Save what a process of xdist has measured, which is not always asked to end by itself."""
     if not hasattr(session.config, "workerinput"):
         SECONDS.parent.mkdir(parents=True, exist_ok=True)
-        SECONDS.write_text(json.dumps(_seconds), encoding="utf-8")
+        before = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
+        SECONDS.write_text(json.dumps(before | _seconds), encoding="utf-8")
         return
     running = coverage.Coverage.current()
     if running is not None:
@@ -194,16 +196,17 @@ def _share(part: int, whole: int) -> str:
 # -- the command ------------------------------------------------------------------------------------------------------
 
 
-def run(words: Sequence[str], workers: int) -> int:
-    """Run pytest with some words, and measure; returns its exit code."""
+def run(words: Sequence[str], workers: int, more: bool = False) -> int:
+    """Run pytest with some words, and measure, `more` beside what was measured before; returns its exit code."""
     DATA.mkdir(parents=True, exist_ok=True)
-    for old in DATA.glob("data*"):
-        old.unlink()
+    for old in () if more else (SECONDS, *DATA.glob("data*")):
+        old.unlink(missing_ok=True)
     environment = {**os.environ, "COVERAGE_FILE": str(DATA / "data")}
     options = ["--numprocesses", str(workers), "--dist", "worksteal", "-p", "tests.coverage"]
     command = [sys.executable, "-m", "coverage", "run", "-m", "pytest", *options, *words]
     code = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
-    subprocess.run([sys.executable, "-m", "coverage", "combine", "--quiet"], cwd=ROOT, env=environment, check=True)
+    combine = ["combine", "--quiet", *(["--append"] if more else [])]
+    subprocess.run([sys.executable, "-m", "coverage", *combine], cwd=ROOT, env=environment, check=True)
     return code
 
 
@@ -213,10 +216,11 @@ def main() -> int:
     parser.add_argument("tests", nargs="*", help="files or folders of tests (default: all)")
     parser.add_argument("--exhaustive", action="store_true", help="the exhaustive tests too")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
+    parser.add_argument("--more", action="store_true", help="keep what was measured before")
     parser.add_argument("--again", action="store_true", help="take what the last run has measured")
     arguments = parser.parse_args()
     words = [*arguments.tests, *(["--exhaustive"] if arguments.exhaustive else [])]
-    code = 0 if arguments.again else run(words, arguments.workers)
+    code = 0 if arguments.again else run(words, arguments.workers, arguments.more)
     left, rooms = missing(measured())
     known, unexplained = reasons(), Counter[str]()
     for branch in left:

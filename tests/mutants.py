@@ -1,10 +1,14 @@
 """Small changes of the source, one at a time, each against the tests nearest to it: which of them nobody notices.
 
-    python -m tests.mutants --count 300 --seed 1
+    python -m tests.mutants --count 300 --seed 1 --exhaustive
 
 A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
-first, as `make coverage` has measured them; without that those nearest to its file: the one of its name, and those that
-import it. What they all pass has survived. Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+first, as `make coverage` has measured them, or `python -m tests.coverage tests/ROOM` for one room; without that those
+nearest to its file: the one of its name, those that import it, or those of its folder. What they all pass has survived.
+Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+
+No number meets a tolerance, and both sides of a clip are its bound there: `<` is not changed to `<=` at these, but to
+`>=` at the former. Numbers are doubled, and tolerances multiplied by a million.
 
 mutmut calls each function by way of another one, whose syntax tree would be compiled in its place. cosmic-ray runs the
 same tests for every file.
@@ -50,6 +54,9 @@ _SWAPPED: dict[type[ast.AST], str] = {
     **{ast.Add: "-", ast.Sub: "+", ast.Mult: "/", ast.Div: "*", ast.FloorDiv: "*", ast.Mod: "*", ast.Pow: "*"},
     **{ast.LShift: ">>", ast.RShift: "<<", ast.BitAnd: "|", ast.BitOr: "&", ast.BitXor: "&"},
 }
+_TURNED: dict[type[ast.AST], str] = {ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
+_TOLERANCE = 1e-3  # a number up to there is one
+_MUCH = "1e6"  # a tolerance twice as large is as good
 _IMPORT = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|[^\n(]*)|import ([\w.]+))", re.MULTILINE)
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
@@ -88,6 +95,9 @@ def _changes(file: str) -> Iterator[Mutant]:
     def at(line: int | None, column: int | None) -> int:
         return starts[(line or 1) - 1] + (column or 0)
 
+    tree = ast.parse(source)
+    tolerances, clips = _tolerances(tree), _clips(tree)
+
     def between(left: ast.expr, right: ast.expr, new: str) -> Mutant | None:
         """The operator between two operands, which stand in parentheses or not."""
         first, last = at(left.end_lineno, left.end_col_offset), at(right.lineno, right.col_offset)
@@ -98,8 +108,12 @@ def _changes(file: str) -> Iterator[Mutant]:
         begin = first + len(gap[: gap.index(old)].encode())
         return Mutant(file, left.end_lineno or 1, begin, begin + len(old), new)
 
-    for node in _code(ast.parse(source)):
+    for node in _code(tree):
         match node:
+            case ast.Compare(left, [operator], [right]) if type(operator) in _TURNED:
+                at_tolerance = any(_of_tolerance(side, tolerances) for side in (left, right))
+                turned = (_TURNED if at_tolerance else _SWAPPED)[type(operator)]
+                found = None if node in clips else between(left, right, turned)
             case ast.Compare(left, [operator], [right]):
                 found = between(left, right, _SWAPPED[type(operator)])
             case ast.BinOp(left, operator, right) if type(operator) in _SWAPPED:
@@ -107,8 +121,7 @@ def _changes(file: str) -> Iterator[Mutant]:
             case ast.BoolOp(operator, [left, right, *_]):
                 found = between(left, right, _SWAPPED[type(operator)])
             case ast.Constant(bool() | int() | float() as value):
-                new = str(not value) if isinstance(value, bool) else str(value + 1) if value in (0, 1) else f"{value}*2"
-                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), f"({new})")
+                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), _other(value))
             case ast.UnaryOp(ast.Not() | ast.USub(), inside):
                 place = at(node.lineno, node.col_offset)
                 found = Mutant(file, node.lineno, place, at(inside.lineno, inside.col_offset), "")
@@ -121,6 +134,54 @@ def _changes(file: str) -> Iterator[Mutant]:
                 found = None
         if found is not None:
             yield found
+
+
+def _other(value: float) -> str:
+    if isinstance(value, bool):
+        return f"({not value})"
+    if value in (0, 1):
+        return f"({value + 1})"
+    return f"({value}*{_MUCH if isinstance(value, float) and value <= _TOLERANCE else 2})"
+
+
+def _tolerances(tree: ast.Module) -> set[str]:
+    """Return the names of a file's constants that are tolerances."""
+    rows = [node for node in tree.body if isinstance(node, ast.Assign) and _of_tolerance(node.value, set())]
+    return {target.id for row in rows for target in row.targets if isinstance(target, ast.Name)}
+
+
+def _of_tolerance(node: ast.expr, names: set[str]) -> bool:
+    """Return whether an expression is a tolerance, or a multiple of one."""
+    match node:
+        case ast.Constant(float() as value):
+            return 0.0 < value <= _TOLERANCE
+        case ast.Name(name):
+            return name in names
+        case ast.BinOp(left, ast.Mult() | ast.Pow() as operator, right):
+            power = isinstance(operator, ast.Pow) and isinstance(left, ast.Constant) and isinstance(right, ast.UnaryOp)
+            return power or _of_tolerance(left, names) or _of_tolerance(right, names)
+        case _:
+            return False
+
+
+def _clips(tree: ast.Module) -> set[ast.expr]:
+    """Return the comparisons of `a if a < b else b` where b is a number other than 0, which has no sign to lose."""
+    found = set[ast.expr]()
+    for node in ast.walk(tree):
+        match node:
+            case ast.IfExp(ast.Compare(left, [_], [right]) as test, body, last) if _is_number(left) or _is_number(
+                right
+            ):
+                while isinstance(last, ast.IfExp):  # the other bound of a clip
+                    last = last.orelse
+                if {ast.dump(left), ast.dump(right)} == {ast.dump(body), ast.dump(last)}:
+                    found.add(test)
+    return found
+
+
+def _is_number(node: ast.expr) -> bool:
+    inside = node.operand if isinstance(node, ast.UnaryOp) else node
+    return isinstance(inside, ast.Constant) and isinstance(inside.value, int | float) and inside.value != 0
 
 
 def _end(node: ast.expr | ast.stmt, at: object) -> int:
@@ -154,6 +215,7 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
 
 
 _DECLARED = ("tests/blocks/test_declared_numbers.py",)  # what a class of a block says is read at import
+_FROZEN = ("tests/test_frozen.py",)  # what is said of dataclasses
 
 
 class Nearest:
@@ -169,15 +231,17 @@ class Nearest:
     def at(self, mutant: Mutant) -> list[str]:
         """Files of tests that pass the line, the one of its name first; those nearest to the file if none does."""
         near, passing = self.of(mutant.file), self._passing.of(mutant.file, mutant.line) if self._passing else {}
+        line = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()[mutant.line - 1]
+        read = (*(_DECLARED if mutant.file.startswith("blocks/") else ()), *(_FROZEN if "@dataclass" in line else ()))
         if not passing:
-            return [*near, *(_DECLARED if mutant.file.startswith("blocks/") else ())]
+            return [*near, *read]
         named = [test for test in near[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"]
         tests, seconds = list[str](), 0.0
         for test, more in passing.items():
             seconds += more
             if test not in named and (not tests or seconds <= BUDGET):
                 tests.append(test)
-        return [*named, *(_DECLARED if mutant.file.startswith("blocks/") else ()), *tests]
+        return [*named, *read, *tests]
 
     def of(self, file: str) -> list[str]:
         """Files of tests, the one of its name first; those that import it by way of others only if no one else does."""
@@ -191,6 +255,9 @@ class Nearest:
                 found += [test for test in tests if test not in found and test.exists()]
                 if found:
                     break
+        folder = named.parent
+        while not found and folder != ROOT:
+            found, folder = sorted(folder.rglob("test_*.py")), folder.parent
         return [str(test.relative_to(ROOT)) for test in found]
 
 
@@ -223,13 +290,18 @@ class Outcome(NamedTuple):
     tests: int  # files that ran
 
 
-def examined(mutant: Mutant, copy: Path, tests: Sequence[str]) -> Outcome:
-    """Run the nearest tests in a copy of the project that has the change, and undo it."""
+def examined(mutant: Mutant, copy: Path, tests: Sequence[str], exhaustive: bool = False) -> Outcome:
+    """Run the nearest tests in a copy of the project that has the change, and undo it.
+
+    What none of them notices, the `exhaustive` ones of the nearest file may.
+    """
     changed, source = copy / mutant.file, (ROOT / mutant.file).read_bytes()
     before, after = mutant.told(source)
     _write(changed, mutant.text(source))
     try:
         noticed = _failed(copy, tests) if tests else ""
+        if tests and exhaustive and not noticed:
+            noticed = _failed(copy, [*tests[:1], "--exhaustive"], ends=False)
     finally:
         _write(changed, source)
     return Outcome(mutant, before, after, noticed, len(tests))
@@ -245,8 +317,8 @@ def _write(file: Path, text: bytes) -> None:
     os.utime(file, (moment, moment))
 
 
-def _failed(copy: Path, tests: Sequence[str]) -> str:
-    """Return the first test of some files that fails, or ""."""
+def _failed(copy: Path, tests: Sequence[str], ends: bool = True) -> str:
+    """Return the first test of some files that fails, or ""; those that usually end fail if they do not."""
     environment = {**os.environ, "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
     environment.pop("PYTHONDONTWRITEBYTECODE", None)
     command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *tests]
@@ -255,7 +327,7 @@ def _failed(copy: Path, tests: Sequence[str]) -> str:
             command, cwd=copy, env=environment, capture_output=True, text=True, timeout=HANGS, check=False
         )
     except subprocess.TimeoutExpired:
-        return f"{tests[0]}: does not end"
+        return f"{tests[0]}: does not end" if ends else ""
     if done.returncode in (0, 5):  # 5: no test is there
         return ""
     failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
@@ -280,12 +352,12 @@ def reasons() -> dict[tuple[str, str, str], str]:
     return {(row["file"], row["before"], row["after"]): row["reason"] for row in rows}
 
 
-def run(count: int, seed: int, rooms: Sequence[str] = ROOMS) -> Iterator[Outcome]:
+def run(count: int, seed: int, rooms: Sequence[str] = ROOMS, exhaustive: bool = False) -> Iterator[Outcome]:
     """Examine mutants, one after the other."""
     nearest = Nearest()
     with project_copied() as copy:
         for mutant in chosen(count, seed, rooms):
-            yield examined(mutant, copy, nearest.at(mutant))
+            yield examined(mutant, copy, nearest.at(mutant), exhaustive)
 
 
 @contextmanager
@@ -307,9 +379,10 @@ def main() -> int:
     parser.add_argument("rooms", nargs="*", default=list(ROOMS), help="folders or files")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
+    parser.add_argument("--exhaustive", action="store_true", help="exhaustive tests of the nearest file too")
     arguments = parser.parse_args()
     known, survived, examined_ones = reasons(), 0, 0
-    for outcome in run(arguments.count, arguments.seed, arguments.rooms):
+    for outcome in run(arguments.count, arguments.seed, arguments.rooms, arguments.exhaustive):
         examined_ones += 1
         if outcome.noticed:
             continue

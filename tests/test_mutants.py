@@ -1,6 +1,7 @@
 """The tool that changes the source: its changes, the tests that it takes, and what becomes of two of them."""
 
 import ast
+from pathlib import Path
 
 import pytest
 
@@ -36,6 +37,7 @@ def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
     assert nearest.of(FILE)[0] == "tests/blocks/arithmetic/test_rounding.py"
     assert "tests/runner/program/test_tangents.py" in nearest.of("runner/program/tangents.py")
     assert nearest.of("runner/program/walk.py"), "it is imported by way of others"
+    assert nearest.of("runner/design/modulators/graph.py"), "no test imports it: those of its folder"
     assert len({mutant.file for mutant in chosen(20, 7, ["blocks/arithmetic", "runner/program"])}) > 10
 
 
@@ -49,3 +51,37 @@ def test_a_change_is_noticed_by_some_tests_and_not_by_others() -> None:
         assert (copy / FILE).read_bytes() == source
     assert near.noticed.startswith(f"tests/blocks/{NEAR}::")
     assert not far.noticed
+
+
+BOUNDS = """\
+SMALL = 1e-9
+MANY = 40
+LEAST = 2.0**-40
+
+
+def bounded(x, y):
+    a = -1.5 if x < -1.5 else 3 if x > 3 else x
+    b = x if x > 0.0 else 0.0
+    c = x if x < 3 else y
+    return a < MANY, b < SMALL * y, abs(c) >= LEAST, x <= 1e-6, x > 2.5
+"""
+
+
+def test_a_bound_changes_only_where_some_number_meets_it(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The other comparison at a tolerance; nothing at a clip, but at 0, where signs differ."""
+    (tmp_path / "bounds.py").write_text(BOUNDS)
+    monkeypatch.setattr("tests.mutants.ROOT", tmp_path)
+    source = BOUNDS.encode()
+    changes = {mutant.told(source)[1] for mutant in mutants("bounds.py") if mutant.new.startswith(("<", ">"))}
+    last = BOUNDS.splitlines()[-1].strip()
+    numbers = {mutant.new for mutant in mutants("bounds.py") if mutant.new.startswith("(")}
+    assert {"(1e-09*1e6)", "(1e-06*1e6)", "(40*2)", "(2.5*2)", "(1.0)"} <= numbers
+    assert changes == {
+        "b = x if x >= 0.0 else 0.0",
+        "c = x if x <= 3 else y",
+        last.replace("a < MANY", "a <= MANY"),
+        last.replace("b < SMALL", "b >= SMALL"),
+        last.replace(">= LEAST", "< LEAST"),
+        last.replace("<= 1e-6", "> 1e-6"),
+        last.replace("> 2.5", ">= 2.5"),
+    }

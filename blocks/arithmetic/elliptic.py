@@ -115,7 +115,7 @@ def _unfolded(value: float, k: float, complement: float) -> float:
 def _pair(pair: int, order: int, bend: float, k: float, moduli: Moduli) -> tuple[float, float, float]:
     """Radius, quality and one over the radius of the zeros of a pole pair."""
     turns = turns_of(pair, order)
-    real = cosine_of_turns(turns) if 2 * pair + 1 < order else 0.0
+    real = cosine_of_turns(turns)
     x, y = real * hyperbolic_cosine(bend), sine_of_turns(turns) * hyperbolic_sine(bend)
     x, y = _ascended(moduli, x, y)
     zero, _ = _ascended(moduli, real, 0.0)

@@ -103,7 +103,7 @@ def chebyshev_type2(order: int, attenuation: float) -> Prototype:
 
 def turns_of(pair: int, order: int) -> float:
     """The angle of a pole pair from the imaginary axis, in turns; that of the real axis for any beyond the order."""
-    return (2 * pair + 1) / (4 * order) if 2 * pair + 1 < order else 0.25
+    return min(2 * pair + 1, order) / (4 * order)
 
 
 def _flat(pair: int, order: int) -> float:
@@ -111,7 +111,7 @@ def _flat(pair: int, order: int) -> float:
 
 
 def _cosine(pair: int, order: int) -> float:
-    return cosine_of_turns(turns_of(pair, order)) if 2 * pair + 1 < order else 0.0
+    return cosine_of_turns(turns_of(pair, order))
 
 
 def _on_ellipse(pair: int, order: int, bend: float) -> tuple[float, float]:

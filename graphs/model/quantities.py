@@ -197,7 +197,7 @@ def read_quantity_of(table: Mapping[str, Any], flat: FlatGraph) -> Quantity:
 
 def _loop_figure(table: Mapping[str, Any], flat: FlatGraph) -> LoopFigure:
     loop, figure = table["loop"], table.get("figure")
-    if figure not in FIGURES:
+    if not isinstance(figure, str) or figure not in FIGURES:
         hint = did_you_mean(str(figure), FIGURES, "the figures of a loop")
         raise Refusal("there is no such figure", hint, key="figure", got=shown(figure))
     if not isinstance(loop, str) or (loop not in flat.loops and "." not in loop):
@@ -226,7 +226,7 @@ def _yield(limit: object) -> YieldOf:
 
 def _response(table: Mapping[str, Any], output: str, source: str, ratio: str) -> ResponseFigure:
     figure, frequency = table.get("figure", "gain"), table.get("frequency")
-    if figure not in RESPONSE_FIGURES:
+    if not isinstance(figure, str) or figure not in RESPONSE_FIGURES:
         hint = did_you_mean(str(figure), RESPONSE_FIGURES, "the figures of a response")
         raise Refusal("there is no such figure", hint, key="figure", got=shown(figure))
     if figure not in AT_FREQUENCY:

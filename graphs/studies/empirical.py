@@ -3,11 +3,10 @@
 import csv
 import hashlib
 import math
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Sequence
 from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
-from typing import Any
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
@@ -23,11 +22,11 @@ def read_column(file: object, column: object, folder: str, unit: str) -> tuple[f
 
     Raises `Refusal`.
     """
-    (values,) = read_columns(file, {column: unit}, folder)
+    (values,) = read_columns(file, [(column, unit)], folder)
     return tuple(sorted(values))
 
 
-def read_columns(file: object, units: Mapping[Any, str], folder: str) -> list[list[float]]:
+def read_columns(file: object, units: Sequence[tuple[object, str]], folder: str) -> list[list[float]]:
     """The numbers of some columns in the order of the file, each in its unit; raises `Refusal`."""
     try:
         path = file_inside(file, folder)
@@ -42,11 +41,11 @@ def read_columns(file: object, units: Mapping[Any, str], folder: str) -> list[li
         raise Refusal(f"cannot be read: {error}", key="file", got=shown(file)) from None
     heads = [_head(head) for head in rows[0]] if rows else []
     names = [name for name, _ in heads]
-    for column in units:
+    for column, _ in units:
         if column not in names:
             hint = did_you_mean(str(column), names, "its columns")
             raise Refusal("the file has no such column", key="column", got=shown(column), hint=hint)
-    return [_column(rows, heads, names.index(str(column)), unit, path.name) for column, unit in units.items()]
+    return [_column(rows, heads, names.index(str(column)), unit, path.name) for column, unit in units]
 
 
 def _column(

@@ -128,10 +128,10 @@ def _points(table: Mapping[str, Any], _folder: str) -> tuple[list[float], list[f
 
 
 def _file(table: Mapping[str, Any], folder: str) -> tuple[list[float], list[float]]:
-    named = {table.get("time", "time"): "s", table.get("temperature", "temperature"): "K"}
-    if len(named) != 2:
+    time, temperature = table.get("time", "time"), table.get("temperature", "temperature")
+    if time == temperature:
         raise Refusal("time and temperature are one column", key="file", got=shown(dict(table)))
-    times, temperatures = read_columns(table["file"], named, folder)
+    times, temperatures = read_columns(table["file"], [(time, "s"), (temperature, "K")], folder)
     return [time - times[0] for time in times], temperatures
 
 

@@ -48,7 +48,7 @@ class RunNumbers:
         """A tuple of constants; a long one stays in memory."""
         among = parts(key, kind, value)
         kinds = {of for _, of, _ in among}
-        if self.lanes or len(value) < _LONG or len(kinds) > 1 or not kinds <= {float, int}:
+        if self.lanes or len(value) < _LONG or kinds not in ({float}, {int}):
             return tuple(self.constant(of, entry, number) for of, entry, number in among)
         places = []
         for of, entry, number in among:

@@ -44,7 +44,6 @@ def save_checkpoint(result: Result, planned: Plan, folder: Path) -> None:
     memory = result.memory
     if memory is None:
         raise ValueError("the run was not interrupted")
-    folder.mkdir(parents=True, exist_ok=True)
     for trace in result.traces.values():
         path = _trace(folder, trace.signal)
         if not isinstance(trace.values, np.memmap):

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import VERDICTS
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.design.proof.claim import Claim
+from proofmass.runner.design.proof.claim import QUANTITIES, Claim
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.studies.shown.proved import ProvedBound
 from proofmass.runner.verification.certificates import graph_digest
@@ -35,15 +35,8 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
     varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
     for one in claims:
-        claim = Claim(
-            one["loop"],
-            one["open_at"],
-            one["kind"],
-            one["limit"],
-            one.get("period", 0.0),
-            one.get("most", False),
-            one.get("unit", ""),
-        )
+        of_quantity = (one["most"], one["unit"]) if one["kind"] in QUANTITIES else ()
+        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"], *of_quantity)
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [

@@ -160,7 +160,7 @@ def _factors(statistic: AllanStatistic, count: int) -> Any:
     """Numbers of values that are averaged, evenly on a logarithmic axis, as long as there are three places at least."""
     reach = {AllanStatistic.ALLAN: 2, AllanStatistic.HADAMARD: 3, AllanStatistic.MODIFIED: 3}[statistic]
     most = max(1, (count - 2) // reach)
-    return np.unique(np.round(np.geomspace(1, most, 1 + int(PER_DECADE * np.log10(max(most, 2))))).astype(int))
+    return np.unique(np.round(np.geomspace(1, most, 1 + int(PER_DECADE * np.log10(most)))).astype(int))
 
 
 def dominating(levels: Levels, taus: Array) -> list[int]:

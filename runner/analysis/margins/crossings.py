@@ -82,14 +82,10 @@ def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple
     """
     precise()
     top, bottom, _ = coprime(square(above), square(below))
-    poles = positive_roots(bottom)
-    if poles or bottom[0] == 0:
-        return (_frequency(loop, poles[0]) if poles else 0.0), math.inf
+    if poles := positive_roots(bottom):
+        return _frequency(loop, poles[0]), math.inf
     slope = top.derivative() * bottom - top * bottom.derivative()
-    degree = max(top.degree(), bottom.degree())
-    if bottom[degree] == 0:
-        return _end_of(loop), math.inf
-    ends = ((0.0, 0), (_end_of(loop), degree))
+    ends = ((0.0, 0), (_end_of(loop), max(top.degree(), bottom.degree())))
     candidates = [(w, _root_of(int(top[power]), int(bottom[power]))) for w, power in ends]
     candidates += [(_frequency(loop, y), float((top(y) / bottom(y)).sqrt())) for y in positive_roots(slope)]
     return max(candidates, key=lambda pair: pair[1])
@@ -138,4 +134,4 @@ def _real(w: float, top: int, bottom: int) -> Crossing:
 
 
 def _root_of(top: int, bottom: int) -> float:
-    return float(flint.arb(flint.fmpq(top, bottom)).sqrt())
+    return float(flint.arb(flint.fmpq(top, bottom)).sqrt()) if bottom else math.inf

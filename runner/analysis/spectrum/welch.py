@@ -181,7 +181,7 @@ def _mean_density(values: Array, length: int, name: str, rate: float) -> tuple[A
 
 
 def _usual_segment(count: int) -> int:
-    return max(FEWEST, 1 << max(0, (count // SEGMENTS).bit_length() - 1))
+    return max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
 
 
 def _short(count: int, name: str) -> Problem:

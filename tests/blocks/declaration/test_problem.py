@@ -4,7 +4,7 @@ from collections.abc import Collection
 
 import pytest
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, _one_slip, did_you_mean, nearest, shown
 
 FEW, MANY = [f"input_{n:02}" for n in range(14)], [f"input_{n:04}" for n in range(3000)]
 
@@ -144,3 +144,20 @@ class Awkward:
 )
 def test_values_are_shown_on_one_short_line(value: object, text: str) -> None:
     assert shown(value) == text
+
+
+def slips(word: str) -> set[str]:
+    """Words in which a letter was dropped, added or replaced, or two neighbours swapped, by their definition."""
+    parts = [(word[:i], word[i:]) for i in range(len(word) + 1)]
+    found = {a + b[1:] for a, b in parts if b} | {a + x + b for a, b in parts for x in "xyz"}
+    found |= {a + x + b[1:] for a, b in parts if b for x in "xyz"}
+    return (found | {a + b[1] + b[0] + b[2:] for a, b in parts if len(b) > 1}) - {word}
+
+
+def test_one_slip_is_one_wherever_it_is_and_two_are_not() -> None:
+    words = ["yx", "xyz", "zxyx", "xxyzz"]
+    for word in words:
+        others = {twice for once in slips(word) for twice in slips(once)} | slips(word)
+        for other in sorted(others - {word}):
+            expected = other in slips(word) and min(len(word), len(other)) > 1
+            assert _one_slip(word, other) == _one_slip(other, word) == expected, (word, other)

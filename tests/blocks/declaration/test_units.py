@@ -12,7 +12,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from proofmass.blocks.declaration.unit_expressions import PREFIXES, UnitError, unit
+from proofmass.blocks.declaration.unit_expressions import BASE, PREFIXES, UNITS, UnitError, unit
 from proofmass.blocks.declaration.units import convert, convert_exactly, same_dimension, same_unit
 
 EXPRESSIONS = {  # ours: pint's
@@ -57,6 +57,32 @@ def test_every_pair_is_convertible_exactly_when_the_oracle_says_so() -> None:
             with pytest.raises(UnitError, match=" not "):
                 convert(f"1 {first}", second)
     assert compared > 2 * len(EXPRESSIONS)
+
+
+OTHER_NAMES = {
+    "Ω": "ohm",
+    "g0": "standard_gravity",
+    "months": "month",
+    "years": "year",
+    "%": "percent",
+    "LSB": "bit",
+    "ppb": "1e-3 * ppm",
+}
+BASES_OF_THE_ORACLE = ("length", "mass", "time", "current", "temperature", "substance", "luminosity")
+
+
+@pytest.mark.parametrize("name", UNITS)
+def test_every_unit_has_the_exponents_and_the_factor_of_the_oracle(name: str) -> None:
+    quantity = (1.0 * ORACLE("dimensionless" if name == "1" else OTHER_NAMES.get(name, name))).to_base_units()
+    exponents = tuple(quantity.dimensionality.get(f"[{base}]", 0) for base in BASES_OF_THE_ORACLE)
+    assert unit(name).exponents == exponents
+    assert len(exponents) == len(BASE)
+    assert in_oracle_base(name) == pytest.approx(quantity.magnitude, rel=1e-15)
+
+
+@pytest.mark.parametrize("prefix", PREFIXES)
+def test_every_prefix_is_the_power_of_ten_of_the_oracle(prefix: str) -> None:
+    assert float(unit(f"{prefix}V").factor) == pytest.approx(ORACLE(f"{prefix}V").to("V").magnitude, rel=1e-15)
 
 
 @pytest.mark.parametrize(

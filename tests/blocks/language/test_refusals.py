@@ -262,6 +262,7 @@ UPDATES = {
     "pass": "it does not always return a State",
     "line.append(1.0)\nreturn x": "a list of values has no append; declare a Buffer",
     "for i in range(input):\n    pass\nreturn x": "a range of numbers; range is of integers",
+    "for i in range(2, input):\n    pass\nreturn x": "a range of numbers; range is of integers",
 }
 
 

@@ -274,6 +274,18 @@ def test_values_may_have_any_number_and_parameters_those_of_their_block() -> Non
     assert adjustable.moved_by("sensor.mass", {}) == {"sensor.mass": 1.0}
 
 
+def test_derivatives_go_on_from_value_to_value() -> None:
+    """a -> b = 3 a, c = b + 5 -> gain = 2 c a: 6 a^2 + 10 a, whose derivative at a = 4 is 58."""
+    values = {"a": 4.0, "b": "= 3 * a", "c": "= b + 5"}
+    blocks = {"x": Constant(), "y": Gain()}
+    formulas = {"x.value": "= c", "y.gain": "= 2 * c * a"}
+    graph = Graph(name="", rate=1000, blocks=blocks, wires=["x.output -> y.input"], values=values, formulas=formulas)
+    adjustable = Adjustable(flatten(graph))
+    assert adjustable.moved_by("a", {}) == pytest.approx({"x.value": 3.0, "y.gain": 58.0})
+    assert adjustable.moved_by("b", {}) == pytest.approx({"x.value": 1.0, "y.gain": 8.0})
+    assert adjustable.moved_by("a", {"a": 5.0, "b": 15.0}) == pytest.approx({"x.value": 0.0, "y.gain": 40.0})
+
+
 def test_measures_of_a_part_are_not_those_of_the_whole() -> None:
     part = read_graph_text(
         'rate = "1 kHz"\nexports = { out = "a.output" }\n[values]\nsettling = "10 ms"\n[blocks.a]\nkind = "Constant"\n'

@@ -126,10 +126,10 @@ def test_a_mission_from_a_file(mission: dict[str, str], said: str, tmp_path: Pat
 
 def test_a_file_that_is_too_large(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     (tmp_path / "lot.csv").write_text("offset\n1\n2\n")
-    assert empirical.read_columns("lot.csv", {"offset": "V"}, str(tmp_path)) == [[1.0, 2.0]]
+    assert empirical.read_columns("lot.csv", [("offset", "V")], str(tmp_path)) == [[1.0, 2.0]]
     monkeypatch.setattr(empirical, "LARGEST_FILE", 5)
     with pytest.raises(Refusal, match="the file is too large"):
-        empirical.read_columns("lot.csv", {"offset": "V"}, str(tmp_path))
+        empirical.read_columns("lot.csv", [("offset", "V")], str(tmp_path))
 
 
 def test_other_numbers_and_limits_of_a_study() -> None:

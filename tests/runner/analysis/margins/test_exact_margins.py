@@ -371,3 +371,25 @@ def test_largest_gain_of_the_example_of_slicot() -> None:
     w, gain = largest_ratio(loop, loop.numerator, loop.denominator)
     assert gain == pytest.approx(5.0e5, rel=1e-6)
     assert w == pytest.approx(1.4142, abs=5e-5)
+
+
+@pytest.mark.parametrize(
+    ("above", "below", "sampled", "place", "value"),
+    [
+        ([1, 2], [1, 1], False, math.inf, 2.0),  # (1 + 2 s) / (1 + s) grows to its end
+        ([2, 1], [1, 1], False, 0.0, 2.0),
+        ([1], [0, 1], False, 0.0, math.inf),  # 1 / s
+        ([0, 1], [1], False, math.inf, math.inf),
+        ([1, 1], [0, 1, 0, 1], False, 1.0, math.inf),  # poles at rest and at 1 rad/s: that within is named
+        ([3, 0, 1], [1, 2, 1], False, 0.0, 3.0),
+        ([0, 2], [1, 2, 1], False, 1.0, 1.0),  # 2 s / (1 + s)^2: 2 w / (1 + w^2)
+        ([1, 3], [2, 1], True, math.pi, 3.0),
+        ([0, 1], [1], True, math.pi, math.inf),
+    ],
+)
+def test_the_largest_ratio_lies_at_an_end_between_or_at_a_pole(
+    above: list[int], below: list[int], sampled: bool, place: float, value: float
+) -> None:
+    loop = Rational(flint.fmpz_poly(above), flint.fmpz_poly(below), max(len(above), len(below)) - 1, sampled)
+    found = largest_ratio(loop, loop.numerator, loop.denominator)
+    assert found == (pytest.approx(place, rel=1e-14), pytest.approx(value, rel=1e-14))

@@ -12,6 +12,7 @@ from proofmass.runner.analysis.linearisation.linearise import linearise
 from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities, step_response
 from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
+from tests.runner.analysis.linearisation.test_analog_loop import servo
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
@@ -22,6 +23,18 @@ def test_the_step_response_is_that_of_the_closed_loop() -> None:
     _, expected = control.step_response(closed, np.arange(len(found)) * 2e-5)
     assert len(found) > 1000
     assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
+
+
+def test_the_step_response_of_an_analog_loop_goes_on_for_six_of_its_slowest_time_constants() -> None:
+    """L = 10 / (s (s + 1) (s + 10)), closed: 10 / (s^3 + 11 s^2 + 10 s + 10)."""
+    found = margins(servo(), "error.output")
+    (line, *_) = plot_margins(found).axes[3].lines
+    slowest = -float(np.max(np.roots([1.0, 11.0, 10.0, 10.0]).real))
+    times, values = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
+    assert times[-1] == pytest.approx(6.0 / slowest, rel=0.01)
+    _, expected = control.step_response(control.tf([10.0], [1.0, 11.0, 10.0, 10.0]), times)
+    assert len(times) > 100
+    assert values == pytest.approx(expected, abs=1e-9)
 
 
 @pytest.mark.friendly(30, "Bode, Nyquist and step with names")

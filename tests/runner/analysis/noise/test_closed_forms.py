@@ -118,6 +118,7 @@ def test_quantisation_is_white_with_a_twelfth_of_a_step_squared() -> None:
     assert rounding.rms**2 == pytest.approx(1.0 / 12.0, rel=EXACT)
     assert rounding.density == pytest.approx(np.full(len(found.density), 2.0 / 12.0 / RATE), rel=EXACT)
     assert not rounding.doubtful
+    assert not [note for note in found.notes if "adc" in note]
     white = next(source for source in found.sources if source.kind == "WhiteNoise")
     assert white.rms == pytest.approx(0.1 * math.sqrt(RATE / 2.0) * 2048.0 / 4.096, rel=EXACT)
     assert white.share + rounding.share == pytest.approx(1.0, rel=EXACT)

@@ -2,7 +2,9 @@
 
 import math
 
+import numpy as np
 import pytest
+from scipy import special
 
 from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer
 from proofmass.runner.design.modulators.prediction import _growth, _in_band, _limit, _powers, _ratio
@@ -17,6 +19,15 @@ def test_a_quantiser_that_sees_noise_alone() -> None:
     assert _powers(0.0) == pytest.approx((2.0 / math.pi, 1.0 - 2.0 / math.pi), abs=1e-12)
     signal, (passed, added) = 0.4, _powers(0.4)
     assert passed + added + 0.5 * signal**2 == pytest.approx(1.0)
+
+
+@pytest.mark.parametrize("size", [0.3, 1.0, 2.5, 6.0])
+def test_a_quantiser_that_sees_a_sine_in_noise_of_variance_one(size: float) -> None:
+    """Means over a turn: 2 erf(p sin t / sqrt 2) sin t, and of e^(-(p sin t)^2 / 2), whose square counts 2 / pi."""
+    sine = np.sin(np.linspace(0.0, 2.0 * math.pi, 4096, endpoint=False))
+    amplitude = 2.0 * float(np.mean(special.erf(size * sine / math.sqrt(2.0)) * sine))
+    passed = 2.0 / math.pi * float(np.mean(np.exp(-0.5 * (size * sine) ** 2))) ** 2
+    assert _powers(amplitude) == pytest.approx((passed, 1.0 - 0.5 * amplitude**2 - passed), rel=1e-9)
 
 
 def test_overload_begins_where_the_growth_is_what_the_noise_allows() -> None:

@@ -51,3 +51,14 @@ def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | No
     slopes = {name: found.slopes.get(name, 0.0) for name in PARAMETERS}
     expected = dict(zip(PARAMETERS, (*by_gain, rms / DENSITY), strict=True))
     assert slopes == pytest.approx(expected, rel=1e-6, abs=1e-6 * rms)
+
+
+@pytest.mark.parametrize("slopes", [False, True])
+@pytest.mark.parametrize("band", [None, (20.0, 120.0)])
+def test_an_output_without_noise_has_no_derivatives(slopes: bool, band: tuple[float, float] | None) -> None:
+    """The root of 0 has none; those of an output with noise are left out where none are wanted."""
+    found = read_noise(PLANNED, Noise("before.output", "", band, "1"), "", PARAMETERS, slopes)
+    assert found == (0.0, {})
+    noisy = read_noise(PLANNED, Noise("behind.output", "", band, "1"), "", PARAMETERS, slopes)
+    assert noisy is not None
+    assert bool(noisy.slopes) == slopes

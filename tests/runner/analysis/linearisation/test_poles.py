@@ -1,0 +1,27 @@
+"""Vectors of poles: of matrices in parts that act on each other one way, against their definition."""
+
+import numpy as np
+import pytest
+
+from proofmass.runner.analysis.linearisation.poles import _vectors, characteristic, parts_of, roots
+
+
+def in_parts(seed: int) -> np.ndarray:  # type: ignore[type-arg]
+    """Three parts of two states each, of which later ones read earlier ones, in a random order of the states."""
+    dice = np.random.default_rng(seed)
+    a = np.kron(np.tril(np.ones((3, 3))), np.ones((2, 2))) * dice.uniform(0.2, 1.0, (6, 6))
+    order = dice.permutation(6)
+    return a[np.ix_(order, order)]
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_vectors_of_every_pole(seed: int) -> None:
+    a = in_parts(seed)
+    assert [len(part) for part in parts_of(a)] == [2, 2, 2]
+    found = [root for part in parts_of(a) for root in roots(characteristic(a[np.ix_(part, part)]))]
+    assert sorted(complex(root).real for root in found) == pytest.approx(np.sort(np.linalg.eigvals(a).real), rel=1e-9)
+    for root in found:
+        right, left = _vectors(a, root)
+        assert abs(a @ right - complex(root) * right).max() < 1e-12 * abs(right).max()
+        assert abs(left @ a - complex(root) * left).max() < 1e-12 * abs(left).max()
+        assert max(abs(right)) == pytest.approx(1.0)
