@@ -200,12 +200,17 @@ def _looks(common: int, last: int) -> Iterator[int]:
 
 
 def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
-    """Return the change of the states that closes the orbit, its misfit, and what of it cannot be closed."""
+    """Return the change of the states that closes the orbit, its misfit, and what of it cannot be closed.
+
+    What every period leaves as it is stays: coefficients in buffers would else be moved to close the orbit.
+    """
     a, step = whole.parts()[0], whole.matrix[: whole.order, -1]
     if not len(a):
         return np.zeros(0), 0.0, np.zeros(0)
     system = np.eye(len(a)) - a / scale[:, None] * scale
-    change = np.linalg.pinv(system, rcond=_NULL) @ (step / scale)
+    moving = (a != np.eye(len(a))).any(axis=1) | (step != 0.0)
+    change = np.zeros(len(a))
+    change[moving] = np.linalg.pinv(system[:, moving], rcond=_NULL) @ (step / scale)
     closing = system @ change
     return change * scale, float(np.max(np.abs(closing))), step / scale - closing
 
