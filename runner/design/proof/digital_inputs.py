@@ -1,5 +1,6 @@
 """What enters a digital part: converters, and the ranges that are stated of them or of the wires into them."""
 
+import math
 from collections.abc import Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
@@ -49,7 +50,7 @@ def digital_inputs(plan: Plan, blocks: AbstractSet[str], stated: Mapping[str, An
     ranges = {node_of(plan, signal): (signal, _ends(plan, signal, limits)) for signal, limits in stated.items()}
     known = {node for node, _ in _entering(plan, plan.digital.keys())}
     for node, (signal, _) in ranges.items():
-        if node not in known and not any(plan.schedule.drivers.get((name, "input")) == node for name, _ in known):
+        if node not in known | {plan.schedule.drivers.get((name, "input")) for name, _ in known}:
             raise ModelError([plan.graph.placed(_elsewhere(signal, node, known))])
     fed = reached(plan, set(plan.digital))
     return [_input(plan, node, format, ranges, fed) for node, format in _entering(plan, blocks)]
@@ -63,15 +64,16 @@ def _input(
     fed: AbstractSet[str],
 ) -> DigitalInput:
     block, step = plan.blocks[node[0]], format.resolution
+    is_quantiser = isinstance(block, FixedQuantiser)
     unit, all_of = unit_of(block, type(block).outputs[node[1]]), (format.lowest, format.highest)
     if node in ranges:
         signal, (low, high) = ranges[node]
-        first, last = (Fraction(end) / step for end in (low, high))
-        ends = max(-(-first // 1), format.lowest), min(last // 1, format.highest)
-        if ends[0] > ends[1]:
+        first = max(math.ceil(Fraction(low) / step), format.lowest)
+        last = min(math.floor(Fraction(high) / step), format.highest)
+        if first > last:
             raise ModelError([plan.graph.placed(_between_steps(signal, format))])
-        return DigitalInput(node, signal, low, high, unit, True, (int(ends[0]), int(ends[1])), all_of, _plays(block))
-    wire = plan.schedule.drivers.get((node[0], "input"))
+        return DigitalInput(node, signal, low, high, unit, True, (first, last), all_of, is_quantiser)
+    wire = plan.schedule.drivers.get((node[0], "input"), node)
     if wire in ranges and isinstance(block, FixedQuantiser):
         signal, (low, high) = ranges[wire]
         steps = (min(max(Fraction(end) / step, -_MOST), _MOST) for end in (low, high))
@@ -82,13 +84,8 @@ def _input(
             held = all_of
         return DigitalInput(node, signal, low, high, unit, True, held, all_of, True, over)
     low, high = float(format.lowest * step), float(format.highest * step)
-    return DigitalInput(
-        node, ".".join(node), low, high, unit, False, all_of, all_of, _plays(block) and node[0] not in fed
-    )
-
-
-def _plays(block: Any) -> bool:
-    return isinstance(block, FixedQuantiser)
+    driven = is_quantiser and node[0] not in fed
+    return DigitalInput(node, ".".join(node), low, high, unit, False, all_of, all_of, driven)
 
 
 def _entering(plan: Plan, blocks: AbstractSet[str]) -> Iterator[tuple[Endpoint, Fixed]]:

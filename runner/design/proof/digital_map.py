@@ -57,7 +57,7 @@ def digital_map(plan: Plan, blocks: AbstractSet[str], ranges: Ranges, outputs: S
     """
     ticks = period_of_blocks(plan, {*blocks}, [*ranges, *outputs])
     begin = start(plan)
-    initial = {place: value for place, value in _registers(begin, plan, blocks, ranges)}
+    initial = dict(_registers(begin, plan, blocks, ranges))
     moving: dict[Register, None] = {}
     while True:
         engine = _Ticks(plan, begin.copy(), blocks, ranges, outputs)

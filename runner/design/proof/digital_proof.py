@@ -202,7 +202,11 @@ class _Part:
         reached = self._reach.of_all([condition.form for condition in self._map.conditions])
         pairs = zip(self._map.conditions, reached, strict=True)
         self._reached = {_room(condition, reach): (condition, reach) for condition, reach in pairs}
-        quantised = [Room(given.node[0], *map(float, given.over), *given.format) for given in inputs if given.over]
+        quantised = [
+            Room(given.node[0], float(given.over[0]), float(given.over[1]), *given.format)
+            for given in inputs
+            if given.over
+        ]
         rooms = [room for room, (condition, _) in self._reached.items() if not (room.is_kept and condition.form.copies)]
         self.rooms = tuple(sorted([*rooms, *quantised], key=lambda room: -room.beyond))
 
@@ -218,7 +222,10 @@ class _Part:
             return
         for room in over:
             if room not in self._reached:  # a quantiser by itself
-                yield {given: [given.high if room.beyond_high > 0.0 else given.low] for given in driven}, 1
+                yield (
+                    {given: [given.high if room.beyond_high > 0.0 else given.low] for given in driven},
+                    self._map.ticks,
+                )
                 continue
             condition, reach = self._reached[room]
             for highest in sorted((False, True), key=lambda high: room.beyond_high > room.beyond_low and not high):

@@ -79,7 +79,9 @@ class Proofs(Told):
     @property
     def proved(self) -> bool:
         """True if all claims are proved."""
-        return all(proof.status == "proved" for proof in (*self.proofs, *self.digital))
+        return all(
+            status == "proved" for status in (one.status for part in (self.proofs, self.digital) for one in part)
+        )
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""

@@ -21,8 +21,9 @@ import scipy.linalg
 from proofmass.runner.design.proof.enclosed import UNIT, UP
 from proofmass.runner.host.arrays import Array
 
-MOST_POWERS = 1 << 17
+MOST_POWERS, MOST_WORK = 1 << 17, 2e10  # and products of numbers to compute them
 _SMALL, _LESS_THAN_ONE = 2.0**-40, 0.9  # norms of the last power: enough, and enough if there is no more time
+_LARGE = 1e100  # norm of a power from which a map grows
 _CHUNK, _NUMBERS = 64, 1 << 22  # powers of the first chunk, and entries of responses in the largest
 _NEAR = 1e-7  # distance of a pole from the circle from which no power of few enough is small
 _LEAST = 1e-290  # more than what underflow takes
@@ -47,18 +48,21 @@ class Powers:
     def chunks(self) -> Iterator[Array]:
         """Yield the powers from the first on, many at a time, until they are small, grow, or are too many."""
         power, size, count = np.eye(self.order), _CHUNK, 0
-        while count < MOST_POWERS:
+        most = min(MOST_POWERS, MOST_WORK / max(1, self.order) ** 3)
+        while count < most:
             chunk = np.empty((size, self.order, self.order))
             with np.errstate(over="ignore", invalid="ignore"):
                 for place in range(size):
                     chunk[place] = power
                     power = self._a @ power
-            norms = np.abs(chunk).sum(axis=2).max(axis=1, initial=0.0)
-            end = int(np.argmax(norms <= _SMALL)) if (norms <= _SMALL).any() else size
+                norms = np.abs(chunk).sum(axis=2).max(axis=1, initial=0.0)
+            ends = (norms <= _SMALL) | ~(norms <= _LARGE)
+            end = int(np.argmax(ends)) if ends.any() else size
             count += end
-            yield chunk[: min(end + 1, size)]
-            if end < size or not np.isfinite(norms).all():
+            if end < size:
+                yield chunk[: end + bool(norms[end] <= _SMALL)]
                 return
+            yield chunk
             size = min(2 * size, max(_CHUNK, _NUMBERS // max(1, self.order**2)))
 
     @cached_property
@@ -76,7 +80,7 @@ class Powers:
             apart = rounding.sum(axis=2).max(axis=1, initial=0.0)
             total, errors = total + float(norms.sum()) * UP, errors + float(apart.sum()) * UP
             worst, count = max(worst, float(apart.max(initial=0.0))), count + len(chunk)
-            sizes, last = (sizes + absolute.sum(axis=0)) * UP, chunk[-1]
+            sizes, last = (sizes + absolute.sum(axis=0)) * UP, chunk[-1] if len(chunk) else last
         if not errors < 0.5:
             return None
         total = total / (1.0 - errors) * UP
