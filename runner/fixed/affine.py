@@ -22,7 +22,7 @@ class NotAffineError(ArithmeticError):
 
 
 class Symbol(NamedTuple):
-    """What forms are made of: a register at the start of a period, an input, or an error."""
+    """One term of forms: a register at the start of a period, an input, or an error."""
 
     kind: str  # REGISTER, INPUT or ERROR
     number: int
@@ -33,7 +33,7 @@ REGISTER, INPUT, ERROR = "register", "input", "error"
 
 @dataclass(frozen=True)
 class RoundingError:
-    """What a place adds where it drops bits, in steps of its result."""
+    """Error of a place that drops bits, in steps of its result."""
 
     at: str  # the function, "filter.update"
     low: Fraction
@@ -52,7 +52,7 @@ class Condition:
 
 @dataclass
 class AffineForms:
-    """What forms have in common: the conditions and errors that were met, and where the step is."""
+    """Conditions and errors that forms have in common, and where the step is."""
 
     start: dict[Symbol, Fraction] = field(default_factory=dict)  # values that decide; what is not here counts as 0
     at: str = ""

@@ -54,17 +54,17 @@ class Room:
 
     @property
     def beyond_low(self) -> float:
-        """By how much it may get below its range, rounded to whole steps."""
+        """Steps by which it may get below its range, rounded to whole steps."""
         return -math.inf if self.lowest is None else self.lowest - _whole(self.low, math.ceil)
 
     @property
     def beyond_high(self) -> float:
-        """By how much it may get above its range, rounded to whole steps."""
+        """Steps by which it may get above its range, rounded to whole steps."""
         return -math.inf if self.highest is None else _whole(self.high, math.floor) - self.highest
 
     @property
     def beyond(self) -> float:
-        """By how much it may get beyond its range, in parts of this."""
+        """Part of its range by which it may get beyond it."""
         return max(self.beyond_low, self.beyond_high) / max(1, abs(self.lowest or 0), abs(self.highest or 0))
 
     def as_data(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""How far forms of a digital part get in all runs: by its registers at the start, all inputs, and all that is dropped.
+"""Bounds of forms of a digital part in all runs: by its registers at the start, all inputs, and all that is dropped.
 
 Of a form only the registers count that it follows and that move at all. So an integrator that nothing reads, or that
 nothing drives, takes no bound from others.
@@ -110,7 +110,7 @@ class DigitalReach:
 
     @cached_property
     def _steps(self) -> list[Fraction]:
-        """How each register moves in the first period, if nothing enters."""
+        """Moves of the registers in the first period, if nothing enters."""
         moved = []
         for number, form in enumerate(self._map.following):
             constant = form.constant if isinstance(form, AffineMantissa) else Fraction(form)

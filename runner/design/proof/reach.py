@@ -1,4 +1,4 @@
-"""How far numbers of a sampled system get, whatever bounded numbers enter it.
+"""Bounds of a sampled system for all time, whatever bounded numbers enter it.
 
     x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n],   low <= w <= high
     max y[n] = C A^n x0 + sum over m of max(h[m] low, h[m] high),   h[m] = C A^m B
@@ -92,7 +92,7 @@ class Powers:
 
 @dataclass(frozen=True)
 class PowerSums:
-    """What is known of all powers of a matrix."""
+    """Sums over all powers of a matrix."""
 
     count: int  # of powers that are summed one by one
     last: Array  # the power after these

@@ -31,11 +31,11 @@ def proofs_text(proofs: Proofs) -> str:
 def _digital(proofs: Proofs) -> Iterator[str]:
     """Yield the claims about the digital part, the inputs that they are about, and runs that overflow."""
     for about, own in itertools.groupby(proofs.digital, key=lambda one: one.inputs):
-        ranges = [f"{_ends(given)}" for given in about]
+        ranges = list(map(_ends, about))
         yield f"digital part, with any {', '.join(ranges)}" if ranges else "digital part, without inputs"
         yield from text_table([_row(one) for one in own], left=(0, 1, 2), indent=2)
     if proofs.digital:
-        yield "  claims about the digital part carry no certificate"
+        yield "claims about the digital part carry no certificate"
     for run in (proof.run for proof in proofs.digital if proof.run is not None):
         yield f"overflow in tick {run.ticks - 1} of {', '.join(run.overflows) or run.refused}: see it by"
         yield "  proofmass prove GRAPH ... --counterexample overflow.toml; proofmass run overflow.toml"
@@ -48,7 +48,7 @@ def _ends(given: DigitalInput) -> str:
 
 def _row(proof: DigitalProof) -> tuple[str, str, str]:
     what = f"{proof}" + (f", of {proof.output}" if proof.output else "")
-    return what, proof.status, "; ".join(filter(None, (proof.why, f"{proof.seconds:.1f} s")))
+    return what, proof.status, proof.why
 
 
 def _about(claim: Claim) -> str:
