@@ -21,7 +21,7 @@ class NotAffineError(ArithmeticError):
     """A step does more with a number than add, scale, round and limit it."""
 
 
-class Symbol(NamedTuple):
+class AffineSymbol(NamedTuple):
     """One term of forms: a register at the start of a period, an input, or an error."""
 
     kind: str  # REGISTER, INPUT or ERROR
@@ -41,7 +41,7 @@ class RoundingError:
 
 
 @dataclass(frozen=True)
-class Condition:
+class FormBounds:
     """Bounds of a form, in steps, without which another form would follow; None where there is no bound."""
 
     form: "AffineMantissa"
@@ -54,28 +54,30 @@ class Condition:
 class AffineForms:
     """Conditions and errors that forms have in common, and where the step is."""
 
-    start: dict[Symbol, Fraction] = field(default_factory=dict)  # values that decide; what is not here counts as 0
+    start: dict[AffineSymbol, Fraction] = field(
+        default_factory=dict
+    )  # values that decide; what is not here counts as 0
     at: str = ""
     errors: list[RoundingError] = field(default_factory=list)
-    _kept: dict[Any, Condition] = field(default_factory=dict)
+    _kept: dict[Any, FormBounds] = field(default_factory=dict)
     _rounded: dict[Any, Any] = field(default_factory=dict)
 
     def symbol(self, kind: str, number: int, start: Fraction = Fraction(0)) -> "AffineMantissa":
         """Return a symbol as a mantissa."""
-        self.start[Symbol(kind, number)] = start
-        return AffineMantissa(self, {Symbol(kind, number): Fraction(1)}, Fraction(0), 1)
+        self.start[AffineSymbol(kind, number)] = start
+        return AffineMantissa(self, {AffineSymbol(kind, number): Fraction(1)}, Fraction(0), 1)
 
     def keeps(self, form: "AffineMantissa", low: int | None, high: int | None) -> None:
         """Note a condition, together with others of the same form or of one that lies a constant apart."""
         key = frozenset(form.terms.items())
-        before = self._kept.get(key, Condition(form, None, None, self.at))
+        before = self._kept.get(key, FormBounds(form, None, None, self.at))
         apart = int(before.form.constant - form.constant)
         lows = [end for end in (before.low, None if low is None else low + apart) if end is not None]
         highs = [end for end in (before.high, None if high is None else high + apart) if end is not None]
         self._kept[key] = replace(before, low=max(lows, default=None), high=min(highs, default=None))
 
     @property
-    def conditions(self) -> tuple[Condition, ...]:
+    def conditions(self) -> tuple[FormBounds, ...]:
         """All conditions, one of each form."""
         return tuple(self._kept.values())
 
@@ -101,7 +103,9 @@ class AffineMantissa:
     __slots__ = ("constant", "multiple", "of", "terms")
     __hash__ = None  # type: ignore[assignment]
 
-    def __init__(self, of: AffineForms, terms: Mapping[Symbol, Fraction], constant: Fraction, multiple: int) -> None:
+    def __init__(
+        self, of: AffineForms, terms: Mapping[AffineSymbol, Fraction], constant: Fraction, multiple: int
+    ) -> None:
         self.of, self.terms, self.constant, self.multiple = of, terms, constant, multiple
 
     def __repr__(self) -> str:
@@ -169,6 +173,11 @@ class AffineMantissa:
         raise NotAffineError("a shift by a signal")
 
     __rrshift__ = __rlshift__
+
+    def __floordiv__(self, other: Any) -> Any:
+        raise NotAffineError("a division")
+
+    __rfloordiv__ = __mod__ = __rmod__ = __truediv__ = __rtruediv__ = __floordiv__
 
     def __invert__(self) -> Any:
         return -self - 1

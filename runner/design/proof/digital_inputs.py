@@ -43,7 +43,9 @@ class DigitalInput:
 
 
 def digital_inputs(plan: Plan, blocks: AbstractSet[str], stated: Mapping[str, Any]) -> list[DigitalInput]:
-    """Return what enters some digital blocks, whatever its converter holds; `stated` has narrower ranges by signal.
+    """Return what enters some digital blocks, whatever its format holds; `stated` has narrower ranges by signal.
+
+    These are converters, and other digital blocks, which may give anything.
 
     Raises `ModelError` for a range of what does not enter the digital part of the graph, and for a wrong one.
     """
@@ -92,7 +94,7 @@ def _entering(plan: Plan, blocks: AbstractSet[str]) -> Iterator[tuple[Endpoint, 
     """Yield each output that enters some digital blocks from outside, and its format; raises `ModelError`."""
     seen = set[Endpoint]()
     for (target, _), node in sorted(plan.schedule.drivers.items()):
-        if target not in blocks or node[0] in plan.digital or node in seen:
+        if target not in blocks or node[0] in blocks or node in seen:
             continue
         seen.add(node)
         block = plan.blocks[node[0]]

@@ -14,14 +14,14 @@ from typing import Any, TypeAlias
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import ConstantsOf
-from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.map_blocks import period_of_blocks
 from proofmass.runner.fixed.affine import (
     INPUT,
     REGISTER,
     AffineForms,
     AffineMantissa,
-    Condition,
+    FormBounds,
     NotAffineError,
     RoundingError,
 )
@@ -30,9 +30,9 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
-Register = tuple[str, Any, int | None]  # "state", "buffer" or "wire", whose it is, and its number there
-Ranges = Mapping[Endpoint, tuple[int, int]]  # of the mantissas that converters give
-Form: TypeAlias = AffineMantissa | int
+RegisterPlace = tuple[str, Any, int | None]  # "state", "buffer" or "wire", whose it is, and its number there
+MantissaRanges = Mapping[Endpoint, tuple[int, int]]  # of the mantissas that converters give
+AffineNumber: TypeAlias = AffineMantissa | int
 _CHANGES = "write it as sums and products with constants, or leave it out"
 
 
@@ -41,16 +41,18 @@ class DigitalMap:
     """Registers with their start and what they are after a period, and all that was met on the way."""
 
     start: tuple[int, ...]
-    following: tuple[Form, ...]
+    following: tuple[AffineNumber, ...]
     inputs: tuple[tuple[Endpoint, int], ...]  # output of a converter, and the number of its value in the period
     ranges: tuple[tuple[int, int], ...]  # of these
     errors: tuple[RoundingError, ...]
-    conditions: tuple[Condition, ...]
-    outputs: Mapping[Endpoint, tuple[Form, ...]]  # values of the outputs that were asked for, in a period
+    conditions: tuple[FormBounds, ...]
+    outputs: Mapping[Endpoint, tuple[AffineNumber, ...]]  # values of the outputs that were asked for, in a period
     ticks: int  # of the period
 
 
-def digital_map(plan: Plan, blocks: AbstractSet[str], ranges: Ranges, outputs: Sequence[Endpoint]) -> DigitalMap:
+def digital_map(
+    plan: Plan, blocks: AbstractSet[str], ranges: MantissaRanges, outputs: Sequence[Endpoint]
+) -> DigitalMap:
     """Return the map of some digital blocks; `ranges` has all that enters them.
 
     Raises `ModelError` where a block does what is not affine.
@@ -58,7 +60,7 @@ def digital_map(plan: Plan, blocks: AbstractSet[str], ranges: Ranges, outputs: S
     ticks = period_of_blocks(plan, {*blocks}, [*ranges, *outputs])
     begin = start(plan)
     initial = dict(_registers(begin, plan, blocks, ranges))
-    moving: dict[Register, None] = {}
+    moving: dict[RegisterPlace, None] = {}
     while True:
         engine = _Ticks(plan, begin.copy(), blocks, ranges, outputs)
         for number, place in enumerate(moving):
@@ -90,11 +92,11 @@ class _Ticks(Interpreter):
     """Ticks of some digital blocks on affine forms; what converters give is a new symbol in each of their ticks."""
 
     def __init__(
-        self, plan: Plan, memory: Memory, blocks: AbstractSet[str], ranges: Ranges, outputs: Sequence[Endpoint]
+        self, plan: Plan, memory: Memory, blocks: AbstractSet[str], ranges: MantissaRanges, outputs: Sequence[Endpoint]
     ) -> None:
         self.forms, self._ranges = AffineForms(), ranges
         self.entered: list[tuple[Endpoint, int]] = []
-        self.recorded: dict[Endpoint, list[Form]] = {node: [] for node in outputs}
+        self.recorded: dict[Endpoint, list[AffineNumber]] = {node: [] for node in outputs}
         self._counts: dict[Endpoint, int] = dict.fromkeys(ranges, 0)
         super().__init__(replace(plan, solvers=(), probes=()), seed=0, memory=memory)
         self._outputs = [
@@ -153,9 +155,11 @@ def _refused_tick(tick: int) -> Any:
     raise NotAffineError("the number of the tick")
 
 
-def _registers(memory: Memory, plan: Plan, blocks: AbstractSet[str], ranges: Ranges) -> "list[tuple[Register, Any]]":
+def _registers(
+    memory: Memory, plan: Plan, blocks: AbstractSet[str], ranges: MantissaRanges
+) -> "list[tuple[RegisterPlace, Any]]":
     """Return all numbers that last from one tick to the next, by their places."""
-    numbers: list[tuple[Register, Any]] = []
+    numbers: list[tuple[RegisterPlace, Any]] = []
     for name in sorted(blocks):
         state = memory.states[name]
         numbers += [(("state", name, i), value) for i, value in enumerate(state or ())]
@@ -169,7 +173,7 @@ def _registers(memory: Memory, plan: Plan, blocks: AbstractSet[str], ranges: Ran
     return numbers
 
 
-def _write(memory: Memory, place: Register, value: Any) -> None:
+def _write(memory: Memory, place: RegisterPlace, value: Any) -> None:
     kind, of, number = place
     if kind == "state":
         state = memory.states[of]
@@ -182,7 +186,7 @@ def _write(memory: Memory, place: Register, value: Any) -> None:
 
 def _not_affine(error: TickError) -> Problem:
     cause = error.__cause__ or error.value
-    block = error.at.partition(".")[0]
+    block = split(error.at)[0]
     return Problem(
         message=f"{error.at} has no exact linear form: {cause}",
         key=f"blocks.{block}",

@@ -10,7 +10,7 @@ the start has decayed.
 import math
 import threading
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -21,14 +21,15 @@ from proofmass.blocks.declaration.instance import format_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.registers.fixed_to_number import FixedToNumber
-from proofmass.graphs.model.graph import Endpoint
+from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.design.proof.digital_inputs import DigitalInput, digital_inputs
 from proofmass.runner.design.proof.digital_map import digital_map
 from proofmass.runner.design.proof.digital_reach import DigitalReach, Reach
 from proofmass.runner.design.proof.quantity_claims import number_of
-from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, worst_input
-from proofmass.runner.fixed.affine import Condition
+from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, within_ranges, worst_input
+from proofmass.runner.fixed.affine import FormBounds
+from proofmass.runner.fixed.digital import DigitalBlock
 from proofmass.runner.plan.planned import Plan
 
 NO_OVERFLOW, ROUNDING = "no overflow", "rounding error"
@@ -38,7 +39,7 @@ _UNCERTIFIED = "this claim carries no certificate"
 
 
 @dataclass(frozen=True)
-class Room:
+class ValueRoom:
     """A number of a block, how far it gets, and how far it may, in steps."""
 
     at: str  # the function that makes it
@@ -93,7 +94,7 @@ class DigitalProof:
     status: str  # "proved", "refuted" or "open"
     why: str = ""
     inputs: tuple[DigitalInput, ...] = ()  # what enters
-    rooms: tuple[Room, ...] = ()  # numbers with a range, the fullest first
+    rooms: tuple[ValueRoom, ...] = ()  # numbers with a range, the fullest first
     error: tuple[float, float] | None = None  # ends of the rounding error, while nothing overflows
     run: OverflowRun | None = None  # in which something overflows
     seconds: float = 0.0
@@ -132,25 +133,40 @@ class DigitalProofs:
         self._plan, self._ranges, self._stop, self._until = plan, ranges, stop, until
 
     def no_overflow(self) -> DigitalProof:
-        """Return whether no number of a block in fixed point overflows; raises `ModelError` where there is none."""
-        begin, blocks = time.monotonic(), self._plan.digital.keys()
-        if not blocks:
+        """Return whether no number of a block in fixed point overflows; raises `ModelError` where there is none.
+
+        Blocks of which intervals show alone that they cannot overflow may give anything where forms do not serve.
+        """
+        begin, digital = time.monotonic(), self._plan.digital
+        if not digital:
             raise ModelError([self._plan.graph.placed(_nothing_digital())])
-        inputs = tuple(digital_inputs(self._plan, blocks, self._ranges))
-        found = DigitalProof(NO_OVERFLOW, "", 0.0, "", "open", inputs=inputs)
-        try:
-            part = _Part(self._plan, blocks, inputs)
-        except ModelError as error:
-            return replace(found, why=_words(error))
-        found = replace(found, rooms=part.rooms)
-        over = [room for room in part.rooms if not room.is_kept]
+        safe, blocks = {name for name in digital if not _may_overflow(digital[name])}, set(digital)
+        outside = digital_inputs(self._plan, blocks, self._ranges)
+        while True:
+            inputs = tuple(digital_inputs(self._plan, blocks, self._ranges))
+            found = DigitalProof(NO_OVERFLOW, "", 0.0, "", "open", inputs=inputs)
+            try:
+                part = _Part(self._plan, blocks, inputs)
+            except ModelError as error:
+                loose = {problem.path[1] for problem in error.problems if problem.path[:1] == ("blocks",)}
+                if not loose or not loose <= safe & blocks:
+                    return replace(found, why=_words(error))
+            else:
+                loose = {split(room.at)[0] for room in part.rooms if not room.is_kept}
+                if not loose or not loose <= safe & blocks:
+                    break
+            blocks -= loose
+        quantised = [given for given in outside if given.over]
+        rooms = _fullest([*part.rooms, *map(_room_of_quantiser, quantised)])
+        found = replace(found, rooms=rooms)
+        over = [room for room in rooms if not room.is_kept]
         if not over:
-            found = replace(found, status="proved", why=f"the fullest: {part.rooms[0]}" if part.rooms else "")
-        else:
-            run = self._run(part, over)
-            status, why = ("refuted", "") if run else ("open", f"{over[0]}; no run was found in which it does")
-            found = replace(found, status=status, why=why, run=run)
-        return replace(found, seconds=time.monotonic() - begin)
+            why = f"the fullest: {rooms[0]}" if rooms else ""
+            return replace(found, status="proved", why=why, seconds=time.monotonic() - begin)
+        over = [room for room in over if split(room.at)[0] not in safe] or over
+        run = self._run(part, outside, over)
+        status, why = ("refuted", "") if run else ("open", f"{over[0]}; no run was found in which it does")
+        return replace(found, status=status, why=why, run=run, seconds=time.monotonic() - begin)
 
     def rounding(self, output: str, limit: Any) -> DigitalProof:
         """Return whether an output keeps near that in exact arithmetic; raises `ModelError` for a wrong output."""
@@ -176,18 +192,24 @@ class DigitalProofs:
             return replace(found, why=f"{at_most} while nothing overflows, but {over}")
         return replace(found, status="proved") if bound <= found.limit else replace(found, why=f"{at_most} is proved")
 
-    def _run(self, part: "_Part", over: list[Room]) -> OverflowRun | None:
+    def _run(self, part: "_Part", outside: Sequence[DigitalInput], over: Sequence[ValueRoom]) -> OverflowRun | None:
         """Return a run in which something overflows, if one is found with the worst inputs of some numbers."""
-        if any(given.stated and not given.driven for given in part.inputs):
+        if any(given.stated and not given.driven for given in outside):
             return None
-        blocks = self._plan.digital.keys() | {given.node[0] for given in part.inputs if given.over}
-        for values, ticks in part.worst_inputs(over[:_TRIED]):
-            run = overflow_of_inputs(self._plan, values, blocks, ticks)
+        quantised = [given for given in outside if given.over]
+        blocks = self._plan.digital.keys() | {given.node[0] for given in quantised}
+        for values, ticks in (*map(self._worst_of_quantiser, quantised), *part.worst_inputs(over[:_TRIED])):
+            run = overflow_of_inputs(self._plan, within_ranges(outside, values), blocks, ticks)
             if run is not None:
                 return run
             if self._stop.is_set() or time.monotonic() >= self._until:
                 break
         return None
+
+    def _worst_of_quantiser(self, given: DigitalInput) -> tuple[Mapping[DigitalInput, list[float]], int]:
+        """Return the end of a range that a quantiser does not hold, and the ticks until it comes."""
+        above = _room_of_quantiser(given).beyond_high > 0.0
+        return {given: [given.high if above else given.low]}, self._plan.schedule.beat(given.node[0]).at(0) + 1
 
 
 class _Part:
@@ -202,39 +224,39 @@ class _Part:
         reached = self._reach.of_all([condition.form for condition in self._map.conditions])
         pairs = zip(self._map.conditions, reached, strict=True)
         self._reached = {_room(condition, reach): (condition, reach) for condition, reach in pairs}
-        quantised = [
-            Room(given.node[0], float(given.over[0]), float(given.over[1]), *given.format)
-            for given in inputs
-            if given.over
-        ]
         rooms = [room for room, (condition, _) in self._reached.items() if not (room.is_kept and condition.form.copies)]
-        self.rooms = tuple(sorted([*rooms, *quantised], key=lambda room: -room.beyond))
+        self.rooms = _fullest(rooms)
 
     def error(self, node: Endpoint) -> tuple[float, float]:
         """Return the ends of what errors do to an output, in its steps; infinite where they do not decay."""
         reached = [reach for form in self._map.outputs[node] if (reach := self._reach.of_errors(form))]
         return min((r.low for r in reached), default=0.0), max((r.high for r in reached), default=0.0)
 
-    def worst_inputs(self, over: list[Room]) -> Iterator[tuple[Mapping[DigitalInput, list[float]], int]]:
+    def worst_inputs(self, over: Sequence[ValueRoom]) -> Iterator[tuple[Mapping[DigitalInput, list[float]], int]]:
         """Yield values of the inputs that bring numbers furthest beyond their ranges, and the ticks that they take."""
         driven = [given for given in self.inputs if given.driven]
         if not driven:
             return
         for room in over:
-            if room not in self._reached:  # a quantiser by itself
-                yield (
-                    {given: [given.high if room.beyond_high > 0.0 else given.low] for given in driven},
-                    self._map.ticks,
-                )
+            if room not in self._reached:  # that of a quantiser
                 continue
             condition, reach = self._reached[room]
-            for highest in sorted((False, True), key=lambda high: room.beyond_high > room.beyond_low and not high):
-                if (room.beyond_high if highest else room.beyond_low) > 0.0:
+            for beyond, highest in sorted([(room.beyond_low, False), (room.beyond_high, True)], reverse=True):
+                if beyond > 0.0:
                     yield worst_input(self._map, driven, condition, reach, highest)
 
 
-def _room(condition: Condition, reach: Reach) -> Room:
-    return Room(condition.at, reach.low, reach.high, condition.low, condition.high)
+def _fullest(rooms: Iterable[ValueRoom]) -> tuple[ValueRoom, ...]:
+    return tuple(sorted(rooms, key=lambda room: -room.beyond))
+
+
+def _room_of_quantiser(given: DigitalInput) -> ValueRoom:
+    low, high = given.over or given.mantissas
+    return ValueRoom(".".join(given.node), float(low), float(high), *given.format)
+
+
+def _room(condition: FormBounds, reach: Reach) -> ValueRoom:
+    return ValueRoom(condition.at, reach.low, reach.high, condition.low, condition.high)
 
 
 def _digital_output(plan: Plan, signal: str) -> tuple[Endpoint, Fraction, str]:
@@ -273,6 +295,11 @@ def _upstream(plan: Plan, name: str) -> set[str]:
         sources = {source for (target, _), (source, _) in plan.schedule.drivers.items() if target in more}
         more = (sources & plan.digital.keys()) - found
     return found
+
+
+def _may_overflow(block: DigitalBlock) -> bool:
+    """Return whether intervals leave it open that a cast of a block saturates, wraps or refuses."""
+    return any(step.overflows or step.refuses for step in block.steps.values())
 
 
 def _whole(end: float, by: Any) -> float:

@@ -10,21 +10,21 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
-from proofmass.runner.design.proof.digital_map import DigitalMap, Form
-from proofmass.runner.design.proof.reach import Entering, Extremes, Powers, Rows, extremes
-from proofmass.runner.fixed.affine import ERROR, INPUT, REGISTER, AffineMantissa, Symbol
+from proofmass.runner.design.proof.digital_map import AffineNumber, DigitalMap
+from proofmass.runner.design.proof.reach import Entering, ExactRows, Extremes, Powers, extremes
+from proofmass.runner.fixed.affine import ERROR, INPUT, REGISTER, AffineMantissa, AffineSymbol
 
-Ends = tuple[Fraction, Fraction]
-_ONCE: Ends = (Fraction(1), Fraction(1))
-_NOTHING: Mapping[Symbol, Fraction] = {}
+_Ends = tuple[Fraction, Fraction]
+_ONCE: _Ends = (Fraction(1), Fraction(1))
+_NOTHING: Mapping[AffineSymbol, Fraction] = {}
 
 
 @dataclass(frozen=True)
-class System:
+class FollowedSystem:
     """The registers that some forms follow, what enters them, and powers of their map."""
 
     registers: tuple[int, ...]
-    symbols: tuple[Symbol, ...]  # of the columns, but for the last, which is what the registers do by themselves
+    symbols: tuple[AffineSymbol, ...]  # of the columns, but for the last, which is what the registers do by themselves
     entering: Entering
     powers: Powers
 
@@ -35,10 +35,10 @@ class Reach:
 
     low: float
     high: float
-    system: System
+    system: FollowedSystem
     row: tuple[Fraction, ...]  # of the registers of the system
     periods: tuple[int, int]  # up to the lowest and the highest
-    own: Ends  # of what the form has at once
+    own: _Ends  # of what the form has at once
 
 
 class DigitalReach:
@@ -46,15 +46,15 @@ class DigitalReach:
 
     def __init__(self, of: DigitalMap) -> None:
         self._map = of
-        self._ends = {Symbol(INPUT, i): _ends(low, high) for i, (low, high) in enumerate(of.ranges)}
-        self._ends |= {Symbol(ERROR, i): (error.low, error.high) for i, error in enumerate(of.errors)}
-        self._start = {Symbol(REGISTER, i): Fraction(value) for i, value in enumerate(of.start)}
+        self._ends = {AffineSymbol(INPUT, i): _ends(low, high) for i, (low, high) in enumerate(of.ranges)}
+        self._ends |= {AffineSymbol(ERROR, i): (error.low, error.high) for i, error in enumerate(of.errors)}
+        self._start = {AffineSymbol(REGISTER, i): Fraction(value) for i, value in enumerate(of.start)}
 
     def of_all(self, forms: Sequence[AffineMantissa]) -> list[Reach]:
         """Return how far forms get with all that enters, from the registers of the start."""
         return self._reach(forms, (INPUT, ERROR))
 
-    def of_errors(self, form: Form) -> Reach | None:
+    def of_errors(self, form: AffineNumber) -> Reach | None:
         """Return how far errors alone move a form, from any registers; None where there is none."""
         return self._reach([form], (ERROR,))[0] if isinstance(form, AffineMantissa) else None
 
@@ -66,14 +66,14 @@ class DigitalReach:
         reached: dict[int, Reach] = {}
         for registers, numbers in groups.items():
             system = self._system(registers, kinds)
-            rows = [tuple(_factor(forms[n], Symbol(REGISTER, r)) for r in registers) for n in numbers]
+            rows = [tuple(_factor(forms[n], AffineSymbol(REGISTER, r)) for r in registers) for n in numbers]
             bounds = extremes(system.powers, system.entering, rows)
             for place, number in enumerate(numbers):
                 own = self._own(forms[number], kinds)
                 reached[number] = _reach(bounds, place, own, system, rows[place])
         return [reached[number] for number in range(len(forms))]
 
-    def _own(self, form: AffineMantissa, kinds: tuple[str, ...]) -> Ends:
+    def _own(self, form: AffineMantissa, kinds: tuple[str, ...]) -> _Ends:
         """Return the ends of what a form has of what enters at once, and of the start where that counts."""
         low = high = form.constant + sum((f * self._start.get(s, 0) for s, f in form.terms.items()), Fraction(0))
         if INPUT not in kinds:
@@ -100,7 +100,7 @@ class DigitalReach:
             more = {number for number, causes in by.items() if causes & moving} - moving
         return moving
 
-    def _followed(self, form: Form, moving: set[int]) -> tuple[int, ...]:
+    def _followed(self, form: AffineNumber, moving: set[int]) -> tuple[int, ...]:
         followed, more = set[int](), {s.number for s in _terms(form) if s.kind == REGISTER} & moving
         while more:
             followed |= more
@@ -118,7 +118,7 @@ class DigitalReach:
             moved.append(after - self._map.start[number])
         return moved
 
-    def _system(self, registers: tuple[int, ...], kinds: tuple[str, ...]) -> System:
+    def _system(self, registers: tuple[int, ...], kinds: tuple[str, ...]) -> FollowedSystem:
         following = [self._map.following[n] for n in registers]
         symbols = tuple(sorted({s for form in following for s in _terms(form) if s.kind in kinds}))
         columns: list[list[Fraction]] = [[_factor(form, s) for s in symbols] for form in following]
@@ -126,11 +126,11 @@ class DigitalReach:
         if INPUT in kinds:
             columns = [[*row, self._steps[n]] for row, n in zip(columns, registers, strict=True)]
             ends.append(_ONCE)
-        a: Rows = [[_factor(form, Symbol(REGISTER, n)) for n in registers] for form in following]
-        return System(registers, symbols, Entering(columns, ends), Powers(a))
+        a: ExactRows = [[_factor(form, AffineSymbol(REGISTER, n)) for n in registers] for form in following]
+        return FollowedSystem(registers, symbols, Entering(columns, ends), Powers(a))
 
 
-def _reach(bounds: Extremes | None, place: int, own: Ends, system: System, row: tuple[Fraction, ...]) -> Reach:
+def _reach(bounds: Extremes | None, place: int, own: _Ends, system: FollowedSystem, row: tuple[Fraction, ...]) -> Reach:
     if bounds is None:
         return Reach(-math.inf, math.inf, system, row, (0, 0), own)
     low, high = _sum(own[0], float(bounds.low[place]), -math.inf), _sum(own[1], float(bounds.high[place]), math.inf)
@@ -144,13 +144,13 @@ def _sum(own: Fraction, bound: float, way: float) -> float:
     return rounded if rounded == total else math.nextafter(rounded, way)
 
 
-def _terms(form: Form) -> Mapping[Symbol, Fraction]:
+def _terms(form: AffineNumber) -> Mapping[AffineSymbol, Fraction]:
     return form.terms if isinstance(form, AffineMantissa) else _NOTHING
 
 
-def _factor(form: Form, symbol: Symbol) -> Fraction:
+def _factor(form: AffineNumber, symbol: AffineSymbol) -> Fraction:
     return _terms(form).get(symbol, Fraction(0))
 
 
-def _ends(low: int, high: int) -> Ends:
+def _ends(low: int, high: int) -> _Ends:
     return Fraction(low), Fraction(high)

@@ -28,13 +28,13 @@ _CHUNK, _NUMBERS = 64, 1 << 22  # powers of the first chunk, and entries of resp
 _NEAR = 1e-7  # distance of a pole from the circle from which no power of few enough is small
 _LEAST = 1e-290  # more than what underflow takes
 
-Rows = Sequence[Sequence[Fraction]]
+ExactRows = Sequence[Sequence[Fraction]]
 
 
 class Powers:
     """The powers of a matrix of exact numbers, with bounds of their errors and of those that are left out."""
 
-    def __init__(self, a: Rows) -> None:
+    def __init__(self, a: ExactRows) -> None:
         self.order = len(a)
         middle = np.array([[float(value) for value in row] for row in a]).reshape(self.order, self.order)
         if self.order:
@@ -106,7 +106,7 @@ class PowerSums:
 class Entering:
     """Columns B, and the ends of the numbers that enter by each."""
 
-    columns: Rows  # of the states, by rows
+    columns: ExactRows  # of the states, by rows
     ends: Sequence[tuple[Fraction, Fraction]]
 
     def sizes(self) -> Array:
@@ -124,7 +124,7 @@ class Extremes:
     high_at: Array
 
 
-def extremes(powers: Powers, entering: Entering, rows: Rows) -> Extremes | None:
+def extremes(powers: Powers, entering: Entering, rows: ExactRows) -> Extremes | None:
     """Return bounds of what enters by m < n, added up, of the outputs `rows` for all n; None where there are none."""
     sums, nothing = powers.sums, np.zeros(len(rows))
     if not entering.ends:
@@ -158,7 +158,7 @@ def extremes(powers: Powers, entering: Entering, rows: Rows) -> Extremes | None:
     return Extremes(best[0] * UP - beyond, best[1] * UP + beyond, at[0], at[1])
 
 
-def responses(powers: Powers, entering: Entering, rows: Rows, most: int) -> Iterator[Array]:
+def responses(powers: Powers, entering: Entering, rows: ExactRows, most: int) -> Iterator[Array]:
     """Yield C A^m B for m from 0 up to, not including, `most`, many at a time: (powers, rows, columns)."""
     c, b = _scaled(powers, entering, rows)
     part, begin = max(1, _NUMBERS // max(1, c.shape[0] * b.shape[1])), 0
@@ -170,7 +170,7 @@ def responses(powers: Powers, entering: Entering, rows: Rows, most: int) -> Iter
             return
 
 
-def _scaled(powers: Powers, entering: Entering, rows: Rows) -> tuple[Array, Array]:
+def _scaled(powers: Powers, entering: Entering, rows: ExactRows) -> tuple[Array, Array]:
     """Return C and B in the scaled states."""
     c = [[float(value * size) for value, size in zip(row, powers.scale, strict=True)] for row in rows]
     b = [[float(value / size) for value in row] for row, size in zip(entering.columns, powers.scale, strict=True)]

@@ -14,9 +14,9 @@ from proofmass.blocks.sources.repeating_sequence import RepeatingSequence
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.runner.design.proof.digital_inputs import DigitalInput
 from proofmass.runner.design.proof.digital_map import DigitalMap
-from proofmass.runner.design.proof.digital_reach import Reach
+from proofmass.runner.design.proof.digital_reach import FollowedSystem, Reach
 from proofmass.runner.design.proof.reach import responses
-from proofmass.runner.fixed.affine import INPUT, Condition, Symbol
+from proofmass.runner.fixed.affine import ERROR, INPUT, AffineSymbol, FormBounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.run.faults import RunError
@@ -68,8 +68,19 @@ def overflow_of_inputs(
     return replace(last, graph=graph, inputs=short)
 
 
+def within_ranges(
+    inputs: Sequence[DigitalInput], values: Mapping[DigitalInput, Sequence[float]]
+) -> dict[DigitalInput, Sequence[float]]:
+    """Return values of all inputs with a stated range: those of the same signal, else the one nearest to zero."""
+    played = {given.signal: own for given, own in values.items()}
+    for given in inputs:
+        if given.stated:
+            played.setdefault(given.signal, [min(max(0.0, given.low), given.high)])
+    return {given: played[given.signal] for given in (*values, *inputs) if given.signal in played}
+
+
 def worst_input(
-    of: DigitalMap, driven: Sequence[DigitalInput], condition: Condition, reach: Reach, highest: bool
+    of: DigitalMap, driven: Sequence[DigitalInput], condition: FormBounds, reach: Reach, highest: bool
 ) -> tuple[dict[DigitalInput, list[float]], int]:
     """Return the values of inputs that bring a form highest, or lowest, and the ticks that this takes.
 
@@ -78,11 +89,12 @@ def worst_input(
     most = min(reach.periods[highest] or LONGEST_INPUT, LONGEST_INPUT // max(1, len(of.inputs)))
     system = reach.system
     parts = list(responses(system.powers, system.entering, [reach.row], most))
-    h = np.concatenate(parts)[::-1, 0] if parts else np.zeros((0, len(system.symbols) + 1))
+    h = np.concatenate(parts)[:, 0] if parts else np.zeros((0, len(system.entering.ends)))
+    h = h[: _enough(h, system, condition, reach, highest)][::-1]
     places = {symbol: place for place, symbol in enumerate(system.symbols)}
     columns: dict[Any, Array] = {}  # of each value of an input in a period, over all periods
     for number, entry in enumerate(of.inputs):
-        symbol = Symbol(INPUT, number)
+        symbol = AffineSymbol(INPUT, number)
         before = h[:, places[symbol]] if symbol in places else np.zeros(len(h))
         columns[entry] = np.append(before, float(condition.form.terms.get(symbol, 0)))
     values: dict[DigitalInput, list[float]] = {}
@@ -93,6 +105,23 @@ def worst_input(
         up = (np.asarray(total) > 0.0) == highest
         values[given] = [given.high if one else given.low for one in up.ravel().tolist()]
     return values, of.ticks * (len(h) + 1)
+
+
+def _enough(h: Array, of: FollowedSystem, condition: FormBounds, reach: Reach, highest: bool) -> int:
+    """Return the periods after which a form is beyond its bounds, whatever its errors are; all if it never is for sure.
+
+    What it has at once counts in the same way.
+    """
+    limit, sign = (condition.high, 1.0) if highest else (condition.low, -1.0)
+    if limit is None:
+        return len(h)
+    lows, highs = sign * np.array([[float(end) for end in ends] for ends in of.entering.ends]).reshape(-1, 2).T
+    is_error = np.array([symbol.kind == ERROR for symbol in of.symbols] + [False] * (len(lows) - len(of.symbols)))
+    ends = np.stack([h * lows, h * highs])
+    steps = np.where(is_error, ends.min(axis=0), ends.max(axis=0)).sum(axis=1)
+    spread = sum(abs(float(factor)) for symbol, factor in condition.form.terms.items() if symbol.kind == ERROR)
+    sure = sign * float(reach.own[highest]) - spread + np.cumsum(steps) >= sign * limit + 1.0
+    return int(np.argmax(sure)) + 1 if sure.any() else len(h)
 
 
 def _graph(plan: Plan, played: Mapping[DigitalInput, Sequence[float]]) -> Graph:

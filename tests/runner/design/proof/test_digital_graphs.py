@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from proofmass import Graph
+from proofmass import Graph, Probe
 from proofmass.blocks import (
     Constant,
     FixedDelay,
@@ -238,15 +238,32 @@ def test_a_filter_without_feedback() -> None:
     assert [abs(np.sign(value)) for value in values] == [1.0] * len(values)
 
 
-def test_what_is_not_affine_is_open_with_the_reason() -> None:
-    graph = after_quantiser(
+def squared(width: int, gain: float = 0.5) -> Graph:
+    """Return half of the square of an input, in a register of so many bits."""
+    square, half = Fixed(width, 8), Fixed(24, 8)
+    return after_quantiser(
         "quantiser.output -> square.first",
         "quantiser.output -> square.second",
-        square=FixedProduct(first_format=WORD, second_format=WORD, output_format=Fixed(24, 8)),
+        "square.output -> gain.input",
+        square=FixedProduct(first_format=WORD, second_format=WORD, output_format=square),
+        gain=FixedGain(gain=gain, input_format=square, output_format=half),
     )
-    found = about(graph, no_overflow=True, rounding={"square.output": ""})
+
+
+def test_what_is_not_affine_is_open_with_the_reason() -> None:
+    found = about(squared(20), no_overflow=True, rounding={"gain.output": ""})
     assert [one.status for one in found.digital] == ["open", "open"]
     assert all("square.output has no exact linear form: a product of two signals" in one.why for one in found.digital)
+
+
+def test_what_cannot_overflow_by_its_formats_may_give_anything() -> None:
+    found = overflow(squared(24))
+    assert (found.status, [given.signal for given in found.inputs]) == ("proved", ["square.output"])
+    (room,) = [room for room in found.rooms if room.at == "gain.output"]
+    assert (room.low, room.high) == (pytest.approx(-(2.0**22), abs=1.0), pytest.approx(2.0**22, abs=1.0))
+    assert overflow(squared(24), (-200.0, 200.0)).status == "refuted"  # which the quantiser does not hold
+    assert overflow(squared(24, gain=1.5)).status == "open"  # which no square of 1 overflows
+    assert rounding(squared(24), "gain.output").status == "open"
 
 
 def test_a_rounding_error_is_open_where_something_may_overflow() -> None:
@@ -261,6 +278,41 @@ def test_a_quantiser_that_overflows_by_itself() -> None:
     assert found.status == "refuted"
     assert found.run is not None
     assert set(found.run.overflows) >= {"quantiser"}
+
+
+def test_a_run_that_refutes_keeps_all_ranges() -> None:
+    """The sum of two inputs holds the range of one and what the graph has at the other, not both ranges at once."""
+    graph = Graph(
+        name="two inputs",
+        rate=1000,
+        blocks={
+            "loud": Constant(value=1000.0),
+            "one": Constant(value=0.0),
+            "first": FixedQuantiser(output_format=Fixed(8, 0)),
+            "second": FixedQuantiser(output_format=Fixed(12, 0)),
+            "third": FixedQuantiser(output_format=Fixed(12, 0)),
+            "widened": FixedGain(input_format=Fixed(8, 0), output_format=Fixed(12, 0)),
+            "sum": FixedSum(input_format=Fixed(12, 0), output_format=Fixed(10, 0)),
+        },
+        wires=[
+            "one.output -> first.input",
+            "loud.output -> second.input",
+            "one.output -> third.input",
+            "first.output -> widened.input",
+            "widened.output -> sum.first",
+            "second.output -> sum.second",
+            "third.output -> sum.third",
+        ],
+    )
+    ranges = {"one.output": [-200.0, 200.0], "loud.output": [-1.0, 5.0]}
+    found = prove(graph, no_overflow=True, input_ranges=ranges).digital[0]
+    assert (found.status, found.run and found.run.overflows) == ("refuted", {"first": 1})
+    assert found.run is not None
+    again = simulate(found.run.graph.changed(probes=(Probe("second.output"), Probe("third.output"))))
+    assert again["second.output"].values.tolist() == [0.0]
+    assert again["third.output"].values.tolist() == [200.0]
+    quieter = {"one.output": [-127.0, 127.0], "loud.output": [-1.0, 5.0]}
+    assert prove(graph, no_overflow=True, input_ranges=quieter).digital[0].status == "proved"
 
 
 def test_a_quantiser_that_refuses_is_refuted_with_what_the_run_says() -> None:
