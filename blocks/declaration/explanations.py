@@ -233,6 +233,13 @@ EXPLANATIONS = (
         "Run longer, or choose another signal or band.",
     ),
     Explanation(
+        "P0703",
+        "The digital part has no such proof",
+        r"digital part|exact linear form|no block in fixed point|needs two ends",
+        "Overflow and rounding are proved of blocks in fixed point that add, scale, delay and limit.",
+        "docs/how-to/prove.md says which claims there are. Ranges are those of wires into a FixedQuantiser.",
+    ),
+    Explanation(
         "P0801",
         "A function of an own block is refused",
         r"of the C library|no engine|is not declared|is not a function|compiled|has a type|what .* returns"

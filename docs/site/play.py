@@ -41,7 +41,7 @@ def play(page: Path, run: Run | None = None) -> Iterator[Command]:
             with Path(file[2]).open("a" if file[1] else "w", encoding="utf-8") as stream:
                 stream.write(("\n" if file[1] else "") + text)
         elif language == "sh":
-            yield from _commands(text.splitlines(), answer, run or run_here)
+            yield from _commands(text.replace("\\\n", " ").splitlines(), answer, run or run_here)
 
 
 def _commands(lines: list[str], promised: str, run: Run) -> Iterator[Command]:

@@ -3,6 +3,7 @@
 import click
 
 from proofmass.graphs.files.toml_reader import graph_from, read_table
+from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import is_study, read_variants
@@ -14,7 +15,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
 from proofmass.runner.design.proof.known import KnownProofs, known_proofs
-from proofmass.runner.design.proof.prove import prove
+from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest
@@ -37,6 +38,9 @@ def show_proofs(request: ProveRequest) -> int:
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
             noise=dict(map(_limits, request.noises)),
+            no_overflow=request.no_overflow,
+            rounding=dict(map(_limits, request.roundings)),
+            input_ranges=dict(map(_limits, request.input_ranges)),
             bounds=request.bounds,
             seconds=request.seconds,
             progress=bar,
@@ -46,7 +50,16 @@ def show_proofs(request: ProveRequest) -> int:
     if request.target is not None:
         write_whole(request.target, certificate(proofs))
         print_file(request.target, request.as_json)
+    _write_overflow(request, proofs)
     return INTERRUPTED if proofs.interrupted else DONE if proofs.proved else WRONG_MODEL
+
+
+def _write_overflow(request: ProveRequest, proofs: Proofs) -> None:
+    """Write the graph of the run in which something overflows, if that is wanted and there is one."""
+    run = next((proof.run for proof in proofs.digital if proof.run is not None), None)
+    if request.counterexample is not None and run is not None:
+        write_whole(request.counterexample, write_graph(run.graph))
+        print_file(request.counterexample, request.as_json)
 
 
 def check_proof(request: CheckProofRequest) -> int:

@@ -148,6 +148,22 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         metavar="BLOCK.PORT=LIMIT",
     )
     source_signal: str = option("Count scale factors from this output of a source.", "--input", default="", **PORT)
+    no_overflow: bool = flag(
+        "Prove that no number of a block in fixed point overflows, or show inputs by which one does."
+    )
+    roundings: tuple[str, ...] = several(
+        "Prove a limit of what rounding adds to this output in fixed point, or the least without one; repeatable.",
+        "--rounding",
+        metavar="BLOCK.PORT=LIMIT",
+    )
+    input_ranges: tuple[str, ...] = several(
+        "Let this wire into a FixedQuantiser have these values alone, as source.output=-1..1; repeatable.",
+        "--input-range",
+        metavar="BLOCK.PORT=RANGE",
+    )
+    counterexample: Path | None = file_option(
+        "Write the graph of a run in which something overflows, with its inputs.", "--counterexample"
+    )
     bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"

@@ -31,6 +31,7 @@ from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
 from proofmass.runner.design.proof.claim import QUANTITIES, RMS, UNITS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
+from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.quantity_claims import noise_claims, scale_factor_claims
 from proofmass.runner.design.proof.search import BoxMaps, Searched
@@ -73,11 +74,14 @@ class Proofs(Told):
     proofs: tuple[MarginProof, ...]  # one of each claim
     interrupted: bool  # True after Ctrl-C
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
+    digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
 
     @property
     def proved(self) -> bool:
         """True if all claims are proved."""
-        return all(proof.status == "proved" for proof in self.proofs)
+        return all(
+            status == "proved" for status in (one.status for part in (self.proofs, self.digital) for one in part)
+        )
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
@@ -87,6 +91,7 @@ class Proofs(Told):
                 r.written: {"nominal": r.nominal, "low": r.low, "high": r.high, "unit": r.unit} for r in self.ranges
             },
             "proofs": [proof.as_data() for proof in self.proofs],
+            "digital": [proof.as_data() for proof in self.digital],
             "proved": self.proved,
             "interrupted": self.interrupted,
             "left_out": dict(self.left_out),
@@ -106,6 +111,9 @@ def prove(
     input: str = "",
     scale_factor: Mapping[str, Any] | None = None,
     noise: Mapping[str, Any] | None = None,
+    no_overflow: bool = False,
+    rounding: Mapping[str, Any] | None = None,
+    input_ranges: Mapping[str, Any] | None = None,
     bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
@@ -122,6 +130,11 @@ def prove(
     `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", and `noise` maps outputs to the most rms
     that they may have. Without a limit, "", the nearest is looked for that can be proved. Where these are given, loops
     count only if one is named, or a margin.
+
+    With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on. `rounding` maps
+    outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
+    Both hold for all that converters into fixed point can give; `input_ranges` has narrower ranges, such as
+    "-1..1", of wires into a FixedQuantiser. Coefficients are those of the sensor as it is.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
     search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
@@ -146,20 +159,29 @@ def prove(
     }
     wanted = [*scale_factor_claims(planned, input, scale_factor or {}), *noise_claims(planned, noise or {})]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
-    loops = _loops(planned, loop) if loop or not quantities or any(given.values()) else {}
+    alone = not quantities and not no_overflow and not rounding
+    loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
     claims: list[_Subject] = [
         (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in loops.items()
     ]
     claims += quantities
     proofs = list[MarginProof]()
-    every = sum(len(wanted) for _, wanted in claims)
+    digital = list[DigitalProof]()
+    of_digital = [""] * no_overflow + [*(rounding or {})]
+    every = sum(len(wanted) for _, wanted in claims) + len(of_digital)
     with interrupts() as stop, threadpool_limits(1, _BLAS):
+        part = DigitalProofs(planned, input_ranges or {}, stop, time.monotonic() + seconds)
+        for output in of_digital:
+            digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
+            if progress is not None:
+                progress(len(digital), every)
         for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
             proofs.append(proof)
             if progress is not None:
-                progress(len(proofs), every)
-        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), box.left_out if box else {})
+                progress(len(digital) + len(proofs), every)
+        left_out = box.left_out if box else {}
+        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital))
 
 
 def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:

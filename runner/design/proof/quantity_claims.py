@@ -44,12 +44,20 @@ def noise_claims(planned: Plan, wanted: Mapping[str, Any]) -> Iterator[list[Clai
     for output, limit in wanted.items():
         try:
             quantity = checked_quantity({"noise": output}, planned.graph)
-            most = math.inf if limit in (None, "") else _number(limit, quantity.unit)
+            most = math.inf if limit in (None, "") else number_of(limit, quantity.unit)
             if not most > 0.0:
                 raise Refusal("must be above zero", got=shown(limit))
         except Refusal as error:
             raise ModelError([_refused(error, output, "noise")]) from None
         yield [Claim("", inside(planned.graph.root, output), RMS, most, most=True, unit_of_quantity=quantity.unit)]
+
+
+def both_ends(limits: Any, unit: str) -> tuple[float, float]:
+    """Return two limits in a unit, such as "-1..1 V"; raises `Refusal`."""
+    ends = [end for end, _ in _ends(limits, unit)]
+    if len(ends) != 2 or not all(map(math.isfinite, ends)):
+        raise Refusal("needs two ends", 'write "-1..1", with or without a unit', got=shown(limits))
+    return ends[0], ends[1]
 
 
 def _ends(limits: Any, unit: str) -> list[tuple[float, bool]]:
@@ -60,13 +68,14 @@ def _ends(limits: Any, unit: str) -> list[tuple[float, bool]]:
         return [(-math.inf, False), (math.inf, True)]
     if not isinstance(limits, list | tuple) or len(limits) != 2:
         raise Refusal("are not two limits", _WRITE, got=shown(limits))
-    ends = [(_number(end, unit), most) for end, most in _named(limits)]
+    ends = [(number_of(end, unit), most) for end, most in _named(limits)]
     if not ends or not all(math.isfinite(end) for end, _ in ends) or ends[0][0] > ends[-1][0]:
         raise Refusal("no value lies between these", _WRITE, got=shown(limits))
     return ends
 
 
-def _number(end: Any, unit: str) -> float:
+def number_of(end: Any, unit: str) -> float:
+    """Return a limit in a unit; raises `Refusal`."""
     try:
         return convert(end, unit) if isinstance(end, str) else float(end)
     except Refusal as error:

@@ -1,11 +1,14 @@
 """Proofs as text for people."""
 
+import itertools
 import math
 from collections.abc import Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.runner.design.proof.attempt import MarginProof
 from proofmass.runner.design.proof.claim import QUANTITIES, Claim
+from proofmass.runner.design.proof.digital_inputs import DigitalInput
+from proofmass.runner.design.proof.digital_proof import DigitalProof
 from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
@@ -16,13 +19,36 @@ _NOTHING_VARIES = 'nothing varies: this is the sensor as it is; --tolerance "BLO
 def proofs_text(proofs: Proofs) -> str:
     """Return each claim with what came of it, and sensors that break one."""
     lines = ["interrupted: what was proved until then"] if proofs.interrupted else []
-    lines += [_box(proofs)]
+    lines += [_box(proofs)] if proofs.proofs else []
     for about in dict.fromkeys(_about(one.claim) for one in proofs.proofs):
         own = [one for one in proofs.proofs if _about(one.claim) == about]
         lines.append(about)
         lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
-    return "\n".join([*lines, *_shown(proofs)])
+    return "\n".join([*lines, *_digital(proofs), *_shown(proofs)])
+
+
+def _digital(proofs: Proofs) -> Iterator[str]:
+    """Yield the claims about the digital part, the inputs that they are about, and runs that overflow."""
+    for about, own in itertools.groupby(proofs.digital, key=lambda one: one.inputs):
+        ranges = list(map(_ends, about))
+        yield f"digital part, with any {', '.join(ranges)}" if ranges else "digital part, without inputs"
+        yield from text_table([_row(one) for one in own], left=(0, 1, 2), indent=2)
+    if proofs.digital:
+        yield "claims about the digital part carry no certificate"
+    for run in (proof.run for proof in proofs.digital if proof.run is not None):
+        yield f"overflow in tick {run.ticks - 1} of {', '.join(run.overflows) or run.refused}: see it by"
+        yield "  proofmass prove GRAPH ... --counterexample overflow.toml; proofmass run overflow.toml"
+
+
+def _ends(given: DigitalInput) -> str:
+    low, high = (in_print(end, given.unit, 6) for end in (given.low, given.high))
+    return f"{given.signal} from {low} to {high}"
+
+
+def _row(proof: DigitalProof) -> tuple[str, str, str]:
+    what = f"{proof}" + (f", of {proof.output}" if proof.output else "")
+    return what, proof.status, proof.why
 
 
 def _about(claim: Claim) -> str:
