@@ -159,6 +159,8 @@ def prove(
     }
     wanted = [*scale_factor_claims(planned, input, scale_factor or {}), *noise_claims(planned, noise or {})]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
+    if input_ranges and not no_overflow and not rounding:
+        raise ModelError([_of_nothing(", ".join(input_ranges))])
     alone = not quantities and not no_overflow and not rounding
     loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
     claims: list[_Subject] = [
@@ -318,6 +320,15 @@ def _limit(kind: str, given: str) -> float:
     except Refusal as error:
         raise ModelError([error.problem(kind.replace(" ", "_"), given)]) from None
     return limit
+
+
+def _of_nothing(signals: str) -> Problem:
+    return Problem(
+        message="ranges of inputs are those of claims about the digital part, and there is none",
+        key="input_ranges",
+        got=signals,
+        hint="ask for --no-overflow or --rounding OUTPUT too",
+    )
 
 
 def _continuous(node: Endpoint) -> Problem:

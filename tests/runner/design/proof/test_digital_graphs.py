@@ -365,6 +365,7 @@ def test_a_signal_that_the_digital_part_feeds_back_refutes_nothing_unless_its_ra
         ({"no_overflow": True, "input_ranges": {"sum.output": "-1..1"}}, "does not enter the digital part"),
         ({"no_overflow": True, "input_ranges": {"quantiser.output": "0.01..0.02"}}, "no value of quantiser.output"),
         ({"no_overflow": True, "input_ranges": {"nothing.output": "-1..1"}}, "nothing"),
+        ({"input_ranges": {"source.output": "-1..1"}}, "there is none"),
         ({"rounding": {"source.output": ""}}, "not an output of the digital part"),
         ({"rounding": {"sum.output": "-1"}}, "zero or above"),
         ({"rounding": {"sum.output": "1 V"}}, "V"),
