@@ -43,8 +43,8 @@ _WIDTH = 250  # numbers by which the slopes of a group are, if it has more than 
 _ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
 
 
-class Group(NamedTuple):
-    """What some ticks do: slopes by what lasts before them, and by what enters at each of their events."""
+class TickGroup(NamedTuple):
+    """Slopes of some ticks: by what lasts before them, and by what enters at each of their events."""
 
     lasting: Array  # [row, place]: rows are what lasts after them, and then the numbers at each event
     entering: Array  # [row, event]
@@ -110,7 +110,7 @@ class NoiseInCode(SlopesInCode):
     def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
         self._of_ticks.append((found, np.concatenate([told, entered[:, :, None]], axis=2), counts))
 
-    def groups(self) -> Iterator[Group]:
+    def groups(self) -> Iterator[TickGroup]:
         """Yield what the ticks since the last call do, a few at a time."""
         if not self._of_ticks:
             return
@@ -138,7 +138,7 @@ class NoiseInCode(SlopesInCode):
                     yield from self._composed(inside, number, part, told[here], counts[here])
                     start += number * part
 
-    def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[Group]:
+    def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[TickGroup]:
         """Yield what each of some groups does, of so many ticks each."""
         size, most = len(self._places), self._most
         width, rows = size + most * ticks, size + most
@@ -167,7 +167,7 @@ class NoiseInCode(SlopesInCode):
             here = slice(k * ticks, (k + 1) * ticks)
             slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
             events = self._events(told[here], counts[here], heard[k])
-            yield Group(slopes[:, :size], slopes[:, size:], events, size)
+            yield TickGroup(slopes[:, :size], slopes[:, size:], events, size)
 
     def _events(self, told: AnyArray, counts: Indices, heard: Array) -> list[Event]:
         """Return the events of some ticks. What rounds the same number in a tick errs alike."""
@@ -237,7 +237,7 @@ class CompiledNoise(NoiseInCode):
             self._follow(group)
         return sound
 
-    def _follow(self, group: Group) -> None:
+    def _follow(self, group: TickGroup) -> None:
         """Count what some ticks do."""
         entered = dict[int, int]()  # columns, by rows of events
         for event in group.events:

@@ -66,12 +66,12 @@ class ChangedResponse:
 
     @cached_property
     def _outputs(self) -> Array:
-        """As many rows as there are states at most, with the norms of C."""
+        """Rows with the norms of C, as many as there are states at most."""
         return np.linalg.qr(self._c)[1]
 
     @cached_property
     def _inputs(self) -> Array:
-        """As many columns as there are states at most, with the norms of B."""
+        """Columns with the norms of B, as many as there are states at most."""
         return np.linalg.qr(self._b.T)[1].T
 
     @cached_property

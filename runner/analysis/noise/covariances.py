@@ -39,7 +39,7 @@ class Stretch:
         self._shared: dict[str, Any] = {}  # E[Z x']
         self.powers, self.squares = dict[str, Array](), dict[str, Array]()
 
-    def moved(self, number: int, slopes: "Slopes", rows: range, covariances: Mapping[str, Array]) -> None:
+    def moved(self, number: int, slopes: "GroupSlopes", rows: range, covariances: Mapping[str, Array]) -> None:
         """Count values from a number on, some rows of slopes; the last of these are what lasts from now on."""
         numbers = np.arange(number, number + len(rows)) - self._first
         inside = (numbers >= 0) & (numbers < len(self.window))
@@ -64,7 +64,7 @@ class Stretch:
 
 
 @dataclass(frozen=True)
-class Slopes:
+class GroupSlopes:
     """Slopes by what lasts, and by new random numbers times their deviations: of outputs, then of the memory."""
 
     lasting: Array
@@ -81,7 +81,7 @@ class Covariances:
         self._stretches, self._numbers = stretches, Counter[Endpoint]()
         self.last: dict[Endpoint, Last] = {}
 
-    def moved(self, recorded: Mapping[Endpoint, Sequence[float]], slopes: "Slopes") -> None:
+    def moved(self, recorded: Mapping[Endpoint, Sequence[float]], slopes: "GroupSlopes") -> None:
         """Move the covariances on, and count values of outputs, whose slopes come first."""
         first = 0
         for node, values in recorded.items():
@@ -101,7 +101,7 @@ class Covariances:
             for name, columns in self._by_block(slopes)
         }
 
-    def _by_block(self, slopes: "Slopes") -> Iterator[tuple[str, list[int]]]:
+    def _by_block(self, slopes: "GroupSlopes") -> Iterator[tuple[str, list[int]]]:
         for name in {**self._covariances, **slopes.columns}:
             yield name, slopes.columns.get(name, [])
 
@@ -132,7 +132,7 @@ class CovarianceTicks(CompactTicks):
         for each in [*done, *self.recorded.values()]:
             each.clear()
 
-    def _slopes(self, rows: Sequence[Mapping[Direction, float]], memory: int) -> Slopes:
+    def _slopes(self, rows: Sequence[Mapping[Direction, float]], memory: int) -> GroupSlopes:
         lasting = np.zeros((len(rows), self._alive))
         columns, owners = dict[Direction, int](), dict[str, list[int]]()
         new: list[tuple[int, int, float]] = []
@@ -148,17 +148,17 @@ class CovarianceTicks(CompactTicks):
         fresh = np.zeros((len(rows), len(columns)))
         for row, column, value in new:
             fresh[row, column] = value
-        return Slopes(lasting, fresh, owners, memory)
+        return GroupSlopes(lasting, fresh, owners, memory)
 
 
-def _moved(slopes: Slopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
+def _moved(slopes: GroupSlopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
     """Return S P S' + R R' of some rows, for the random numbers in some columns."""
     lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
     old = 0.0 if covariance is None else lasting @ covariance @ lasting.T
     return np.asarray(old + fresh @ fresh.T)
 
 
-def _squares(slopes: Slopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
+def _squares(slopes: GroupSlopes, rows: slice, covariance: Array | None, columns: list[int]) -> Array:
     """Return the diagonal of S P S' + R R' of some rows."""
     lasting, fresh = slopes.lasting[rows], slopes.fresh[rows][:, columns]
     old = 0.0 if covariance is None else np.sum((lasting @ covariance) * lasting, axis=1)

@@ -7,13 +7,13 @@ from collections.abc import Set as AbstractSet
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.noise.covariances import Covariances, Slopes
+from proofmass.runner.analysis.noise.covariances import Covariances, GroupSlopes
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.dual_noise import Noisy
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import WIRE
-from proofmass.runner.targets.native_noise import Group, NoiseInCode
+from proofmass.runner.targets.native_noise import NoiseInCode, TickGroup
 from proofmass.runner.targets.native_slopes import SlopeCode
 
 
@@ -40,7 +40,7 @@ class CovarianceInCode(NoiseInCode):
             self._covariances.moved(*self._moves(group))
         return sound
 
-    def _moves(self, group: Group) -> tuple[dict[Endpoint, list[float]], Slopes]:
+    def _moves(self, group: TickGroup) -> tuple[dict[Endpoint, list[float]], GroupSlopes]:
         """Return the values of outputs in some ticks, and the slopes of these and of what lasts after them."""
         recorded: dict[Endpoint, list[float]] = {node: [] for node in self._outputs}
         rows: dict[Endpoint, list[int]] = {node: [] for node in self._outputs}
@@ -59,4 +59,4 @@ class CovarianceInCode(NoiseInCode):
                 deviation = math.sqrt(variance(self.part(event)))
                 fresh[:, columns[event.like]] += deviation * group.entering[:, event.row]
         order = [*(row for of in rows.values() for row in of), *range(group.size)]
-        return recorded, Slopes(group.lasting[order], fresh[order], owners, len(order) - group.size)
+        return recorded, GroupSlopes(group.lasting[order], fresh[order], owners, len(order) - group.size)
