@@ -183,8 +183,9 @@ def dropped(rule: Callable[[int], int]) -> tuple[int, float]:
     (2, 0.0625)
     """
     parts = (1 << 200) // rule(1 << 200)
+    apart = 1.0 / float(parts * parts)
     if rule(parts - 1) == 1 and rule(parts // 2) == 0:  # to the nearest, ties to even
-        return parts, (1.0 + 2.0 * float(parts) ** -2) / 12.0
+        return parts, (1.0 + 2.0 * apart) / 12.0
     if rule(parts - 1) == 0 and rule(-1) == 0:  # towards zero
         return parts, (1.0 - 1.0 / parts) * (2.0 - 1.0 / parts) / 6.0
-    return parts, (1.0 - float(parts) ** -2) / 12.0
+    return parts, (1.0 - apart) / 12.0
