@@ -7,15 +7,17 @@ In fixed point that is what integers drop.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from types import MappingProxyType
-from typing import Any
+from typing import Any, NamedTuple
 
 from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
 from proofmass.runner.derivatives.dual_plan import SIGNALS
@@ -96,6 +98,17 @@ def _steps(block: Block) -> dict[str, Behaviour]:
     """The functions of a block that run in the loop, by output or role."""
     kind = type(block)
     return dict(kind.output_functions) | {role: kind.functions[role] for role in _ROLES if role in kind.functions}
+
+
+class Followed(NamedTuple):
+    """What is followed in ticks with noise."""
+
+    blocks: AbstractSet[str]  # which the outputs depend on
+    moving: AbstractSet[str]  # of these, those whose numbers have slopes
+    inputs: Sequence[Endpoint]  # something enters there
+    outputs: Sequence[Endpoint]  # they are listened to
+    noise: Noisy
+    drawn: bool = False  # whether deviates have the values of a run, or are 0
 
 
 class NoisyTicks(DualTicks):

@@ -11,7 +11,7 @@ from typing import NamedTuple
 from proofmass.blocks.arithmetic import rounding
 from proofmass.runner.program.build import Builder, operand
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Kind, Operand, Storage
-from proofmass.runner.program.tangents import TangentRule, TangentStep, TangentWriter, origin_of
+from proofmass.runner.program.tangent_rules import TangentRule, TangentStep, origin_of
 
 MOST = 4096  # events of a tick that have a place; any more are counted alone
 COUNT, OWNER, MATRICES, VALUES = range(4)  # of the state: events so far, the block that runs, what becomes of matrices,
@@ -75,20 +75,24 @@ def _marked(builder: Builder, origin: str, *kinds: Kind) -> Function:
     return inner.function()
 
 
-def _entering(w: TangentWriter, kind: int, value: Operand, slope: Operand, factor: Operand | float) -> Operand:
+def _entering(s: TangentStep, kind: int, value: Operand, slope: Operand, factor: Operand | float) -> Operand:
     """Write an event of the block that runs; returns the slope of what enters there."""
-    events, builder = Events(*w.beside), w.builder
-    return _told(events, builder, kind, builder.load(events.state, OWNER), w.number(value), slope, operand(factor))
+    owner = s.builder.load(Events(*s.beside).state, OWNER)
+    return _told(s, kind, owner, value, slope, operand(factor))
 
 
-def _told(
-    events: Events, builder: Builder, kind: int, source: Operand, value: Operand, slope: Operand, factor: Operand
-) -> Operand:
+def _told(s: TangentStep, kind: int, source: Operand, value: Operand, slope: Operand, factor: Operand) -> Operand:
+    events, builder = Events(*s.beside), s.builder
     compute, store = builder.compute, builder.store
     count = builder.load(events.state, COUNT)
     place = compute("select", compute("less_integers", count, MOST), count, MOST - 1)
     first = compute("multiply_integers", place, TOLD)
-    told = {KIND: float(kind), SOURCE: compute("float_of_integer", source), VALUED: value, ENTERING: factor}
+    told = {
+        KIND: float(kind),
+        SOURCE: compute("float_of_integer", source),
+        VALUED: s.slopes.number(value),
+        ENTERING: factor,
+    }
     for entry, what in told.items():
         store(events.told, compute("add_integers", first, entry), what)
     store(events.heard, place, slope)
@@ -98,32 +102,32 @@ def _told(
 
 
 def _wire(s: TangentStep) -> Operand:
-    events, builder, (value, number) = Events(*s.writer.beside), s.writer.builder, s.x
+    events, builder, (value, number) = Events(*s.beside), s.builder, s.x
     compute = builder.compute
     mode = builder.load(events.modes, number)
     slope = builder.variable(FLOAT, "slope", s.dx[0])
     with builder.when(compute("less_integers", PASSED, mode)):
         factor = compute("float_of_truth", compute("less_integers", HEARD, mode))
-        entering = _told(events, builder, WIRE, number, s.writer.number(value), s.dx[0], factor)
+        entering = _told(s, WIRE, number, value, s.dx[0], factor)
         kept = compute("select", compute("equal_integers", mode, CUT), 0.0, s.dx[0])
         builder.set(slope, compute("add", kept, entering))
     return builder.get(slope)
 
 
 def _deviate(s: TangentStep) -> Operand:
-    return _entering(s.writer, DRAWN, s.x[0], s.dx[0], 1.0)
+    return _entering(s, DRAWN, s.x[0], s.dx[0], 1.0)
 
 
 def _rounded(s: TangentStep) -> Operand:
-    return s.writer.plus(s.dx[0], _entering(s.writer, ROUNDED, s.x[0], s.dx[0], 1.0))
+    return s.slopes.plus(s.dx[0], _entering(s, ROUNDED, s.x[0], s.dx[0], 1.0))
 
 
 def _dropped(s: TangentStep) -> Operand:
-    w, (_, shifted, places, deviation) = s.writer, s.x
-    step = w.number(w.builder.compute("shift_left", 1, places))
-    value = w.builder.compute("divide", w.number(shifted), step)
-    slope = w.over(s.dx[1], step)
-    return w.plus(slope, _entering(w, DROPPED, value, slope, deviation))
+    slopes, (_, shifted, places, deviation) = s.slopes, s.x
+    step = slopes.number(slopes.compute("shift_left", 1, places))
+    value = slopes.compute("divide", slopes.number(shifted), step)
+    slope = slopes.over(s.dx[1], step)
+    return slopes.plus(slope, _entering(s, DROPPED, value, slope, deviation))
 
 
 def _level(inside: Callable[[TangentStep], Operand], compared: int, quantises: bool) -> TangentRule:
@@ -133,36 +137,38 @@ def _level(inside: Callable[[TangentStep], Operand], compared: int, quantises: b
     """
 
     def rule(s: TangentStep) -> Operand:
-        w, builder = s.writer, s.writer.builder
-        events, value, slope = Events(*w.beside), w.number(s.x[compared]), s.dx[compared]
+        slopes, builder = s.slopes, s.builder
+        events, value, slope = Events(*s.beside), s.x[compared], s.dx[compared]
         place = builder.compute("multiply_integers", builder.load(events.state, OWNER), OF_ONE_BIT)
         gain = builder.load(events.one_bit, builder.compute("add_integers", place, GAIN))
         modelled = builder.compute("equal", gain, gain)
         made = builder.variable(FLOAT, "slope", 0.0)
         with builder.when(modelled):
             deviation = builder.load(events.one_bit, builder.compute("add_integers", place, DEVIATION))
-            builder.set(made, w.plus(w.times(slope, gain), _entering(w, LEVELLED, value, slope, deviation)))
+            builder.set(made, slopes.plus(slopes.times(slope, gain), _entering(s, LEVELLED, value, slope, deviation)))
         if quantises:
             with builder.when(builder.compute("not", modelled)):
                 clipped, slope = _clipped(s), inside(s)
-                builder.set(made, w.plus(slope, _entering(w, ROUNDED, clipped, slope, 1.0)))
+                builder.set(made, slopes.plus(slope, _entering(s, ROUNDED, clipped, slope, 1.0)))
         return builder.get(made)
 
     return rule
 
 
 def _clipped(s: TangentStep) -> Operand:
-    compute, (value, last) = s.writer.builder.compute, s.numbers()
+    compute, (value, last) = s.builder.compute, s.numbers()
     above = compute("select", compute("less", 0.0, value), value, 0.0)
     return compute("select", compute("less", above, last), above, last)
 
 
 def _within(s: TangentStep) -> Operand:
     """Return the slope of what is held between 0 and the last level."""
-    w, compute = s.writer, s.writer.builder.compute
+    slopes, compute = s.slopes, s.builder.compute
     value, last = s.numbers()
-    above = w.chosen(compute("less", 0.0, value), s.dx[0], operand(0.0))
-    return w.chosen(compute("less", compute("select", compute("less", 0.0, value), value, 0.0), last), above, s.dx[1])
+    above = slopes.chosen(compute("less", 0.0, value), s.dx[0], operand(0.0))
+    return slopes.chosen(
+        compute("less", compute("select", compute("less", 0.0, value), value, 0.0), last), above, s.dx[1]
+    )
 
 
 AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire}

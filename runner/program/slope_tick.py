@@ -35,7 +35,8 @@ from proofmass.runner.program.form import (
 )
 from proofmass.runner.program.lower import program
 from proofmass.runner.program.structure import Lowered
-from proofmass.runner.program.tangents import Tangents, TangentStep
+from proofmass.runner.program.tangent_rules import TangentStep
+from proofmass.runner.program.tangents import Tangents
 from proofmass.runner.program.tick import TickWriter
 from proofmass.runner.program.tick_loop import TickLoop
 
@@ -144,7 +145,7 @@ def _nothing(s: TangentStep) -> Operand:
 
 
 def _followed(s: TangentStep) -> Operand:
-    builder, lane, slope = s.writer.builder, Events(*s.writer.beside).lane, s.dx[0]
+    builder, lane, slope = s.builder, Events(*s.beside).lane, s.dx[0]
     apart = builder.compute("not_equal", slope, 0.0)
     builder.store(lane, MOVED, builder.compute("select", apart, 1.0, builder.load(lane, MOVED)))
     return slope

@@ -5,7 +5,7 @@ composed of their sparse maps, many groups of ticks at a time.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from collections.abc import Set as AbstractSet
 from typing import Any, NamedTuple
 
@@ -14,7 +14,7 @@ import scipy.sparse
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.compact_ticks import Direction, InFirst
-from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Noisy
+from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Followed
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import AnyArray, Array
@@ -40,6 +40,7 @@ from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCod
 _FIRST_ROOM = 1  # events of a tick, until there are more
 _EVERY = 8, 64  # least and most ticks of a group
 _WIDTH = 250  # numbers by which the slopes of a group are, if it has more than the fewest ticks
+_ERRORS = ROUNDED, DROPPED, LEVELLED
 _ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
 
 
@@ -65,33 +66,22 @@ class Event(NamedTuple):
 
 
 class NoiseInCode(SlopesInCode):
-    """Ticks of blocks with `noise`; some wires are listened to, and inputs enter at others."""
+    """Ticks of blocks with noise, of which some numbers that last have slopes as they begin."""
 
     def __init__(
-        self,
-        code: SlopeCode,
-        plan: Plan,
-        memory: Memory,
-        upstream: AbstractSet[str],
-        inputs: Sequence[Endpoint],
-        outputs: Sequence[Endpoint],
-        seeded: AbstractSet[LastingPlace],
-        moving: AbstractSet[str],
-        noise: Noisy,
-        drawn: bool = False,
+        self, code: SlopeCode, plan: Plan, memory: Memory, followed: Followed, seeded: AbstractSet[LastingPlace]
     ) -> None:
-        """Take blocks with their models of one bit. Where deviates are `drawn`, they have the values of a run."""
-        self._drawn = drawn
-        self._noise = {name: noise[name] for name in noise if name in upstream}
+        self._of = followed
+        self._noise = {name: models for name, models in followed.noise.items() if name in followed.blocks}
         self.block_names, self.wire_nodes = [*code.blocks], [*code.wires]
         self._noisy = np.array([name in self._noise for name in self.block_names], dtype=bool)
-        modes = dict.fromkeys(outputs, HEARD) | dict.fromkeys(inputs, ENTERED)
-        super().__init__(code, plan, memory, modes, seeded, moving, _FIRST_ROOM)
+        modes = dict.fromkeys(followed.outputs, HEARD) | dict.fromkeys(followed.inputs, ENTERED)
+        super().__init__(code, plan, memory, modes, seeded, followed.moving, _FIRST_ROOM)
         self._of_ticks = list[tuple[Found, AnyArray, AnyArray]]()
 
     def _state_of_events(self) -> AnyArray:
         state = super()._state_of_events()
-        state[VALUES] = self._drawn
+        state[VALUES] = self._of.drawn
         return state
 
     def _one_bit(self, code: SlopeCode) -> AnyArray:
@@ -173,25 +163,17 @@ class NoiseInCode(SlopesInCode):
         """Return the events of some ticks. What rounds the same number in a tick errs alike."""
         events, most = list[Event](), self._most
         for tick, (of_tick, count) in enumerate(zip(told.tolist(), counts.tolist(), strict=True)):
-            seen: dict[tuple[int, int], list[Event]] = {}
+            seen: dict[tuple[int, int], list[Event]] = {}  # errors, by kind and block
             for number, (kind, source, value, _, entered) in enumerate(of_tick[:count]):
-                row, kind, source = tick * most + number, int(kind), int(source)
-                like, part = row, 0
-                if entered and kind in (ROUNDED, DROPPED, LEVELLED):
-                    before = seen.setdefault((kind, source), [])
-                    part = len(before)
-                    same = (
-                        each
-                        for each in before
-                        if each.value == value and (heard[tick, number] == heard[tick, each.row % most]).all()
-                    )
-                    found = next(same, None)
-                    like, part = (found.row, found.part) if found else (row, part)
-                    event = Event(row, kind, source, value, True, like, part)
-                    if found is None:
-                        before.append(event)
-                else:
-                    event = Event(row, kind, source, value, bool(entered), like, part)
+                row = tick * most + number
+                event = Event(row, int(kind), int(source), value, bool(entered), row, 0)
+                if event.entered and event.kind in _ERRORS:
+                    before, slopes = seen.setdefault((event.kind, event.source), []), heard[tick, number]
+                    alike = (e for e in before if e.value == value and (slopes == heard[tick, e.row % most]).all())
+                    first = next(alike, None) or event._replace(part=len(before))
+                    if first.row == row:
+                        before.append(first)
+                    event = event._replace(like=first.row, part=first.part)
                 events.append(event)
         return events
 
@@ -209,17 +191,12 @@ class CompiledNoise(NoiseInCode):
         code: SlopeCode,
         plan: Plan,
         memory: Memory,
-        upstream: AbstractSet[str],
-        inputs: Sequence[Endpoint],
-        outputs: Sequence[Endpoint],
+        followed: Followed,
         starts: Mapping[LastingPlace, Direction],
-        moving: AbstractSet[str],
-        noise: Noisy,
-        drawn: bool = False,
     ) -> None:
         """Take the directions of the numbers that last and have slopes."""
-        super().__init__(code, plan, memory, upstream, inputs, outputs, starts.keys(), moving, noise, drawn)
-        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in outputs}
+        super().__init__(code, plan, memory, followed, starts.keys())
+        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in followed.outputs}
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []
         self.quantised: dict[Direction, Any] = {}

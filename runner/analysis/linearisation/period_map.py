@@ -31,7 +31,7 @@ from proofmass.runner.analysis.linearisation.seeds import (
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
 from proofmass.runner.derivatives.dual import NO_SLOPE, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, NoisyTicks, one_model_each
+from proofmass.runner.derivatives.dual_noise import NOTHING, Followed, Noisy, NoisyTicks, one_model_each
 from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.derivatives.stepped_ticks import Indices, SteppedTicks, UndefinedSlopesError
@@ -218,7 +218,8 @@ def period_map(
         engine: DualTicks | CompiledSlopes | CompiledNoise = DualTicks(*given)
         if noise and code is not None:
             starts = {place_of(memory, entry, rings): entry for entry in seeded}
-            engine = _noise_in_code(code, plan, memory, upstream, inputs, outputs, starts, moving, noise, drawn)
+            followed = Followed(upstream, moving, inputs, outputs, noise, drawn)
+            engine = _noise_in_code(code, plan, memory, followed, starts)
         elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
@@ -269,11 +270,11 @@ def period_map(
         )
 
 
-def _noise_in_code(*arguments: Any) -> "CompiledNoise":
+def _noise_in_code(code: "SlopeCode", plan: Plan, memory: Memory, followed: Followed, starts: Any) -> "CompiledNoise":
     # start-up time: short periods need no compiler
     from proofmass.runner.targets.native_noise import CompiledNoise
 
-    return CompiledNoise(*arguments)
+    return CompiledNoise(code, plan, memory, followed, starts)
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:

@@ -1,15 +1,13 @@
 """Ticks in machine code that move covariances on: what `CovarianceTicks` does."""
 
 import math
-from collections.abc import Sequence
-from collections.abc import Set as AbstractSet
 
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.noise.covariances import Covariances, GroupSlopes
 from proofmass.runner.analysis.noise.noise_map import variance
-from proofmass.runner.derivatives.dual_noise import Noisy
+from proofmass.runner.derivatives.dual_noise import Followed
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import WIRE
@@ -20,18 +18,9 @@ from proofmass.runner.targets.native_slopes import SlopeCode
 class CovarianceInCode(NoiseInCode):
     """Ticks from a memory without noise on."""
 
-    def __init__(
-        self,
-        code: SlopeCode,
-        plan: Plan,
-        memory: Memory,
-        upstream: AbstractSet[str],
-        outputs: Sequence[Endpoint],
-        noise: Noisy,
-        found: Covariances,
-    ) -> None:
-        super().__init__(code, plan, memory, upstream, (), outputs, set(), upstream, noise)
-        self._outputs, self._covariances = outputs, found
+    def __init__(self, code: SlopeCode, plan: Plan, memory: Memory, followed: Followed, found: Covariances) -> None:
+        super().__init__(code, plan, memory, followed, set())
+        self._covariances = found
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
@@ -42,9 +31,9 @@ class CovarianceInCode(NoiseInCode):
 
     def _moves(self, group: TickGroup) -> tuple[dict[Endpoint, list[float]], GroupSlopes]:
         """Return the values of outputs in some ticks, and the slopes of these and of what lasts after them."""
-        recorded: dict[Endpoint, list[float]] = {node: [] for node in self._outputs}
-        rows: dict[Endpoint, list[int]] = {node: [] for node in self._outputs}
-        columns, owners, fresh = dict[int, int](), dict[str, list[int]](), np.zeros((len(group.entering), 0))
+        recorded: dict[Endpoint, list[float]] = {node: [] for node in self._of.outputs}
+        rows: dict[Endpoint, list[int]] = {node: [] for node in self._of.outputs}
+        columns, owners = dict[int, int](), dict[str, list[int]]()
         for event in group.events:
             if event.kind == WIRE:
                 node = self.wire_nodes[event.source]

@@ -29,7 +29,7 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.noise.covariances import Covariances, CovarianceTicks, Last, Stretch
-from proofmass.runner.derivatives.dual_noise import one_model_each
+from proofmass.runner.derivatives.dual_noise import Followed, one_model_each
 from proofmass.runner.derivatives.stepped_ticks import UndefinedSlopesError
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Told
@@ -159,7 +159,8 @@ def followed(
             # start-up time: few ticks need no compiler
             from proofmass.runner.analysis.noise.covariances_in_code import CovarianceInCode
 
-            advance = CovarianceInCode(code, planned, begin, upstream, nodes, noisy, found).advance
+            own = Followed(upstream, upstream, (), nodes, noisy)
+            advance = CovarianceInCode(code, planned, begin, own, found).advance
         else:
             given = planned, begin.copy(), upstream, (), nodes, False, False, True
             advance = CovarianceTicks(*given, noise=noisy, found=found).advance

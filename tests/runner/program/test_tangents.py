@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
-from proofmass.runner.program import form, tangents
+from proofmass.runner.program import form, tangent_rules, tangents
 from proofmass.runner.program.build import Builder
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_calls import LIBRARY
@@ -47,7 +47,7 @@ def slope(function: Callable[..., Any], x: Sequence[float], dx: Sequence[float])
 
 
 def test_every_operation_has_a_rule() -> None:
-    assert tangents._OPERATIONS.keys() == form.OPERATIONS.keys()
+    assert tangent_rules.OF_OPERATIONS.keys() == form.OPERATIONS.keys()
 
 
 # -- smooth functions --------------------------------------------------------------------------------------------------
