@@ -61,7 +61,7 @@ def sum_rows(matrix: Flat, terms: Flat, sums: Flat, rows: int, columns: int) -> 
 
 def matrix_exponential(matrix: Flat, size: int, grown: Flat, square: Flat, scale: Flat, product: MatrixProduct) -> None:
     """exp of a square matrix, in place; the others are scratch. `product` is `multiply`, or what gives the same."""
-    _balance(matrix, size, scale)
+    balance(matrix, size, scale)
     norm = 0.0
     for i in range(size):
         row = 0.0
@@ -115,8 +115,8 @@ def multiply_arrays(left: Flat, right: Flat, size: int, product: Flat) -> None:
     product[:] = total.ravel().tolist()
 
 
-def _balance(matrix: Flat, size: int, scale: Flat) -> None:
-    """D^-1 M D with powers of two on D so that rows and columns are of like size (Parlett and Reinsch 1969)."""
+def balance(matrix: Flat, size: int, scale: Flat) -> None:
+    """Make of M D^-1 M D, with powers of two on D: rows and columns are of like size (Parlett and Reinsch 1969)."""
     for i in range(size):
         scale[i] = 1.0
     for _ in range(100):

@@ -101,7 +101,7 @@ def _steps(block: Block) -> dict[str, Behaviour]:
 
 
 class Followed(NamedTuple):
-    """What is followed in ticks with noise."""
+    """Paths that are followed in ticks with noise."""
 
     blocks: AbstractSet[str]  # which the outputs depend on
     moving: AbstractSet[str]  # of these, those whose numbers have slopes

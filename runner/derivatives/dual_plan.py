@@ -1,7 +1,8 @@
 """A plan whose constants and start values are dual numbers in all parameters of its blocks, and the hold of such.
 
 The derivative of a matrix exponential is read off a larger one, which makes it as exact as the exponential itself:
-exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans. Automatic Control 23, 1978, 395).
+exp [[M, dM], [0, M]] = [[exp M, d exp M], [0, exp M]] (Van Loan, IEEE Trans. Automatic Control 23, 1978, 395). Where
+the numbers have one level, the blocks of that matrix are computed apart, for all directions at once.
 """
 
 import math
@@ -13,7 +14,7 @@ from typing import Any
 from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.continuous.exact_hold import TERMS, balance, hold
 from proofmass.runner.derivatives.ball import Ball, ball_exponential
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
@@ -125,16 +126,49 @@ def _held(rows: list[list[Any]], size: int, period: float) -> Matrix:
     level, width = max(levels), len(rows[0])
     below = [[0.0] * width for _ in range(width - size)]
     values = [[value_of(number, level) for number in row] for row in rows]
-    moved = {}
-    for key in dict.fromkeys(key for row in rows for number in row for key in slopes_of(number, level)):
-        slope = [[slopes_of(number, level).get(key, 0.0) for number in row] for row in rows]
-        both = [[*left, *right] for left, right in zip(values + below, slope + below, strict=True)]
-        both += [[*[0.0] * width, *row] for row in values + below]
-        moved[key] = [row[width:] for row in _held(both, 2 * width, period)[:size]]
+    keys = dict.fromkeys(key for row in rows for number in row for key in slopes_of(number, level))
+    slopes = {key: [[slopes_of(number, level).get(key, 0.0) for number in row] for row in rows] for key in keys}
+    if all(isinstance(number, int | float) for of in (values, *slopes.values()) for row in of for number in row):
+        moved = _term_by_term(values + below, [slope + below for slope in slopes.values()], period)
+    else:
+        moved = [_in_larger(values + below, slope + below, width, period) for slope in slopes.values()]
     return [
-        [dual(value, {key: slopes[i][j] for key, slopes in moved.items()}, level) for j, value in enumerate(row)]
+        [
+            dual(value, {key: of[i][j] for key, of in zip(keys, moved, strict=True)}, level)
+            for j, value in enumerate(row)
+        ]
         for i, row in enumerate(_held(values, size, period))
     ]
+
+
+def _term_by_term(values: Matrix, slopes: Sequence[Matrix], period: float) -> list[Matrix]:
+    """Return derivatives of exp(M period): those of the series of `matrix_exponential`, in all directions at once."""
+    # start-up time: runs need no derivatives
+    import numpy as np
+
+    size = len(values)
+    flat, scale = [period * entry for row in values for entry in row], [1.0] * size
+    balance(flat, size, scale)
+    matrix, units = np.array(flat).reshape(size, size), np.array(scale)
+    halvings = max(0, math.frexp(np.abs(matrix).sum(axis=1).max(initial=0.0))[1])
+    matrix = matrix * 0.5**halvings
+    by = np.reshape(slopes, (-1, size, size)) * (period * 0.5**halvings) * units / units[:, np.newaxis]
+    grown, moved = matrix, by
+    with np.errstate(over="ignore", invalid="ignore"):
+        for term in range(TERMS, 1, -1):
+            moved = (by @ grown + matrix @ moved) / term + by
+            grown = matrix @ grown / term + matrix
+        for _ in range(halvings):
+            moved = 2.0 * moved + moved @ grown + grown @ moved
+            grown = 2.0 * grown + grown @ grown
+    listed: list[Matrix] = (moved * units[:, np.newaxis] / units).tolist()
+    return listed
+
+
+def _in_larger(values: Matrix, slope: Matrix, width: int, period: float) -> Matrix:
+    both = [[*left, *right] for left, right in zip(values, slope, strict=True)]
+    both += [[*[0.0] * width, *row] for row in values]
+    return [row[width:] for row in _held(both, 2 * width, period)[:width]]
 
 
 def _no_derivative(name: str, error: Exception) -> Problem:

@@ -116,10 +116,11 @@ class Course:
         self.plan = plan.without_noise
         self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
         self._run: Forward | None = None
+        self._onward = dict[int, Onward]()
         self._slopes: dict[bool, SlopeCode | None] = {}  # without and with noise
         self._noisy, self._asked = plan, 0
-        self._like = like
-        self._code: MachineCode = like._code if like else MachineCode(self.plan)
+        self._like = like if like is not None and self.plan.same_sizes(like.plan) else None
+        self._code: MachineCode = self._like._code if self._like is not None else MachineCode(self.plan)
 
     def slopes(self, ticks: int = 0, noise: bool = False) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
@@ -147,6 +148,12 @@ class Course:
             self._run = self.from_memory(None)
         self._run.progress = progress
         return self._run.to(tick, of)
+
+    def onward(self, tick: int) -> "Onward":
+        """Return the run on from the start of a tick, which all maps about it share; raises `ModelError`."""
+        if tick not in self._onward:
+            self._onward[tick] = Onward(self, self.at(tick))
+        return self._onward[tick]
 
     def machine_code(self, memory: Memory, ticks: int) -> "CompiledLoop | None":
         """Return a run in machine code from a memory on, if there is such code, or some ticks are worth making it."""

@@ -61,7 +61,6 @@ class Linearisation:
     told: str = ""  # how the point was found
     at: At = 0.0  # what finds it again
     _maps: dict[Hashable, OrbitPoint] = field(default_factory=dict, repr=False, compare=False)
-    _runs: dict[int, Onward] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def tick(self) -> int:
@@ -121,10 +120,7 @@ class Linearisation:
 
     def _onward(self, period: int) -> Onward:
         """Return the run on from the last start of a period of some base ticks before the operating point."""
-        tick = self.tick - self.tick % period
-        if tick not in self._runs:
-            self._runs[tick] = Onward(self.course, self.course.at(tick))
-        return self._runs[tick]
+        return self.course.onward(self.tick - self.tick % period)
 
     def _point_slopes(self, ends: Ends, point: OrbitPoint) -> tuple[PointSlopes | None, tuple[str, ...]]:
         """Return the derivatives of the operating point by the parameters, and a note where they are not known."""
@@ -189,10 +185,15 @@ def linearised(plan: Plan, point: OperatingPoint = 0) -> Linearisation:
 class OperatingPoints:
     """The operating points of a plan that an analysis may take, each looked for when it is wanted."""
 
-    def __init__(self, plan: Plan, at: At = AUTO, progress: Progress | None = None) -> None:
-        """Take a time, "settled", "periodic" or "auto"; raises `ModelError` for another text."""
+    def __init__(
+        self, plan: Plan, at: At = AUTO, progress: Progress | None = None, course: Course | None = None
+    ) -> None:
+        """Take a time, "settled", "periodic" or "auto", and the course of the plan where there is one.
+
+        Raises `ModelError` for another text.
+        """
         self.plan, self.at, self._progress = plan, at, progress
-        self.course = Course(plan)
+        self.course = course or Course(plan)
         self._known = dict[str, Linearisation | ModelError]()
         self._starts = dict[int, Linearisation]()
         if at not in _WAYS:

@@ -73,7 +73,11 @@ class ManyMargins:
             rows = [column[number] for column in columns]
             known = [row for row in rows if row is not None]
             whole = known and len(known) == len(self._nodes)
-            made.append(tuple(value for row in known for value in row) if whole else margins_alone(sensor, self._at))
+            made.append(
+                tuple(value for row in known for value in row)
+                if whole
+                else margins_alone(sensor, self._at, self._course)
+            )
         return made
 
     def _common(self) -> list[_Pattern]:
@@ -155,9 +159,9 @@ class ManyMargins:
         return maps.lifted()[np.ix_(place, place)]
 
 
-def margins_alone(sensor: Plan, at: str) -> MarginValues | ModelError:
+def margins_alone(sensor: Plan, at: str, like: Course | None = None) -> MarginValues | ModelError:
     """Return the margins of one sensor by the certified path, or why it has none."""
-    found = margins_or_reasons(OperatingPoints(sensor, at)).values()
+    found = margins_or_reasons(OperatingPoints(sensor, at, course=Course(sensor, like))).values()
     problems = [problem for answer in found if isinstance(answer, ModelError) for problem in answer.problems]
     if problems:
         return ModelError(problems)

@@ -18,7 +18,8 @@ from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR
 from proofmass.runner.host.arrays import Array, Complex, Truths
 
 _SLOWEST, _DENSITY = 1e-7, 40  # rad in a sample, and points of a decade from there to half the rate
-_AROUND = np.linspace(0.7, 1.3, 31)  # of the crossovers of the first loop
+_AROUND = np.linspace(-1.0, 1.0, 30)  # of each crossover of the first loop, for each of some widths
+_WIDEST, _BETWEEN = 0.3, 3.0  # largest width, as a part of the frequency, and points between neighbours
 _HALVINGS = 60
 _GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 _NEAR = 1e-5  # distance of a pole from the unit circle, and part of a frequency, that the certified path decides on
@@ -44,9 +45,15 @@ class LoopKind:
 
 
 def kind_of(loop: OpenLoops, gain_crossovers: Sequence[float], phase_crossovers: Sequence[float]) -> LoopKind:
-    """Return the kind of the only loop, by its crossovers in rad in a period."""
-    scale = balanced(loop.a[0] - np.outer(loop.b[0], loop.c[0]) / (1.0 + loop.d[0]))[1]
-    return LoopKind(scale, tuple(gain_crossovers), tuple(w for w in phase_crossovers if w < math.pi * (1.0 - 1e-9)))
+    """Return the kind of the only loop, by its crossovers in rad in a period. Where L is zero there is no limit."""
+    a, b, c, d = (part[0] for part in loop)
+    scale = balanced(a - np.outer(b, c) / (1.0 + d))[1]
+
+    def counts(w: float) -> bool:
+        size = abs(c @ np.linalg.solve(np.exp(1j * w) * np.eye(len(a)) - a, b) + d)
+        return bool(w < math.pi * (1.0 - 1e-9) and 1.0 / LARGEST_FACTOR < size < LARGEST_FACTOR)
+
+    return LoopKind(scale, tuple(gain_crossovers), tuple(filter(counts, phase_crossovers)))
 
 
 class Amounts(NamedTuple):
@@ -75,8 +82,8 @@ def amounts(loops: OpenLoops, kind: LoopKind) -> Amounts:
         chain.stable,
         np.min(np.where(factors > 1.0, factors, np.inf), axis=1, initial=np.inf),
         np.max(np.where(factors < 1.0, factors, 0.0), axis=1, initial=0.0),
-        np.min(np.abs(lags), axis=1, initial=np.inf),
-        np.min((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
+        np.fmin.reduce(np.abs(lags), axis=1, initial=np.inf),
+        np.fmin.reduce((lags % (2.0 * math.pi)) / gains, axis=1, initial=np.inf),
         chain.peak(),
         certain,
     )
@@ -93,10 +100,7 @@ class _Chain:
         sizes = np.max(np.abs(self.poles), axis=1, initial=0.0)
         self.stable, self.apart = sizes < 1.0, np.abs(sizes - 1.0) > _NEAR
         self.above, self.below = _polynomials(a - np.eye(a.shape[1]), b, c, loops.d)
-        known = np.array([*kind.gain_crossovers, *kind.phase_crossovers])
-        count = round(_DENSITY * math.log10(math.pi / _SLOWEST))
-        grid = np.unique([*np.geomspace(_SLOWEST, math.pi, count), *np.multiply.outer(known, _AROUND).ravel()])
-        self.w = grid[grid <= math.pi]
+        self.w = _grid(kind)
         self.values = self.at(self.w[None, :])
         with np.errstate(divide="ignore", invalid="ignore"):
             self.ends = self.above[:, 0] / self.below[:, 0], self.values[:, -1].real
@@ -110,28 +114,35 @@ class _Chain:
     def crossings(
         self, of: Callable[[Complex], Array], known: Sequence[float], negative: bool = False
     ) -> tuple[Array, Truths]:
-        """Return where a function of L changes its sign, where L is negative if so wanted, and who is sure of it."""
+        """Return where a function of L changes its sign, where L is negative if so wanted, and who is sure of it.
+
+        NaN stands where a loop has fewer such places than another one.
+        """
         value = of(self.values)
         before, after = slice(None, -1), slice(1, None)
         changed = (value[:, before] < 0.0) != (value[:, after] < 0.0)
+        touching = np.zeros(len(value), dtype=bool)
         if negative:
-            changed &= (self.values[:, before].real < 0.0) & (self.values[:, after].real < 0.0)
-            touching = np.zeros(len(value), dtype=bool)
+            changed &= (self.values[:, before].real < 0.0) | (self.values[:, after].real < 0.0)
         else:
             # an extreme of |L| next to 1 may hide two more crossovers
             steps = np.diff(value, axis=1)
             extreme = (steps[:, :-1] < 0.0) != (steps[:, 1:] < 0.0)
             touching = (extreme & (np.abs(value[:, 1:-1]) < _TOUCHING)).any(axis=1)
-        sure = (changed.sum(axis=1) == len(known)) & ~touching
-        place = np.zeros((len(value), len(known)), dtype=np.int64)
-        place[sure] = np.nonzero(changed[sure])[1].reshape(int(sure.sum()), len(known))
+        most = int(np.max(changed.sum(axis=1), initial=0))
+        place = np.argsort(~changed, axis=1, kind="stable")[:, :most]
+        counts = np.take_along_axis(changed, place, axis=1)
         low, high = self.w[place], self.w[place + 1]
         rising = np.take_along_axis(value, place, axis=1) < 0.0
         for _ in range(_HALVINGS):
             middle = 0.5 * (low + high)
             below = (of(self.at(middle)) < 0.0) == rising
             low, high = np.where(below, middle, low), np.where(below, high, middle)
-        return 0.5 * (low + high), sure
+        found = 0.5 * (low + high)
+        if negative:
+            size = -self.at(found).real
+            counts &= (size > 1.0 / LARGEST_FACTOR) & (size < LARGEST_FACTOR)  # others are no limits
+        return np.where(counts, found, np.nan), (counts.sum(axis=1) == len(known)) & ~touching
 
     def peak(self) -> Array:
         """Return the largest |1 / (1 + L)|: on the grid, or at the angle of a pole of the closed loop, and nearby."""
@@ -153,6 +164,21 @@ class _Chain:
         d = _distance(w)
         below = _value(self.below, d)
         return np.asarray(np.abs(below / (below + _value(self.above, d))))
+
+
+def _grid(kind: LoopKind) -> Array:
+    """Return frequencies, close to each other about crossovers: closer where these are."""
+    count = round(_DENSITY * math.log10(math.pi / _SLOWEST))
+    grid = [np.geomspace(_SLOWEST, math.pi, count)]
+    for known in (np.sort(kind.gain_crossovers), np.sort(kind.phase_crossovers)):
+        gaps = np.diff(known) / known[1:]
+        for w, gap in zip(known, np.minimum([*gaps, 1.0], [1.0, *gaps]) if len(known) else (), strict=True):
+            width, spacing = _WIDEST, max(gap, _NEAR) / _BETWEEN
+            while width > 0.0:
+                grid.append(w * (1.0 + width * _AROUND))
+                width = 0.1 * width if 2.0 * width / len(_AROUND) > spacing else 0.0
+    found = np.unique(np.concatenate(grid))
+    return found[found <= math.pi]
 
 
 def _distance(w: Array) -> Complex:

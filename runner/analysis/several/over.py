@@ -12,6 +12,7 @@ from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
@@ -102,10 +103,10 @@ def _over(
         nodes = dict([one_loop(planned, loop)])
     else:
         nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
-    margins_by_age = []
+    margins_by_age, course = [], Course(planned)
     for row in rows:
         changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))
-        points = OperatingPoints(changed, at)
+        points = OperatingPoints(changed, at, course=Course(changed, like=course))
         margins_by_age.append(
             {name: margins_of(points.loop(node), name, ".".join(node)) for name, node in nodes.items()}
         )

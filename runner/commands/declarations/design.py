@@ -60,7 +60,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     The answer has the worst case of each quantity, the effect of each parameter alone, and the number of points tried.
-    Without a quantity it takes the gain and phase margins of all named loops.
+    Without a quantity it takes the gain and phase margins of all loops.
 
     \b
     proofmass worst library:margin_tolerance_study --samples 20
@@ -94,7 +94,9 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
     )
     band: tuple[str, str] | None = band_option('Count noise within this band, as "1 Hz" "100 Hz" (default: all).')
     tolerances: tuple[str, ...] = TOLERANCES
-    at: str = option('Linearise at this time, or "settled" (default: the start).', default="", metavar="TIME")
+    at: str = option(
+        'Linearise at this time, or "settled" (default: where there is an answer).', default="", metavar="TIME"
+    )
     corners: int = option(
         "Try all corners if there are no more than this.", type=Whole(0, 2**20), default=256, show_default=True
     )

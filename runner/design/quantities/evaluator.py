@@ -25,6 +25,7 @@ from proofmass.graphs.model.quantities import (
     YieldOf,
 )
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -66,6 +67,7 @@ class Evaluator:
         self.yields = {name: q.limit for name, q in quantities.items() if isinstance(q, YieldOf)}
         self._study = YieldRuns(study, self.yields.values()) if self.yields else None
         self.evaluations = 0
+        self._course = Course(self.plan)  # whose machine code all plans share
         self._ways = dict[str, At]()  # to the operating point of each loop
         self._runs: dict[tuple[str, ...], SideBySide] = {}
         if self.measures:
@@ -79,21 +81,23 @@ class Evaluator:
         except (ModelError, Refusal, ArithmeticError):
             return dict.fromkeys([*(f"{STABLE} {loop}" for loop in self.loops), *self.quantities])
         readings: QuantityReadings = {}
+        course = Course(changed, like=self._course)
+        points = OperatingPoints(changed, self.at or AUTO, course=course)
         moved = {name: self._adjustable.moved_by(name, values) for name in self.widths} if slopes else {}
         free = self._parameters(changed, moved)
         for loop, node in self.loops.items():
-            readings |= self._loop(changed, loop, node, free, slopes)
+            readings |= self._loop(points, loop, node, free, slopes)
         grown = [readings[f"{STABLE} {loop}"] for loop in self.loops]
         if any(reading is None or reading.value >= 0.0 for reading in grown):
             known = {name: _chained(reading, moved) for name, reading in readings.items()}
             return known | {name: None for name in self.quantities if name not in readings}
         for name, quantity in self.quantities.items():
             if isinstance(quantity, Noise):
-                readings[name] = self._tried(read_noise, changed, quantity, self.at, free, slopes)
+                readings[name] = self._tried(read_noise, points, quantity, free, slopes)
             elif isinstance(quantity, TransferPart):
-                readings[name] = self._tried(self._transfer, changed, quantity, free)
+                readings[name] = self._tried(self._transfer, points, quantity, free)
             elif isinstance(quantity, ResponseFigure):
-                readings[name] = self._tried(read_response, changed, quantity, self.at, free, slopes)
+                readings[name] = self._tried(read_response, points, quantity, free, slopes)
         chained = {name: _chained(reading, moved) for name, reading in readings.items()}
         chained |= self._measured(values, slopes) if self.measures else {}
         return chained | (self._yielded(values, slopes) if self.yields else {})
@@ -112,13 +116,13 @@ class Evaluator:
             return None
 
     def _loop(
-        self, changed: Plan, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
+        self, points: OperatingPoints, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
     ) -> QuantityReadings:
         """Return the figures of a loop; of an unstable one its growth alone."""
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         nothing: QuantityReadings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
-            system = OperatingPoints(changed, self._way(loop, changed)).loop(node, by_parameters=slopes)
+            system = self._at_its_point(loop, points).loop(node, by_parameters=slopes)
             margins = margins_at(system, loop, ".".join(node))
         except (ModelError, np.linalg.LinAlgError, ArithmeticError):
             return nothing
@@ -130,17 +134,16 @@ class Evaluator:
             readings[name] = _figure(margins, system, quantity.figure, free, slopes)
         return readings
 
-    def _way(self, loop: str, changed: Plan) -> At:
-        """Return how the operating point of a loop is found: as for the first parameters, for smooth figures."""
+    def _at_its_point(self, loop: str, points: OperatingPoints) -> OperatingPoints:
+        """Return the operating point of a loop, found as for the first parameters: figures stay smooth."""
         if self.at:
-            return self.at
+            return points
         if loop not in self._ways:
-            self._ways[loop] = OperatingPoints(changed).about_loop(self.loops[loop])[0].at
-        return self._ways[loop]
+            self._ways[loop] = points.about_loop(self.loops[loop])[0].at
+        return OperatingPoints(points.plan, self._ways[loop], course=points.course)
 
-    def _transfer(self, changed: Plan, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
-        nodes = node_of(changed, wanted.input), node_of(changed, wanted.output)
-        points = OperatingPoints(changed, self.at or AUTO)
+    def _transfer(self, points: OperatingPoints, wanted: TransferPart, free: Mapping[str, float]) -> Reading:
+        nodes = node_of(points.plan, wanted.input), node_of(points.plan, wanted.output)
         both = points.answered(lambda about: transfer_sensitivities(about, *nodes))
         found = both[wanted.part == "bias"]
         slopes = {effect.parameter: effect.derivative for effect in found.effects}

@@ -14,7 +14,6 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
@@ -26,14 +25,14 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, rows_
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.design.quantities.loop_figures import Reading
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.planned import Plan
 
 _STEP = 1e-5  # of a parameter
 _LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is referred to an input
 
 
-def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, float], slopes: bool) -> Reading | None:
+def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool) -> Reading | None:
     """Return the rms noise; None if the output grows without end."""
+    planned = points.plan
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
     inputs = [source] if source else []
@@ -42,7 +41,7 @@ def read_noise(planned: Plan, wanted: Noise, at: str, parameters: Mapping[str, f
     def ask(about: Linearisation) -> PeriodMap:
         return about.map(inputs, [target], noise=noise_at(about, [target]), by_parameters=slopes)
 
-    whole = OperatingPoints(planned, at or AUTO).answered(ask, first)
+    whole = points.answered(ask, first)
     to_output = noise_map(whole, target)
     if not to_output.settles and wanted.band is None:
         return None

@@ -9,7 +9,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import ResponseFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -17,21 +16,20 @@ from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.design.quantities.loop_figures import Reading
-from proofmass.runner.plan.planned import Plan
 
 _STEP = 1e-5  # of a parameter
 
 
 def read_response(
-    planned: Plan, wanted: ResponseFigure, at: str, parameters: Mapping[str, float], slopes: bool
+    points: OperatingPoints, wanted: ResponseFigure, parameters: Mapping[str, float], slopes: bool
 ) -> Reading:
     """Return a figure of a response; infinite where it has no value, as the settling time of what never settles.
 
     Raises `ModelError` where no way leads from the input to the output.
     """
+    planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
     first = common_period(planned, [source], [target])
-    points = OperatingPoints(planned, at or AUTO)
     whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
     shown = [] if wanted.frequency is None else [wanted.frequency]
 

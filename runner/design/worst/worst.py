@@ -1,7 +1,7 @@
 """The worst cases of quantities of a graph within tolerances, what makes them, and how much was looked at."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from proofmass.graphs.model.quantities import (
     checked_quantity,
 )
 from proofmass.graphs.studies.study import Study
+from proofmass.runner.analysis.linearisation.linearise import loops_of
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.quantities.stopping import InterruptedSearch
 from proofmass.runner.design.worst.box import box_of
@@ -30,6 +31,7 @@ from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Plotted, Told
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.output.json_text import finite
+from proofmass.runner.planning.plan import plan
 
 CORNERS, SAMPLES = 256, 100
 _CONFIDENCE = 0.95
@@ -144,7 +146,7 @@ def worst(
     """Find how bad quantities of a graph can get within tolerances.
 
     `quantities` are tables by name, as goals of `[tune]` name them: `{"phase": {"loop": "main", "figure":
-    "phase_margin"}}`; unless given, the gain and phase margins of all named loops. `tolerances` maps parameters to
+    "phase_margin"}}`; unless given, the gain and phase margins of all loops. `tolerances` maps parameters to
     "5 %", to a width with a unit or to a list of two values; a study brings everything that varies in it, normal
     deviates up to three standard deviations. The worst yield of a study is that within `tolerances` alone: its spread
     is in the yield.
@@ -210,11 +212,8 @@ def worst_of(
 def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> dict[str, Quantity]:
     flat = flatten(graph)
     tables: Mapping[str, Any] = given or {
-        f"{loop}.{figure}": {"loop": loop, "figure": figure} for loop in flat.loops for figure in _DEFAULT_FIGURES
+        f"{loop}.{figure}": {"loop": loop, "figure": figure} for loop in _loops(graph) for figure in _DEFAULT_FIGURES
     }
-    if not tables:
-        hint = "name a quantity: --figure dac.voltage:phase_margin, --measure NAME, --noise OUTPUT"
-        raise ModelError([Problem(message="the graph names no loops, and nothing else is asked for", hint=hint)])
     read, problems = dict[str, Quantity](), list[Problem]()
     for name, table in tables.items():
         try:
@@ -226,6 +225,14 @@ def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> 
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
     return read
+
+
+def _loops(graph: Graph) -> list[str]:
+    try:
+        return [*loops_of(plan(graph))]
+    except ModelError as error:
+        hint = "name a quantity: --measure NAME, --noise OUTPUT, --scale-factor OUTPUT"
+        raise ModelError([replace(problem, hint=problem.hint and hint) for problem in error.problems]) from error
 
 
 def _refuse_moment(at: str) -> None:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Step, Sum, UnitDelay
+from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Notch, Step, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import changed_blocks
@@ -53,6 +53,22 @@ def chain(gain: float, pole: float = 0.9) -> Graph:
     wires += ["gain.output -> pole.input", "pole.strictly_proper_part -> delay.input"]
     loops = {"main": {"open_at": "delay.output"}}
     return Graph(name="", rate="1 kHz", duration="10 ms", blocks=blocks, wires=wires, loops=loops)
+
+
+def test_a_narrow_notch_at_the_phase_crossover_is_no_case_for_the_certified_path(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """At the notch L is zero, and a turn of phase each lies 0.1 % beside it."""
+    graph = chain(0.5)
+    notch = Notch(frequency=1000.0 * math.acos(0.45) / (2.0 * math.pi), quality=500.0)
+    wires = [str(wire) for wire in graph.wires if str(wire) != "gain.output -> pole.input"]
+    wires += ["gain.output -> notch.input", "notch.output -> pole.input"]
+    graph = Graph(name="", rate="1 kHz", blocks={**graph.blocks, "notch": notch}, wires=wires, loops=graph.loops)
+    planned, sensors = lot(graph, {"gain.gain": 0.1}, 20)
+    alone = [margins_alone(sensor, "0 s") for sensor in sensors]
+    monkeypatch.setattr("proofmass.runner.analysis.margins.many.margins_alone", None)
+    for values, expected in zip(ManyMargins(planned, "0 s").values(sensors), alone, strict=True):
+        assert values == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("off", [-1e-2, -1e-7, -1e-13, 0.0, 1e-13, 1e-7, 1e-2])

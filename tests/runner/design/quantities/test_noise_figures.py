@@ -7,6 +7,7 @@ import pytest
 from proofmass import Graph
 from proofmass.blocks import Constant, Gain, Sum, WhiteNoise
 from proofmass.graphs.model.quantities import Noise
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.design.quantities.noise_figures import read_noise
 from proofmass.runner.planning.plan import plan
 
@@ -42,7 +43,7 @@ PARAMETERS = {"before.gain": BEFORE, "behind.gain": BEHIND, "hiss.density": DENS
 )
 def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | None, width: float) -> None:
     """Rms n g sqrt(width) at the output, n sqrt(width) / k at the input, there from 0.05 Hz on."""
-    found = read_noise(PLANNED, Noise("behind.output", source, band, "1"), "", PARAMETERS, True)
+    found = read_noise(OperatingPoints(PLANNED), Noise("behind.output", source, band, "1"), PARAMETERS, True)
     assert found is not None
     size = DENSITY * math.sqrt(width)
     rms = size / BEFORE if source else size * BEHIND
@@ -57,8 +58,8 @@ def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | No
 @pytest.mark.parametrize("band", [None, (20.0, 120.0)])
 def test_an_output_without_noise_has_no_derivatives(slopes: bool, band: tuple[float, float] | None) -> None:
     """The root of 0 has none; those of an output with noise are left out where none are wanted."""
-    found = read_noise(PLANNED, Noise("before.output", "", band, "1"), "", PARAMETERS, slopes)
+    found = read_noise(OperatingPoints(PLANNED), Noise("before.output", "", band, "1"), PARAMETERS, slopes)
     assert found == (0.0, {})
-    noisy = read_noise(PLANNED, Noise("behind.output", "", band, "1"), "", PARAMETERS, slopes)
+    noisy = read_noise(OperatingPoints(PLANNED), Noise("behind.output", "", band, "1"), PARAMETERS, slopes)
     assert noisy is not None
     assert bool(noisy.slopes) == slopes

@@ -20,6 +20,15 @@ from proofmass.runner.design.worst.worst import WorstCases, worst
 from tests.by_hand.design_texts import COUPLED, INTEGRATING, RESONATOR
 
 GRAPH = read_graph_text(INTEGRATING)
+OPEN = """
+name = "open"
+rate = "1 kHz"
+wires = ["source.output -> gain.input"]
+[blocks.source]
+kind = "Constant"
+[blocks.gain]
+kind = "Gain"
+"""
 PHASE = {"phase": {"loop": "main", "figure": "phase_margin"}}
 COUPLED_GRAPH = read_graph_text(COUPLED)
 EIGHT = {f"{axis}_{part}.gain": "20 %" for axis in "xy" for part in ("plant", "cross", "gain", "sum")}
@@ -49,6 +58,16 @@ def test_the_worst_corner_is_that_of_the_closed_form() -> None:
     assert found.unseen == pytest.approx(1.0 - 0.05 ** (1.0 / 20.0))
     assert "132.09" not in worst_text(found)
     assert "at a corner" in worst_text(found)
+
+
+def test_without_named_loops_those_of_the_wires_are_taken() -> None:
+    found = worst(GRAPH.changed(loops={}), tolerances={"controller.gain": "10 %"}, samples=1)
+    gain, phase = found.cases
+    assert (gain.name, phase.name) == ("computing.output.gain_margin", "computing.output.phase_margin")
+    assert phase.worst == pytest.approx(phase_margin(110.0), rel=1e-9)
+    with pytest.raises(ModelError, match="no loop") as caught:
+        worst(read_graph_text(OPEN), tolerances={"gain.gain": "10 %"})
+    assert "--measure NAME" in caught.value.problems[0].hint
 
 
 def test_a_loop_that_gets_unstable_is_the_worst() -> None:
