@@ -119,16 +119,16 @@ class Course:
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, SlopeCode | None] = {}  # without and with noise
         self._noisy, self._asked = plan, 0
-        self._like = like if like is not None and self.plan.same_sizes(like.plan) else None
-        self._code: MachineCode = self._like._code if self._like is not None else MachineCode(self.plan)
+        self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
+        self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
 
     def slopes(self, ticks: int = 0, noise: bool = False) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
 
         It is made once so many `ticks` in all are asked for that plain Python would take longer.
         """
-        if self._like is not None:
-            return self._like.slopes(ticks, noise)
+        if self.like is not None:
+            return self.like.slopes(ticks, noise)
         self._asked += ticks
         if self._asked < (_FEW if noise else 0):
             return None
@@ -186,7 +186,13 @@ class Onward:
         return self._memories[tick]
 
     def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str]) -> list[list[float]]:
-        """Return what wires of one number hold in each of some ticks: those of blocks that run `alone`."""
+        """Return what wires of one number hold in each of some ticks: those of blocks that run `alone`.
+
+        From tick 0 on they are found once for all courses that are alike, where these blocks are the same.
+        """
+        like, blocks = self.course.like, self.course.plan.blocks
+        if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in alone):
+            return like.onward(0).wires(nodes, ticks, alone)
         run, rows = self._recorded.get(tuple(nodes), (None, []))
         if len(rows) < ticks:
             code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
