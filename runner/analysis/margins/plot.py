@@ -5,26 +5,26 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-import scipy.linalg
 
 from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
+from proofmass.runner.analysis.margins.step import shown_step
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, name_rows, phase_ticks, sheet
+from proofmass.runner.output.plot import envelope
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-_MOST_STEPS, _MOST_BARS = 4000, 15
+_STRETCHES, _MOST_BARS = 2000, 15
 _SHOWN = 1e-3  # of a margin, to which a picture shows it
 _NEAR_END = 0.85  # of an axis, from where on texts stand to the left
 _NYQUIST = 2.0  # largest part of L that a Nyquist diagram shows at least
 _BEYOND = 1.1
 _WIDEST_DISK = 1.99  # beyond it the disk is a half plane
-_POINTS = 600  # of the step response of a continuous loop
 
 
 def plot_margins(margins: Margins) -> "Figure":
@@ -199,38 +199,11 @@ def _draw_nyquist(
 
 
 def _draw_step(margins: Margins, panel: "Axes") -> None:
-    values = step_response(margins)
-    times = np.arange(len(values)) * (margins.sample or _tick(margins))
-    factor, unit = prefix("s", float(np.max(times, initial=margins.sample)))
-    panel.plot(times * factor, values, color=BLUE, drawstyle="steps-post" if margins.sample else "default")
+    times, values = shown_step(margins)
+    drawn = envelope(values, _STRETCHES)
+    factor, unit = prefix("s", float(times[-1]))
+    style = "default" if margins.system.continuous else "steps-post"
+    panel.plot(times[drawn] * factor, values[drawn], color=BLUE, drawstyle=style)
     panel.axhline(1.0, color=INK, linewidth=0.8)
     panel.set_xlabel(f"time [{unit}]")
     panel.set_ylabel("step response of L / (1 + L)")
-
-
-def _tick(margins: Margins) -> float:
-    """Seconds between the points of the step response of a continuous loop: a part of its slowest time constant."""
-    decay = abs(margins.poles[0].real) if len(margins.poles) else 1.0
-    return 6.0 / max(decay, 1e-9 * float(np.max(np.abs(margins.poles), initial=1.0))) / _POINTS
-
-
-def step_response(margins: Margins) -> Array:
-    """Return the response at the wire, in each of its ticks, to a unit step that is added there."""
-    system = margins.system
-    _, b, c, d = system.matrices
-    inverse = np.linalg.inv(np.eye(len(d)) + d)
-    closed, into, out, direct = np.real(system.closed()), b @ inverse, inverse @ c, d @ inverse
-    if system.continuous:
-        n, p = into.shape
-        both = np.zeros((n + p, n + p))
-        both[:n, :n], both[:n, n:] = closed, into
-        held = scipy.linalg.expm(both * _tick(margins))
-        closed, into, speed = held[:n, :n], held[:n, n:], 6.0 / _POINTS
-    else:
-        speed = abs(math.log(min(max(abs(margins.poles[0]) if len(margins.poles) else 0.5, 1e-3), 1e3)))
-    periods = min(max(int(6.0 / max(speed, 1e-9)), 8), _MOST_STEPS // system.per_period + 1)
-    x, ones, rows = np.zeros(len(closed)), np.ones(system.per_period), []
-    for _ in range(periods):
-        rows.append(out @ x + direct @ ones)
-        x = closed @ x + into @ ones
-    return np.concatenate(rows)

@@ -1,40 +1,80 @@
 """Pictures of loops: what is drawn is what was computed, with names on all axes."""
 
+import math
 from itertools import pairwise
 
 import control
 import numpy as np
 import pytest
+import scipy.signal
 
+from proofmass.blocks import Gain, Negation, Sum, UnitDelay
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearise import linearise
-from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities, step_response
+from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivities
 from proofmass.runner.analysis.margins.sensitivity import Effect, Sensitivity
 from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.analysis.margins.step import shown_step, step_response
 from tests.runner.analysis.linearisation.test_analog_loop import servo
+
+
+def slow_loop(gain: float) -> Graph:
+    """An integrator of a part of its input each tick of 1 ms, with unity feedback."""
+    return Graph(
+        name="slow",
+        rate="1 kHz",
+        blocks={"error": Negation(), "gain": Gain(gain=gain), "sum": Sum(), "delay": UnitDelay()},
+        wires=[
+            "delay.output -> error.input",
+            "error.output -> gain.input",
+            "gain.output -> sum.first",
+            "delay.output -> sum.second",
+            "sum.output -> delay.input",
+        ],
+    )
+
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
 
 
 def test_the_step_response_is_that_of_the_closed_loop() -> None:
-    found = step_response(margins(GRAPH))
+    times, found = step_response(margins(GRAPH))
     closed = control.feedback(linearise(GRAPH, loop="main"), 1)
-    _, expected = control.step_response(closed, np.arange(len(found)) * 2e-5)
+    _, expected = control.step_response(closed, times)
     assert len(found) > 1000
-    assert found == pytest.approx(expected, rel=1e-8, abs=1e-9)
+    assert found[:, 0] == pytest.approx(expected, rel=1e-8, abs=1e-9)
 
 
-def test_the_step_response_of_an_analog_loop_goes_on_for_six_of_its_slowest_time_constants() -> None:
+def test_the_step_of_an_analog_loop_is_drawn_until_it_has_settled() -> None:
     """L = 10 / (s (s + 1) (s + 10)), closed: 10 / (s^3 + 11 s^2 + 10 s + 10)."""
-    found = margins(servo(), "error.output")
-    (line, *_) = plot_margins(found).axes[3].lines
-    slowest = -float(np.max(np.roots([1.0, 11.0, 10.0, 10.0]).real))
+    (line, *_) = plot_margins(margins(servo(), "error.output")).axes[3].lines
     times, values = np.asarray(line.get_xdata(), dtype=float), np.asarray(line.get_ydata(), dtype=float)
-    assert times[-1] == pytest.approx(6.0 / slowest, rel=0.01)
-    _, expected = control.step_response(control.tf([10.0], [1.0, 11.0, 10.0, 10.0]), times)
+    parts, poles, _ = scipy.signal.residue([10.0], [1.0, 11.0, 10.0, 10.0, 0.0])
+    expected = np.real(np.exp(np.outer(times, poles)) @ parts)
     assert len(times) > 100
     assert values == pytest.approx(expected, abs=1e-9)
+    outside = times[np.abs(expected - 1.0) > 0.025]
+    assert times[-1] == pytest.approx(1.6 * outside[-1], rel=0.05)
+
+
+def test_a_step_that_settles_after_thousands_of_ticks_is_drawn_to_its_end() -> None:
+    """x[n + 1] = x[n] + 2e-4 (1 - x[n]) comes within 2 % after log(50) / 2e-4 ticks."""
+    times, values = shown_step(margins(slow_loop(2e-4), "gain.output"))
+    assert values[-1] == pytest.approx(1.0, abs=0.02)
+    assert times[-1] == pytest.approx(1.6e-3 * math.log(50.0) / 2e-4, rel=0.02)
+    (line, *_) = plot_margins(margins(slow_loop(2e-4), "gain.output")).axes[3].lines
+    drawn = np.asarray(line.get_ydata(), dtype=float)
+    assert 1000 < len(drawn) < 5000
+    assert (drawn.min(), drawn.max()) == (values.min(), values.max())
+
+
+def test_an_unstable_step_is_drawn_for_six_of_its_time_constants() -> None:
+    """x[n + 1] = x[n] - 2e-3 (1 - x[n]): the pole lies at 1.002."""
+    times, values = shown_step(margins(slow_loop(-2e-3), "gain.output"))
+    assert times[-1] == pytest.approx(6e-3 / math.log(1.002), rel=0.01)
+    assert abs(values[-1]) == pytest.approx(math.exp(6.0) - 1.0, rel=0.01)
 
 
 @pytest.mark.friendly(30, "Bode, Nyquist and step with names")
