@@ -58,7 +58,7 @@ def cli(traceback: bool) -> None:
     """
 
 
-def _command(kind: type[Request]) -> click.Command:
+def command_of(kind: type[Request]) -> click.Command:
     """Return the command of a request; what it does is imported when it is called."""
 
     def call(**options: Any) -> int:
@@ -78,7 +78,7 @@ def _command(kind: type[Request]) -> click.Command:
 
 
 for kind in REQUESTS:
-    cli.add_command(_command(kind))
+    cli.add_command(command_of(kind))
 
 
 def main(arguments: list[str] | None = None) -> int:

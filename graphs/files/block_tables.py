@@ -18,10 +18,11 @@ from proofmass.graphs.model.changes import change_part
 from proofmass.graphs.model.exports import exported
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.model.names import is_rate, is_value
 from proofmass.graphs.model.targets import CLOCK_OFFSET
+from proofmass.graphs.model.top_keys import TOP_KEYS
 
 
 class BlockTables:

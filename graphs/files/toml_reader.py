@@ -19,8 +19,9 @@ from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
 from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.hints import syntax_hint
-from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS, TUNE_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name

@@ -28,15 +28,15 @@ from proofmass.graphs.model.graph import (
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.in_python import asked, assigned, refuse_unnamed
 from proofmass.graphs.model.integration import Integration, read_integration
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit
 from proofmass.graphs.model.near_names import with_nearest
-from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
+from proofmass.graphs.model.top_keys import TOP_KEYS, wrong_values
 from proofmass.graphs.model.values import NamedValue as NamedValue
 from proofmass.graphs.model.values import read_values
 

@@ -12,8 +12,9 @@ from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.table_entries import placed, unknown_keys
 from proofmass.graphs.studies.variants import variants_of

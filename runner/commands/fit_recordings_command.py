@@ -21,13 +21,13 @@ def fit_recordings(request: FitRequest) -> int:
     """Fit a graph to recordings; exit code 1 if they do not determine every parameter."""
     graph = graph_of(request.source, request.own, request.changes)
     with progress(request.quiet or request.as_json, "run") as bar:
-        fitted = fit(
+        fitted = request.call(
+            fit,
             graph,
             list(request.files),
             inputs=_mapped("--input", request.inputs),
             outputs=_mapped("--output", request.outputs),
             free=_bounds(request.free),
-            **request.some("offsets", "delays", "levels", "loss", "skip", "gaps", "interpolated"),
             starts=request.tries,
             seed=request.seed or 0,
             progress=bar,

@@ -56,7 +56,7 @@ def run_montecarlo(request: MontecarloRequest) -> int:
         study = with_numbers(next(iter(studies.values())), request.runs, request.seed)
         if request.picture is not None:
             raise click.UsageError("--plot is of a study, --run repeats one sensor: --out FOLDER has its plot")
-        return _show_replay(replay(study, request.run, request.epoch, request.engine), request)
+        return _show_replay(request.call(replay, study), request)
     if len(studies) == 1:
         return _run_one(request, next(iter(studies.values())), request.out)[0]
     return _run_variants(request, studies)
@@ -86,12 +86,7 @@ def _run_one(request: MontecarloRequest, study: Study, out: Path | None, alone: 
     for note in study_notes(study):
         print_problem(note)
     with progress(request.quiet or request.as_json, "run") as bar:
-        result = run_study(
-            study,
-            **request.some("runs", "seed", "engine", "lanes", "threads", "dask", "repair"),
-            folder=out,
-            progress=bar,
-        )
+        result = request.call(run_study, study, folder=out, progress=bar)
     if not request.as_json:
         print_text([study_text(result)])
     elif alone:

@@ -68,6 +68,6 @@ def _show_value(request: NoiseRequest, graph: Graph) -> int:
     if wrong:
         raise click.UsageError(f"{', '.join(wrong)}: with --until there is one value, and no spectrum; leave it out")
     with progress(request.as_json) as bar:
-        value = deviation_over_runs(graph, request.output, until=request.until, progress=bar)
+        value = request.call(deviation_over_runs, graph, progress=bar)
     print_answer(request.as_json, value.as_data, [value_text(value)])
     return DONE

@@ -26,23 +26,15 @@ def show_proofs(request: ProveRequest) -> int:
     """Prove the margins of a graph and return the exit code: 1 if one is not proved."""
     source = _source(request)
     with progress(request.quiet or request.as_json, "claim") as bar:
-        proofs = prove(
+        proofs = request.call(
+            prove,
             source,
-            request.loop,
             tolerances=dict(map(read_tolerance, request.tolerances)),
-            gain_margin=request.gain_margin,
-            phase_margin=request.phase_margin,
-            disk_margin=request.disk_margin,
-            delay_margin=request.delay_margin,
-            decay_rate=request.decay_rate,
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
             noise=dict(map(_limits, request.noises)),
-            no_overflow=request.no_overflow,
             rounding=dict(map(_limits, request.roundings)),
             input_ranges=dict(map(_limits, request.input_ranges)),
-            bounds=request.bounds,
-            seconds=request.seconds,
             progress=bar,
             known=_known(request, source),
         )

@@ -15,20 +15,11 @@ from proofmass.runner.commands.series_source import band_of
 
 def show_response(request: ResponseRequest) -> int:
     """Show a response and return the exit code."""
-    if request.stimulus is None and (request.amplitude or request.band):
+    if request.simulate is None and (request.amplitude or request.band):
         raise click.UsageError("--amplitude and --band are those of a stimulus: add --simulate multitone")
     graph = graph_of(request.graph, request.own, request.changes)
     with progress(request.as_json) as bar:
-        answer = response(
-            graph,
-            request.input,
-            request.output,
-            at=request.at,
-            simulate=request.stimulus,
-            amplitude=request.amplitude,
-            band=band_of(request.band),
-            progress=bar,
-        )
+        answer = request.call(response, graph, band=band_of(request.band), progress=bar)
     print_answer(request.as_json, answer.as_data, [response_text(answer)])
     print_picture(lambda: plot_response(answer), request.picture, request.as_json)
     return DONE

@@ -68,13 +68,8 @@ def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Resul
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)
     with progress(request.quiet or request.as_json) as bar:
-        options = RunOptions(
-            **request.some("duration", "samples", "seed"),
-            engine="compiled",
-            folder=request.out,
-            progress=bar,
-            resume=False if request.out else None,
-        )
+        resume = False if request.out else None
+        options = request.call(RunOptions, engine="compiled", folder=request.out, progress=bar, resume=resume)
         result, profiled = profile(graph, options)
     return result, profiled.with_phase("read", reading, first=True)
 
@@ -113,11 +108,8 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
         request.out.mkdir(parents=True, exist_ok=True)
         if is_interrupted(request.out) and not request.restart:
             click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
-    options = RunOptions(
-        **request.some("duration", "samples", "seed", "engine"),
-        folder=request.out,
-        resume=True if request.resume else False if request.restart else None,
-    )
+    resume = True if request.resume else False if request.restart else None
+    options = request.call(RunOptions, folder=request.out, resume=resume)
     with working(request.quiet or request.as_json, PREPARING):
         planned = plan(graph)
         ticks = ticks_of(planned, options)

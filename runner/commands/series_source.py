@@ -54,7 +54,7 @@ def _simulated(request: OfSignal) -> Series:
         raise click.UsageError("give --duration or --samples, not both")
     graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
     with progress(request.as_json) as bar:
-        result = simulate(graph, **request.some("duration", "samples", "seed", "engine"), progress=bar)
+        result = request.call(simulate, graph, progress=bar)
     return of_trace(result[graph.probes[0].signal])
 
 

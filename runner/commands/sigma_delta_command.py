@@ -19,10 +19,7 @@ def show_modulator(request: SigmaDeltaRequest) -> int:
         read_rate(request.rate)
     except Refusal as error:
         raise click.UsageError(f"--rate {request.rate}: {error}; {error.hint}") from None
-    of = design_modulator(
-        **request.some("order", "oversampling", "gain", "zeros", "form", "centre", "levels", "feeds", "pulse"),
-        swing=request.swing if request.swing > 0.0 else None,
-    )
+    of = request.call(design_modulator, swing=request.swing if request.swing > 0.0 else None)
     graph = write_graph(of.graph(request.rate), as_written=True) if request.target is not None else ""
     print_answer(request.as_json, of.as_data, [modulator_text(of)])
     if request.target is not None:

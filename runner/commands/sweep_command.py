@@ -17,7 +17,7 @@ from proofmass.runner.run.sweep import Sweep, sweep
 def run_sweep(graph: Graph, request: RunRequest) -> int:
     """Run a graph at each point, show its measures, write table and curves, and return the exit code."""
     names = _measures(graph, request.measures)
-    result = sweep(graph, sweeps(request.swept), **request.some("zipped", "duration", "samples", "seed", "engine"))
+    result = request.call(sweep, graph, sweeps(request.swept))
     engine = result.results[0].provenance["engine"]
     head = f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine"
     data = {"graph": graph.name, "units": result.measures, "points": result.rows(names)}

@@ -28,11 +28,11 @@ def show_worst(request: WorstRequest) -> int:
     """Show worst cases and return the exit code."""
     (source, left_out), quantities = _source(request), dict(_quantities(request))
     with progress(request.quiet or request.as_json, "point") as bar:
-        cases = worst(
+        cases = request.call(
+            worst,
             source,
             quantities or None,
             tolerances=dict(map(read_tolerance, request.tolerances)),
-            **request.some("at", "corners", "samples"),
             seed=request.seed or 0,
             progress=bar,
         )

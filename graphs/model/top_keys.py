@@ -1,11 +1,21 @@
-"""Keys of a graph whose values are plain texts or integers: read by their row in `PLAIN_KEYS`."""
+"""Keys at the top of a graph file, from the fields of `Graph`; those with plain values are read by their form."""
 
 from collections.abc import Iterator, Mapping
+from dataclasses import fields
 from typing import TypeGuard
 
 from proofmass.blocks.declaration.problem import Problem, shown
-from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.keys import Integer, Text
 from proofmass.graphs.model.limits import LARGEST_SEED
+
+_AT_FIELDS = {field.name: field.metadata for field in fields(Graph) if "meaning" in field.metadata}
+TOP_KEYS: dict[str, str] = {  # with their meanings
+    **{name: of["meaning"] for name, of in _AT_FIELDS.items()},
+    "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
+    "tune": "What to tune: [tune.free] and [tune.goals]; `proofmass tune` finds the parameters.",
+}
+PLAIN_KEYS: dict[str, Text | Integer] = {name: of["form"] for name, of in _AT_FIELDS.items() if of["form"]}
 
 
 def wrong_values(values: Mapping[str, object]) -> Iterator[Problem]:
