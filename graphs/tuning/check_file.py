@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
+from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import (
@@ -31,22 +31,15 @@ class CheckedFile(NamedTuple):
 def check_file(path: Path, own: Own | None = None, change: GraphChange = unchanged) -> CheckedFile:
     """Check a graph file or a study file, its graph after a `change`."""
     try:
-        return _check_table(*read_table(path), own, path, change)
+        return check_table(*read_table(path), own, path, change)
     except ModelError as error:
         return CheckedFile(None, list(error.problems))
 
 
-def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> CheckedFile:
-    """Check a TOML text; file names in it start from `folder`."""
-    try:
-        return _check_table(*parsed(text, file, folder), own, None)
-    except ModelError as error:
-        return CheckedFile(None, list(error.problems))
-
-
-def _check_table(
+def check_table(
     data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: GraphChange = unchanged
 ) -> CheckedFile:
+    """Check a parsed file of a graph or a study; raises `ModelError` where no graph can be read."""
     graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):

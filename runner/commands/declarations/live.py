@@ -37,6 +37,3 @@ class LiveRequest(Request, does="live_command.serve_live"):
     edit: bool = flag("Let the page save its sliders into the file, which it does not write otherwise.")
     browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
     own: Path | None = OWN
-
-
-LIVE = (LiveRequest,)

@@ -12,12 +12,12 @@ from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.listing import listing
-from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
 from tests.by_hand.graph_texts import ALONE, OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
+from tests.by_hand.verify_program import verify
 
 TICKS = 500
 SEED, RUN = 5, 2
