@@ -31,10 +31,7 @@ def check_graph(request: CheckRequest) -> int:
 
         problems += unready(graph, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
-            # start-up time: a wrong graph is refused without NumPy
-            from proofmass.runner.commands.missed_margins import missed_margins
-
-            problems += missed_margins(graph)
+            problems += _missed_margins(graph)
     wrong = _wrong(problems)
     if request.as_json:
         print_json([problem.as_data() for problem in problems])
@@ -50,6 +47,23 @@ def check_graph(request: CheckRequest) -> int:
     click.echo(f"{request.graph}: {size}, {ready}")
     print_text(_values(graph))
     return DONE
+
+
+def _missed_margins(graph: Graph) -> list[Problem]:
+    """Return the problems and notes of loops with requirements, linearised at tick 0."""
+    # start-up time: a wrong graph is refused without NumPy
+    from proofmass.runner.analysis.margins.margins import Margins
+    from proofmass.runner.analysis.margins.stability import all_margins, missed
+    from proofmass.runner.planning.plan import plan
+
+    planned, loops, notes = plan(graph), dict[str, Margins](), list[Problem]()
+    for name, loop in planned.graph.loops.items():
+        loops |= all_margins(planned, name) if loop.requirements else {}
+    for margins in loops.values():
+        key, path = f"loops.{margins.loop}", ("loops", margins.loop)
+        for text in margins.system.map.notes:
+            notes.append(planned.graph.placed(Problem(message=text, key=key, note=True, path=path)))
+    return [*missed(planned, loops), *notes]
 
 
 def _study_size(study: Study | None) -> str:
