@@ -25,12 +25,16 @@ class Problem:
     message: str  # what is wrong
     file: str = ""  # "" of a graph from Python
     line: int = 0  # in the file, from 1; 0 where none is known
-    key: str = ""  # such as "blocks.adc.bits"
+    key: str = ""  # such as "blocks.adc.bits"; by default the whole path
     got: str = ""  # what was read, as it is written
     expected: str = ""  # what would be right
     hint: str = ""  # how to cure it
     note: bool = False  # True if it does not stop a run
     path: tuple[str, ...] = field(default=(), compare=False)  # keys from the top of the file, to find the line
+
+    def __post_init__(self) -> None:
+        if not self.key:
+            object.__setattr__(self, "key", ".".join(self.path))
 
     def at(self, file: str = "", line: int = 0) -> "Problem":
         """Return the problem with its place in a file."""

@@ -192,10 +192,10 @@ class BlockTables:
             values[key], paths[key] = value, where
             if _has_long_text(value):
                 message = f"a text of over {TEXT_LENGTH} characters"
-                problems.append(Problem(message=message, key=".".join(where), path=where))
+                problems.append(Problem(message=message, path=where))
             elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key, table)):
                 message = "the subgraph exports no such parameter"
-                problems.append(Problem(message=message, key=".".join(where), got=key, hint=hint, path=where))
+                problems.append(Problem(message=message, got=key, hint=hint, path=where))
         if problems:
             raise ModelError(problems)
         values = self.formulas.of_part(names, part, values)
@@ -240,7 +240,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
     long = [key for key, value in values.items() if _has_long_text(value)]
     if long:
         message = f"a text of over {TEXT_LENGTH} characters"
-        raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
+        raise ModelError([Problem(message=message, path=(*path, key)) for key in long])
     problems = [_unknown(kind, name, key, values) for key in values if key not in kind.parameters]
     block = None
     try:
@@ -273,7 +273,7 @@ def _unknown(kind: type[Block], name: str, key: str, values: Collection[str]) ->
         hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}", values)
     path = ("blocks", name, key)
     message = f"{kind.__name__} has no such parameter"
-    return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
+    return Problem(message=message, got=shown(key), hint=hint, path=path)
 
 
 def note_line(place: Place, path: KeyPath, other: KeyPath) -> None:

@@ -125,7 +125,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     for key in ("wires", "probes"):
         if not isinstance(settings.get(key, []), list):
             got, hint = shown(settings.pop(key)), f"{key} is a list of texts in square brackets"
-            problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
+            problems.append(Problem(message="must be a list", got=got, hint=hint, path=(key,)))
     _note_wires(place, settings.get("wires", []))
     if isinstance(settings.get("formulas", {}), dict):
         all_formulas = {**formulas.formulas, **settings.get("formulas", {})}

@@ -231,7 +231,7 @@ class _Reader:
 
     def list(self, read: Callable[[object], _Entry], values: Iterable[object], key: str) -> tuple[_Entry, ...]:
         if isinstance(values, str):
-            self.problems.append(Problem(message="must be a list", key=key, got=shown(values), path=(key,)))
+            self.problems.append(Problem(message="must be a list", got=shown(values), path=(key,)))
             return ()
         entries = [self.value(read, value, key, str(index)) for index, value in enumerate(values)]
         return tuple(entry for entry in entries if entry is not None)
@@ -341,7 +341,7 @@ def above_of(path: str) -> Iterator[str]:
 def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
     hint = 'write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside'
     if not isinstance(exports, Mapping):
-        yield Problem(message="must be a table", key="exports", got=shown(exports), hint=hint, path=("exports",))
+        yield Problem(message="must be a table", got=shown(exports), hint=hint, path=("exports",))
         return
     for name, signal in exports.items():
         key, path = f"exports.{name}", ("exports", str(name))
@@ -380,10 +380,10 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
     for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
         if count > largest:
             message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"
-            yield Problem(message=message, key="blocks", got=str(count), expected=expected, path=("blocks",))
+            yield Problem(message=message, got=str(count), expected=expected, path=("blocks",))
     if size.depth > DEPTH:
         message = f"subgraphs nested deeper than {DEPTH} levels"
-        yield Problem(message=message, key="blocks", got=str(size.depth), path=("blocks",))
+        yield Problem(message=message, got=str(size.depth), path=("blocks",))
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
@@ -394,4 +394,4 @@ def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
 def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
     if samples is not None and duration is not None:
         hint = "remove one of them"
-        yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
+        yield Problem(message="give samples or duration, not both", hint=hint, path=("samples",))

@@ -94,7 +94,7 @@ def read_integration(table: object) -> Integration:
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:
     path = ("integration", *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)
 
 
 def _is_number(value: object) -> bool:

@@ -51,7 +51,7 @@ def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[st
     """Return loops by name, from values or tables, and their problems."""
     hint = 'write [loops.main] and below it open_at = "block.output"'
     if not isinstance(entries, Mapping):
-        return {}, [Problem(message="must be a table", key="loops", got=shown(entries), hint=hint, path=("loops",))]
+        return {}, [Problem(message="must be a table", got=shown(entries), hint=hint, path=("loops",))]
     loops: dict[str, Loop] = {}
     problems: list[Problem] = []
     for name, value in sorted(entries.items(), key=lambda item: str(item[0])):
@@ -83,7 +83,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
     ]
     if "open_at" not in table:
         hint = 'add open_at = "block.output", an output that all of the loop goes through'
-        problems.append(Problem(message="has no open_at", key=f"loops.{name}", hint=hint, path=("loops", name)))
+        problems.append(Problem(message="has no open_at", hint=hint, path=("loops", name)))
     values: dict[str, Any] = {}
     for key, entry in table.items():
         try:

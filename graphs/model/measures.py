@@ -182,4 +182,4 @@ def _time(entry: object) -> str:
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:
     path = (MEASURES, *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)

@@ -30,11 +30,11 @@ def wrong_values(values: Mapping[str, object]) -> Iterator[Problem]:
 
 def _wrong_text(key: str, value: object, form: Text) -> Iterator[Problem]:
     if not isinstance(value, str):
-        yield Problem(message="must be a string", key=key, got=shown(value), path=(key,))
+        yield Problem(message="must be a string", got=shown(value), path=(key,))
     elif len(value) > form.longest:
-        yield Problem(message=f"longer than {form.longest} characters", key=key, got=shown(value), path=(key,))
+        yield Problem(message=f"longer than {form.longest} characters", got=shown(value), path=(key,))
     elif not value.isascii() and any("\ud800" <= letter <= "\udfff" for letter in value):
-        yield Problem(message="holds half a character", key=key, got=shown(value), path=(key,))
+        yield Problem(message="holds half a character", got=shown(value), path=(key,))
 
 
 def _wrong_integer(key: str, value: object, form: Integer) -> Iterator[Problem]:
@@ -42,9 +42,9 @@ def _wrong_integer(key: str, value: object, form: Integer) -> Iterator[Problem]:
     if not form.whole(value):
         hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
         message = "must be an integer"
-        yield Problem(message=message, key=key, got=shown(value), expected=expected, hint=hint, path=(key,))
+        yield Problem(message=message, got=shown(value), expected=expected, hint=hint, path=(key,))
     elif not form.holds(value):
-        yield Problem(message="out of range", key=key, got=shown(value), expected=expected, path=(key,))
+        yield Problem(message="out of range", got=shown(value), expected=expected, path=(key,))
 
 
 def _is_whole(value: object) -> TypeGuard[float]:

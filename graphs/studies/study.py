@@ -223,17 +223,17 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
         if not form.holds(value):
             message = "out of range" if form.whole(value) else "must be an integer"
             expected = f"an integer from {form.lowest:,} to {form.highest:,}"
-            yield Problem(message=message, key=key, got=shown(value), expected=expected, path=(key,))
+            yield Problem(message=message, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
     largest = AFTER_CALIBRATION if study.followed else LARGEST_STUDY
     if size > largest:
         expected = f"at most {largest:g} runs, points and epochs multiplied"
-        yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+        yield Problem(message="too large", got=f"{size:g}", expected=expected, path=("runs",))
     if study.drift and not any(study.epochs):
         hint = 'add [epochs] and below it ages = ["0 s", "10 years"]'
         message = "nothing drifts without epochs: the age of all sensors is 0"
-        yield Problem(message=message, key="drift", hint=hint, path=("drift",))
+        yield Problem(message=message, hint=hint, path=("drift",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         hint += ', or margins = "0 s" to the study of a graph with loops'

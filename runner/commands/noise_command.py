@@ -22,9 +22,7 @@ from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.planning.plan import plan
 
-_NO_OUTPUT = Problem(
-    message="the graph has no probe", key="probes", hint="name an output: --output adc.number", path=("probes",)
-)
+_NO_OUTPUT = Problem(message="the graph has no probe", hint="name an output: --output adc.number", path=("probes",))
 
 
 def show_noise(request: NoiseRequest) -> int:

@@ -140,7 +140,6 @@ def _held(rows: list[list[Any]], size: int, period: float) -> Matrix:
 def _no_derivative(name: str, error: Exception) -> Problem:
     return Problem(
         message="its constants have no derivative by its parameters",
-        key=f"blocks.{name}",
         got=str(error),
         hint="margins without --sensitivity need none; else move the parameter off this value",
         path=("blocks", name),

@@ -161,7 +161,6 @@ class DualTicks(Interpreter):
 def _within(loop: AlgebraicLoop) -> Problem:
     return Problem(
         message="lies in a loop that Newton's method solves: its value follows from the others",
-        key="integration.algebraic_loops",
         got=", ".join(map(".".join, loop.nodes)),
         expected="an output that is not solved together with others",
         hint=f"open the loop elsewhere, or put a UnitDelay behind {'.'.join(loop.tears[0])}",

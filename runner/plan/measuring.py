@@ -77,7 +77,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
     if measure.until is not None and measure.end(clock) < clock.first(measure.start) + least:
         got, expected = f"until {float(measure.until):g} s", f"{least} or more samples"
         path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
-        problem = Problem(message="too short", key=".".join(path), got=got, expected=expected, path=path)
+        problem = Problem(message="too short", got=got, expected=expected, path=path)
         raise ModelError([graph.placed(problem)])
     try:
         return measure.reducer(unit, clock)
@@ -174,7 +174,6 @@ def refuse_late(plan: Plan, ticks: int) -> None:
     problems = [
         Problem(
             message="the run ends before the measure begins",
-            key=f"measures.{m.name}.from",
             got=f"a run of {ticks} ticks of {write_rate(plan.schedule.base_rate)}",
             expected=f"more than {m.first} ticks",
             hint="run longer, or measure from an earlier time",

@@ -192,7 +192,7 @@ class _Choice:
     def _refused(self, message: str, hint: str) -> ModelError:
         first = self.group.blocks[0]
         named = ", ".join(self.group.blocks)
-        problem = Problem(message=f"{named}: {message}", key=f"blocks.{first}", hint=hint, path=("blocks", first))
+        problem = Problem(message=f"{named}: {message}", hint=hint, path=("blocks", first))
         return ModelError([self.plan.graph.placed(problem)])
 
 

@@ -168,7 +168,7 @@ class Measurements:
     def _needed_study(self, what: str) -> Study:
         if self.study is None:
             hint = "add [study] with spread and limits to the file, or name the study's file"
-            problem = Problem(message=f"{what} is required, and there is no study", key=TABLE, hint=hint, path=(TABLE,))
+            problem = Problem(message=f"{what} is required, and there is no study", hint=hint, path=(TABLE,))
             raise ModelError([self.graph.placed(problem)])
         return self.study
 

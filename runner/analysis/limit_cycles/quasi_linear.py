@@ -124,5 +124,5 @@ def _block(flat: FlatGraph, name: str) -> Block:
 
 
 def _refused(flat: FlatGraph, name: str, message: str, got: str, hint: str = "") -> ModelError:
-    problem = Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, path=("blocks", name))
+    problem = Problem(message=message, got=got, hint=hint, path=("blocks", name))
     return ModelError([flat.placed(problem)])

@@ -219,7 +219,6 @@ def _not_linear(at: str, got: str) -> Problem:
     name, _, what = at.rpartition(".")
     return Problem(
         message=f"cannot be linearised: {what} has no derivative here",
-        key=f"blocks.{name}",
         got=got,
         expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="linearise at another time",

@@ -102,7 +102,7 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     groups = find_loops(planned)
     if not groups:
         hint = "margins need a loop: wire the output of a controller back to what it controls"
-        problem = Problem(message="the graph has no loop", key="wires", hint=hint, path=("wires",))
+        problem = Problem(message="the graph has no loop", hint=hint, path=("wires",))
         raise ModelError([planned.graph.placed(problem)])
     cuts = [cut for part in groups for cut in (part.open_at[:1] or part.together)]
     if not cuts:
@@ -118,7 +118,7 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     if "." in name:
         return name, node_of(planned, name)
     hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
-    problem = Problem(message="there is no such loop", key="loops", got=name, hint=hint, path=("loops",))
+    problem = Problem(message="there is no such loop", got=name, hint=hint, path=("loops",))
     raise ModelError([planned.graph.placed(problem)])
 
 

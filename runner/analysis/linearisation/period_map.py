@@ -357,7 +357,6 @@ def too_many(node: Endpoint, values: int) -> Problem:
 def _not_linear(name: str, what: str, got: str) -> Problem:
     return Problem(
         message=f"cannot be linearised: {what} has no derivative here",
-        key=f"blocks.{name}",
         got=got,
         expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="open the loop so that this block lies outside, or linearise at another time",

@@ -98,7 +98,6 @@ def seed_wires(plan: Plan, begin: Memory, names: set[str]) -> list[Entry]:
 def _vector_held(name: str, port: str) -> Problem:
     return Problem(
         message="cannot be linearised: a vector of a block with a clock offset is held from period to period",
-        key=f"blocks.{name}.clock_offset",
         got=f"{name}.{port}",
         expected="outputs that are numbers",
         hint="take the offset out, or open the loop so that this block lies outside",

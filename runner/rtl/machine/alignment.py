@@ -55,7 +55,6 @@ def _refused(path: str, loop: list[str], drivers: Mapping[Endpoint, Endpoint]) -
         wires.append(f"{'.'.join(source)} -> {'.'.join(target)}")
     return Problem(
         message="a pipeline cut in a loop of blocks: each round would take longer than in the simulation",
-        key=f"blocks.{path}",
         got=", ".join(wires[::-1]),
         expected="cuts in blocks whose outputs do not come back to them",
         hint="leave out the cut, or keep the stages in the state of the block, so that the simulation has them too",
