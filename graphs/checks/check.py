@@ -140,8 +140,7 @@ class _Wiring:
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source), find_target(self.graph, target)
             if isinstance(out, Missing) and isinstance(into, Missing) and self._backwards(source, target):
-                hint = f'write "{target} -> {source}"'
-                yield Problem(message="the wire is backwards", key=key, hint=hint, path=path)
+                yield Problem(message="the wire is backwards", key=key, hint=f'write "{target} -> {source}"', path=path)
                 self.meant.add(source)
                 continue
             for end, signal in ((out, source), (into, target)):

@@ -114,11 +114,10 @@ def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
     for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
         inside = [name.partition(".")[2] for name in of_own]
         shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
-        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
         yield Problem(
             message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
             got=shortened,
-            hint=hint,
+            hint=f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}',
             note=bool(graph.exports),
             path=("blocks", block),
         )

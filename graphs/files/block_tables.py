@@ -191,8 +191,7 @@ class BlockTables:
             key, where = ".".join(path), ("blocks", name, *path)
             values[key], paths[key] = value, where
             if _has_long_text(value):
-                message = f"a text of over {TEXT_LENGTH} characters"
-                problems.append(Problem(message=message, path=where))
+                problems.append(Problem(message=f"a text of over {TEXT_LENGTH} characters", path=where))
             elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key, table)):
                 message = "the subgraph exports no such parameter"
                 problems.append(Problem(message=message, got=key, hint=hint, path=where))
@@ -272,8 +271,7 @@ def _unknown(kind: type[Block], name: str, key: str, values: Collection[str]) ->
     else:
         hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}", values)
     path = ("blocks", name, key)
-    message = f"{kind.__name__} has no such parameter"
-    return Problem(message=message, got=shown(key), hint=hint, path=path)
+    return Problem(message=f"{kind.__name__} has no such parameter", got=shown(key), hint=hint, path=path)
 
 
 def note_line(place: Place, path: KeyPath, other: KeyPath) -> None:

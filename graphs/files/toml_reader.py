@@ -89,8 +89,7 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
             data = file.read(FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        problem = Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path))
-        raise ModelError([problem]) from None
+        raise ModelError([Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path))]) from None
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:

@@ -382,8 +382,7 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
             message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"
             yield Problem(message=message, got=str(count), expected=expected, path=("blocks",))
     if size.depth > DEPTH:
-        message = f"subgraphs nested deeper than {DEPTH} levels"
-        yield Problem(message=message, got=str(size.depth), path=("blocks",))
+        yield Problem(message=f"subgraphs nested deeper than {DEPTH} levels", got=str(size.depth), path=("blocks",))
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
@@ -393,5 +392,4 @@ def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
 
 def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
     if samples is not None and duration is not None:
-        hint = "remove one of them"
-        yield Problem(message="give samples or duration, not both", hint=hint, path=("samples",))
+        yield Problem(message="give samples or duration, not both", hint="remove one of them", path=("samples",))

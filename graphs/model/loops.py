@@ -42,8 +42,7 @@ def read_moment(at: object) -> str:
         try:
             read_duration(at)
         except Refusal as error:
-            hint = f'write a time, as "20 ms", or "{SETTLED}"'
-            raise Refusal(str(error), hint, got=shown(at)) from None
+            raise Refusal(str(error), f'write a time, as "20 ms", or "{SETTLED}"', got=shown(at)) from None
     return at if isinstance(at, str) else f"{at} s"
 
 

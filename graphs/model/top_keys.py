@@ -41,8 +41,7 @@ def _wrong_integer(key: str, value: object, form: Integer) -> Iterator[Problem]:
     expected = f"an integer from {form.lowest} to {form.highest:g}"
     if not form.whole(value):
         hint = f"write it without a point or an exponent: {key} = {int(value)}" if _is_whole(value) else ""
-        message = "must be an integer"
-        yield Problem(message=message, got=shown(value), expected=expected, hint=hint, path=(key,))
+        yield Problem(message="must be an integer", got=shown(value), expected=expected, hint=hint, path=(key,))
     elif not form.holds(value):
         yield Problem(message="out of range", got=shown(value), expected=expected, path=(key,))
 

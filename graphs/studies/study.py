@@ -232,8 +232,7 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
         yield Problem(message="too large", got=f"{size:g}", expected=expected, path=("runs",))
     if study.drift and not any(study.epochs):
         hint = 'add [epochs] and below it ages = ["0 s", "10 years"]'
-        message = "nothing drifts without epochs: the age of all sensors is 0"
-        yield Problem(message=message, hint=hint, path=("drift",))
+        yield Problem(message="nothing drifts without epochs: the age of all sensors is 0", hint=hint, path=("drift",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         hint += ', or margins = "0 s" to the study of a graph with loops'

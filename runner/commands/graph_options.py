@@ -50,8 +50,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
     driver = next((wire.source for wire in graph.wires if wire.target == key), "")
     if driver:
         message = f"is driven by {driver}: a value would change nothing"
-        hint = f"change {split(driver)[0]}, or remove the wire"
-        raise ModelError([Problem(message=message, key=key, hint=hint)])
+        raise ModelError([Problem(message=message, key=key, hint=f"change {split(driver)[0]}, or remove the wire")])
     return key, value_of(value)
 
 

@@ -63,8 +63,7 @@ def one_probe(graph: Graph, signal: str) -> Graph:
     if not signal and len(graph.probes) != 1:
         names = ", ".join(probe.signal for probe in graph.probes)
         hint = "add --probe BLOCK.PORT"
-        problem = Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint)
-        raise ModelError([problem])
+        raise ModelError([Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint)])
     try:
         probe = read_probe(signal) if signal else graph.probes[0]
     except UnitError:

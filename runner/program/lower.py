@@ -114,8 +114,7 @@ def _read(
             except WiderError as error:
                 wider[error.name] = error.kind
     except SourceError as error:
-        hint = "write it into a file"
-        raise ModelError([problem_at(function, None, str(error), hint)]) from None
+        raise ModelError([problem_at(function, None, str(error), "write it into a file")]) from None
     except RefusedError as refused:
         hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
         raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None

@@ -102,8 +102,7 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     groups = find_loops(planned)
     if not groups:
         hint = "margins need a loop: wire the output of a controller back to what it controls"
-        problem = Problem(message="the graph has no loop", hint=hint, path=("wires",))
-        raise ModelError([planned.graph.placed(problem)])
+        raise ModelError([planned.graph.placed(Problem(message="the graph has no loop", hint=hint, path=("wires",)))])
     cuts = [cut for part in groups for cut in (part.open_at[:1] or part.together)]
     if not cuts:
         raise ModelError([planned.graph.placed(_no_cut(part)) for part in groups])

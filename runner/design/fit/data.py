@@ -85,8 +85,7 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
         columns = read_columns(path, lambda names: _choose(names, temperature, output))
         values = [np.asarray(column.values) for column in columns]
     except RecordingError as error:
-        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise ModelError([Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)]) from None
     return _readings(path.name, columns, values)
 
 

@@ -43,8 +43,7 @@ def read_table_file(path: Path, wanted: list[str]) -> RecordedTable:
             return _read_text(path)
         return _read_pairs(path, wanted)
     except RecordingError as error:
-        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise ModelError([Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)]) from None
     except FileNotFoundError:
         raise ModelError([Problem(message="there is no such file", file=str(path))]) from None
     except (OSError, UnicodeDecodeError) as error:

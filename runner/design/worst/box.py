@@ -111,8 +111,7 @@ class ToleranceBox:
             ends = self.values(-row), self.values(row)
             if not all(self._adjustable.takes(name, value) for end in ends for name, value in end.items()):
                 got, path = f"{wanted.low:g} to {wanted.high:g}", ("tolerances", wanted.written)
-                message = "the block does not take all of its range"
-                yield Problem(message=message, got=got, path=path)
+                yield Problem(message="the block does not take all of its range", got=got, path=path)
 
     def _values(self, place: AnyArray) -> dict[str, float]:
         deviates, values = self._deviates(place), dict[str, float]()
