@@ -47,6 +47,11 @@ class Problem:
         return "\n".join([_printable(head), *(f"  {name + ':':<9} {_printable(text)}" for name, text in rows if text)])
 
     @property
+    def error(self) -> "ModelError":
+        """The error of this problem alone, to be raised."""
+        return ModelError([self])
+
+    @property
     def code(self) -> str:
         """The code by which `proofmass explain` tells cause and cure; empty where there is none."""
         # start-up time: most commands refuse nothing

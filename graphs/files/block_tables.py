@@ -176,7 +176,7 @@ class BlockTables:
             expected = f"at most {BLOCKS}"
             path = ("blocks", name)
             problem = Problem(message=message, key=f"blocks.{name}", got=str(self.inside), expected=expected, path=path)
-            raise ModelError([problem])
+            raise problem.error
 
     def _add(self, name: str, part: Graph) -> None:
         self._limit(name, part, 1)

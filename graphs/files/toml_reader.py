@@ -46,7 +46,7 @@ def graph_from(source: AnyGraph | str | Path) -> AnyGraph | Graph:
         return read_graph(source)
     if not isinstance(source, Value):
         hint = 'name its file, or write Graph(name="...", rate="1 kHz", blocks={...}, wires=[...], probes=[...])'
-        raise ModelError([Problem(message="this is not a graph", got=shown(source), hint=hint)])
+        raise Problem(message="this is not a graph", got=shown(source), hint=hint).error
     return source
 
 
@@ -89,7 +89,7 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
             data = file.read(FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        raise ModelError([Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path))]) from None
+        raise Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path)).error from None
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -104,7 +104,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
     if depth == 0 and "blocks" not in data and isinstance(data.get("graph"), str):
         hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
-        raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
+        raise Problem(message="this is a study, not a graph", file=place.file, hint=hint).error
     data, problems = _with_keys_at_top(data, place)
     problems += [
         Refusal("unknown key", _meant(key, data)).problem(key, key, path=(key,)) for key in data if key not in TOP_KEYS
@@ -268,7 +268,7 @@ def _others(path: Path) -> str:
 
 
 def _refused(file: str, line: int, message: str, hint: str = "") -> ModelError:
-    return ModelError([Problem(message=message, file=file, line=line, hint=hint)])
+    return Problem(message=message, file=file, line=line, hint=hint).error
 
 
 def _too_large(file: str) -> ModelError:

@@ -80,11 +80,11 @@ def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph
     files = PartFiles(lambda part, _files, _depth: read_graph(part, own))
     if "graph" not in data:
         hint = 'add graph = "FILE.toml" at the top'
-        raise ModelError([Problem(message="the study names no graph", file=place.file, key="graph", hint=hint)])
+        raise Problem(message="the study names no graph", file=place.file, key="graph", hint=hint).error
     try:
         return files.graph(data["graph"], place.folder, 0)
     except Refusal as error:
-        raise ModelError([error.problem("graph", data["graph"]).at(*place.find(("graph",)))]) from None
+        raise error.problem("graph", data["graph"]).at(*place.find(("graph",))).error from None
 
 
 def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
@@ -101,7 +101,7 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
         allowed -= {"graph"}
     if not isinstance(table, dict):
         hint = 'add [study] and below it runs = 100, or write a file of its own: graph = "FILE.toml"'
-        raise ModelError([Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint)])
+        raise Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint).error
     problems = list(unknown_keys(table, allowed))
     given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
     studies = dict[str, Study]()

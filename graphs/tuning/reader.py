@@ -50,7 +50,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     of_file, place = place, dataclasses.replace(place, top=(TUNE,))
     if not isinstance(table, dict):
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
-        raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
+        raise Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint).error
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
     study = study_of_table(data, of_file, graph) if STUDY in data and _asks_study(table) else None
     given = {key: value for key, value in table.items() if key in TUNE_KEYS}

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
@@ -56,9 +56,9 @@ def _refuse_to_edit(path: Path) -> None:
     problem = Problem(message="cannot be edited in place", key="--edit", file=str(path))
     if path.resolve() in (file.resolve() for file in library_files().values()):
         hint = "copy the graph of the library first, proofmass new"
-        raise ModelError([dataclasses.replace(problem, got="a graph of the library", hint=hint)])
+        raise dataclasses.replace(problem, got="a graph of the library", hint=hint).error
     if path.suffix != ".toml":
-        raise ModelError([dataclasses.replace(problem, expected="a TOML file", hint="change it in your editor")])
+        raise dataclasses.replace(problem, expected="a TOML file", hint="change it in your editor").error
 
 
 def _report(session: Session) -> None:

@@ -34,7 +34,7 @@ def show_noise(request: NoiseRequest) -> int:
         points = OperatingPoints(plan(graph), request.at, bar)
     outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
     if not outputs:
-        raise ModelError([points.plan.graph.placed(_NO_OUTPUT)])
+        raise points.plan.graph.placed(_NO_OUTPUT).error
     answers = budgets_at(points, outputs, request.source, band_of(request.band), (), request.derivatives)
     budgets = [answer for answer in answers if isinstance(answer, NoiseBudget)]
     refused = [answer for answer in answers if isinstance(answer, ModelError)]

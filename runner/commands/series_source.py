@@ -2,7 +2,7 @@
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.build import read_probe
@@ -63,7 +63,7 @@ def one_probe(graph: Graph, signal: str) -> Graph:
     if not signal and len(graph.probes) != 1:
         names = ", ".join(probe.signal for probe in graph.probes)
         hint = "add --probe BLOCK.PORT"
-        raise ModelError([Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint)])
+        raise Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint).error
     try:
         probe = read_probe(signal) if signal else graph.probes[0]
     except UnitError:

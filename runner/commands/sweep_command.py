@@ -32,7 +32,7 @@ def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
     names = [*graph.measures, *graph.derived]
     if not names:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
-        raise ModelError([Problem(message="the graph has no measures: a sweep would show nothing", hint=hint)])
+        raise Problem(message="the graph has no measures: a sweep would show nothing", hint=hint).error
     problems = [
         Problem(message="there is no such measure", key=name, hint=did_you_mean(name, names, "the measures"))
         for name in wanted

@@ -35,7 +35,7 @@ def _chosen(file: Path, names: Sequence[str]) -> list[type[Block]]:
     own = own_blocks(file) or {}
     if not own:
         hint = "a block is a class: class MyBlock(Block): ..."
-        raise ModelError([Problem(message="there is no block in the file", file=str(file), hint=hint)])
+        raise Problem(message="there is no block in the file", file=str(file), hint=hint).error
     missing = [
         Problem(message="there is no such block", file=str(file), key=name, hint=did_you_mean(name, own, "its blocks"))
         for name in names

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.tuning.reader import tuning_of_table
@@ -69,6 +69,6 @@ def _write(tuned: Tuned, request: TuneRequest) -> None:
     """Write the graph file with the tuned parameters; comments stay."""
     if not tuned.met and not tuned.interrupted:
         message = "nothing was written: no parameters meet all hard goals"
-        raise ModelError([Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound")])
+        raise Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound").error
     assert request.target is not None
     write_whole(request.target, edit_file(request.graph, tuned.changes))

@@ -12,7 +12,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, with_errors
@@ -48,7 +48,7 @@ class DualTicks(Interpreter):
     ) -> None:
         for loop in plan.schedule.loops:
             if not set(inputs).isdisjoint(loop.nodes):
-                raise ModelError([plan.graph.placed(_within(loop))])
+                raise plan.graph.placed(_within(loop)).error
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
         self._blocks = blocks
         self._injections = Counter[Endpoint]()

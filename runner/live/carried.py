@@ -14,7 +14,7 @@ import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.instance import format_of, unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.host.arrays import AnyArray
@@ -150,7 +150,7 @@ def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
     written = write_tick(plan, (), measured=True)
     called = sorted(external.symbol for external in externals(written.program).values())
     if called:
-        raise ModelError([_foreign(called)])
+        raise _foreign(called).error
     numbers = tuple(varied)
     written = write_tick(plan, numbers, measured=True)
     if externals(written.program):

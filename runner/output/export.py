@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.run.result import Result, Trace, pieces
@@ -100,7 +100,7 @@ def save_csv(result: Result, folder: str | Path) -> list[Path]:
             expected=f"at most {LARGEST_CSV:.0e} numbers in a file",
             hint="write netCDF or Parquet, or record one row in many: { signal = ..., every = 10 }",
         )
-        raise ModelError([result.graph.placed(problem)])
+        raise result.graph.placed(problem).error
     paths = _paths(folder, "csv", len(axes))
     for path, traces in zip(paths, axes, strict=True):
         with whole_file(path) as file:

@@ -77,7 +77,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
     if measure.until is not None and measure.end(clock) < clock.first(measure.start) + least:
         got, expected = f"until {float(measure.until):g} s", f"{least} or more samples"
         path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
-        raise ModelError([graph.placed(Problem(message="too short", got=got, expected=expected, path=path))])
+        raise graph.placed(Problem(message="too short", got=got, expected=expected, path=path)).error
     try:
         return measure.reducer(unit, clock)
     except ModelError as error:
@@ -85,7 +85,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
         own = first.path[-1] if first.path else first.key.rpartition(".")[2]
         times = STATISTICS[measure.statistic].times
         key = own if own in dict(measure.options) else next(iter(times), "from")
-        raise ModelError([graph.placed(replace(first, key=f"{name}.{key}", path=(*name.split("."), key)))]) from None
+        raise graph.placed(replace(first, key=f"{name}.{key}", path=(*name.split("."), key))).error from None
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:

@@ -193,7 +193,7 @@ class _Choice:
         first = self.group.blocks[0]
         named = ", ".join(self.group.blocks)
         problem = Problem(message=f"{named}: {message}", hint=hint, path=("blocks", first))
-        return ModelError([self.plan.graph.placed(problem)])
+        return self.plan.graph.placed(problem).error
 
 
 def spectral_radius(matrix: Matrix) -> float:

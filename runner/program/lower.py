@@ -11,7 +11,7 @@ import types
 from collections.abc import Callable, Hashable, Sequence
 from typing import Any, NamedTuple
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import unchanged
@@ -84,8 +84,7 @@ def _lowered(
     """Return the function for arguments like these; `own` keeps those that take functions of the program."""
     function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
-        message = f"a {type(function).__name__} is not a function"
-        raise ModelError([Problem(message=message, hint="write it with `def`")])
+        raise Problem(message=f"a {type(function).__name__} is not a function", hint="write it with `def`").error
     key = (function, shape_of(arguments))
     functions = own if has_functions(arguments) else _kept
     before = functions.get(key)
@@ -114,10 +113,10 @@ def _read(
             except WiderError as error:
                 wider[error.name] = error.kind
     except SourceError as error:
-        raise ModelError([problem_at(function, None, str(error), "write it into a file")]) from None
+        raise problem_at(function, None, str(error), "write it into a file").error from None
     except RefusedError as refused:
         hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
-        raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
+        raise problem_at(function, refused.node, refused.message, hint).error from None
 
 
 class _Reader(LoweredStatements):

@@ -4,7 +4,7 @@ import math
 import shutil
 from pathlib import Path
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.plan.planned import Plan
 
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
@@ -43,7 +43,7 @@ def refuse_full(planned: Plan, ticks: int, folder: Path) -> None:
             hint="run for a shorter time, thin a probe: every = 1000, or write to another folder",
             path=("probes",),
         )
-        raise ModelError([planned.graph.placed(problem)])
+        raise planned.graph.placed(problem).error
 
 
 def refuse_large(planned: Plan, ticks: int, largest: int = IN_MEMORY) -> None:
@@ -57,4 +57,4 @@ def refuse_large(planned: Plan, ticks: int, largest: int = IN_MEMORY) -> None:
             hint="say --out FOLDER to write them as they come, or thin a probe: every = 1000",
             path=("probes",),
         )
-        raise ModelError([planned.graph.placed(problem)])
+        raise planned.graph.placed(problem).error

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
@@ -106,16 +106,15 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
     series = as_series(signal, rate, unit)
     count = len(series.values)
     if count < FEWEST:
-        problem = Problem(
+        raise Problem(
             message="the signal is too short for an Allan deviation",
             key=series.name or "signal",
             got=f"{count} values",
             expected=f"at least {FEWEST}",
             hint="run longer, or skip less",
-        )
-        raise ModelError([problem])
+        ).error
     if not np.ptp(series.values) > 0.0:
-        raise ModelError([Problem(message="the signal does not move", key=series.name or "signal")])
+        raise Problem(message="the signal does not move", key=series.name or "signal").error
     levels = fitted(series)
     x = integral(series)
     curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in AllanStatistic}

@@ -35,7 +35,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         try:
             memory = course.at(ticks * periods, progress, MOST)
         except ModelError as error:
-            raise ModelError([plan.graph.placed(_restless(error.problems[0].message))]) from error
+            raise plan.graph.placed(_restless(error.problems[0].message)).error from error
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
         change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
@@ -48,7 +48,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
             share = f"{change[worst]:.2g} of its largest value"
             got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
         before = now
-    raise ModelError([plan.graph.placed(_restless(got))])
+    raise plan.graph.placed(_restless(got)).error
 
 
 def _in_loops(plan: Plan) -> set[str]:

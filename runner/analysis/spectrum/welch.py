@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.runner.analysis.spectrum.series import as_series
 from proofmass.runner.analysis.spectrum.windows import terms, window
@@ -100,7 +100,7 @@ class Spectrum(Told, Plotted):
         """Return by how many dB the density rises a decade in a band, by least squares over logarithmic frequency."""
         lines = self.within(band) & (self.density > 0.0)
         if np.sum(lines) < 2:
-            raise ModelError([_empty_band(band, self.step)])
+            raise _empty_band(band, self.step).error
         decades = np.log10(self.frequencies[lines])
         weight = 1.0 / self.frequencies[lines]  # every decade counts alike
         apart = decades - np.average(decades, weights=weight)
@@ -145,16 +145,15 @@ def spectrum(
     series = as_series(signal, rate, unit)
     count = len(series.values)
     if count < FEWEST:
-        raise ModelError([_short(count, series.name)])
+        raise _short(count, series.name).error
     length = count if segment == 0 else segment or _usual_segment(count)
     if not FEWEST <= length <= count:
-        problem = Problem(
+        raise Problem(
             message="a segment of this length does not fit",
             key="segment",
             got=str(length),
             expected=f"{FEWEST} to the {count:,} values of {series.name or 'the signal'}, or 0 for all of them",
-        )
-        raise ModelError([problem])
+        ).error
     density, segments = _mean_density(series.values, length, window, series.rate)
     frequencies = np.arange(length // 2 + 1, dtype=np.float64) * np.float64(series.rate / length)
     mean = float(np.mean(series.values))

@@ -15,7 +15,7 @@ from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.commands.declarations.completion import graphs, outputs, parameters
 from proofmass.runner.run.engine_table import engine_choices
 
-Answer = TypeVar("Answer")
+Returned = TypeVar("Returned")
 
 
 class Row(NamedTuple):
@@ -50,7 +50,7 @@ class Request:
     def check(self) -> None:
         """Raise `click.UsageError` where options do not go together."""
 
-    def call(self, function: Callable[..., Answer], *first: object, **others: object) -> Answer:
+    def call(self, function: Callable[..., Returned], *first: object, **others: object) -> Returned:
         """Call a function with every field that is named as a parameter of it; `first` and `others` come before."""
         names = list(signature(function).parameters)[len(first) :]
         return function(*first, **{name: vars(self)[name] for name in names if name in vars(self)} | others)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
@@ -208,15 +208,15 @@ def fit(
     """
     if loss not in LOSSES:
         hint = did_you_mean(loss, LOSSES, "the losses")
-        raise ModelError([Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint)])
+        raise Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint).error
     graph = graph_from(graph)
     wanted = _signals(graph, inputs), _signals(graph, outputs)
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'
-        raise ModelError([Problem(message="names no output", key="outputs", hint=hint)])
+        raise Problem(message="names no output", key="outputs", hint=hint).error
     unknowns = [*parameters_of(graph, free), *_shifts(wanted[1], offsets, delays)]
     if not unknowns and not levels:
-        raise ModelError([Problem(message="leaves nothing free", key="free", hint="name a parameter")])
+        raise Problem(message="leaves nothing free", key="free", hint="name a parameter").error
     recordings, notes = recordings_of(data, *wanted, gaps)
     models = [RecordingModel(graph, recording, interpolated) for recording in recordings]
     if any(model.between_ticks for model in models):
@@ -240,7 +240,7 @@ def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[
         for signal in signals:
             if signal not in units:
                 hint = did_you_mean(signal, units, "the outputs")
-                raise ModelError([Problem(message="is not an output of the fit", key=signal, hint=hint)])
+                raise Problem(message="is not an output of the fit", key=signal, hint=hint).error
             name = f"{kind} {signal}"
             unknowns.append(Unknown(name, name, units[signal] if kind == OFFSET else "s", 0.0))
     return unknowns
@@ -250,7 +250,7 @@ def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
     rows = sum(int(mask.sum()) for masks in solver.masks for mask in masks)
     if rows <= len(unknowns):
         message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
-        raise ModelError([Problem(message=message, key="data", got=str(rows), expected=expected)])
+        raise Problem(message=message, key="data", got=str(rows), expected=expected).error
 
 
 def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:

@@ -195,7 +195,7 @@ def worst_of(
         except InterruptedSearch:
             interrupted = True
     if not search.cases:
-        raise ModelError([Problem(message="interrupted before anything was evaluated", key="worst")])
+        raise Problem(message="interrupted before anything was evaluated", key="worst").error
     return WorstCases(
         ranges=tuple(ranges),
         cases=tuple(_case(search, side, wanted[side.quantity], len(sides[side.quantity]) > 1) for side in searched),
@@ -214,7 +214,7 @@ def _quantities(graph: Graph, given: Mapping[str, Mapping[str, Any]] | None) -> 
     }
     if not tables:
         hint = "name a quantity: --figure dac.voltage:phase_margin, --measure NAME, --noise OUTPUT"
-        raise ModelError([Problem(message="the graph names no loops, and nothing else is asked for", hint=hint)])
+        raise Problem(message="the graph names no loops, and nothing else is asked for", hint=hint).error
     read, problems = dict[str, Quantity](), list[Problem]()
     for name, table in tables.items():
         try:
@@ -232,7 +232,7 @@ def _refuse_moment(at: str) -> None:
     try:
         read_moment(at)
     except Refusal as error:
-        raise ModelError([error.problem("at", at)]) from None
+        raise error.problem("at", at).error from None
 
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:

@@ -7,7 +7,7 @@ after a reset. So the machine does the same as the graph, later. In a loop of bl
 from collections.abc import Mapping
 from itertools import pairwise
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.machine.modules import Module
 
@@ -23,7 +23,7 @@ def block_stages(modules: Mapping[str, Module], drivers: Mapping[Endpoint, Endpo
     for path in late:
         loop = _loop(path, before)
         if loop:
-            raise ModelError([_refused(path, loop, drivers)])
+            raise _refused(path, loop, drivers).error
     moved = bool(late)
     while moved:
         moved = False

@@ -159,7 +159,7 @@ class _Composer:
                     hint=f"take the blocks of one rate, as with --block {path}, or keep the stages in the state",
                     path=("blocks", path),
                 )
-                raise ModelError([self.planned.graph.placed(problem)])
+                raise self.planned.graph.placed(problem).error
 
     def _named(self, port: VerilogPort, signal: str) -> str:
         """The name of a net; for a single block, the name of its port."""

@@ -84,6 +84,7 @@ def _refuse(name: str, text: str, operations: list[Operation], before: Interval)
         furthest.place,
         got=f"[{furthest.low}, {furthest.high}] after a step from [{before[0]}, {before[1]}]",
         expected="a range that no step leaves",
-        hint="hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a format",
+        hint="hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a "
+        "format",
         key=f"{name}: {text}",
     )

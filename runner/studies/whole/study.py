@@ -149,9 +149,9 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     study = study if isinstance(study, Study) else read_study(study)
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:
-            raise ModelError(
-                [Problem(message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}")]
-            )
+            raise Problem(
+                message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}"
+            ).error
     values = study.drawn(run)[epoch]
     if any(study.calibrated(run)[:epoch]):
         values = SensorRuns(study, engine).parameters(run, epoch)
