@@ -15,7 +15,6 @@ from proofmass.runner.commands.declarations.comparison import COMPARISONS
 from proofmass.runner.commands.declarations.design import DESIGN
 from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.declarations.graphs import GRAPHS
-from proofmass.runner.commands.declarations.live import LiveRequest
 from proofmass.runner.commands.declarations.options import Request
 from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
@@ -24,7 +23,7 @@ from proofmass.runner.host.versions import PROOFMASS
 __all__ = ["REQUESTS", "cli", "main"]
 
 _COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
-REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS, LiveRequest)
+REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS)
 
 
 class Commands(click.Group):

@@ -4,12 +4,9 @@ The step is exact: x[n+1] = e^(A T) x[n] + the integral of e^(A t) B u[n] over a
 balanced matrix [[A, B], [0, 0]] T (Van Loan, IEEE Trans. Automatic Control 23, 1978).
 """
 
-from collections.abc import Iterator
-
-from proofmass.blocks.arithmetic.matrices import wrong_sizes
 from proofmass.blocks.arithmetic.modes import balanced_exponential
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
-from proofmass.blocks.filters.discrete_matrix_state_space import output, strictly_proper_part, update
+from proofmass.blocks.filters.discrete_matrix_state_space import output, requires, strictly_proper_part, update
 
 
 class HeldStateSpace(Block):
@@ -33,9 +30,7 @@ class HeldStateSpace(Block):
     following = Buffer("x of the next tick, while it is computed.", float, ("order",))
 
 
-@HeldStateSpace.requires
-def requires(p: HeldStateSpace) -> Iterator[tuple[str, str]]:
-    yield from wrong_sizes(p.transition, p.entry, p.readout, p.direct, p.order, p.input_size, p.output_size)
+HeldStateSpace.requires(requires)
 
 
 @HeldStateSpace.start

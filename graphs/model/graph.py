@@ -98,8 +98,18 @@ NOWHERE = Place()
 _NAMED = 5  # probes in a line
 
 
+class Placed:
+    """Something that stands in a file; its problems have the lines of their keys there."""
+
+    place: Place
+
+    def placed(self, problem: Problem) -> Problem:
+        """Return a problem with the file and line that its key has, unless it has them already."""
+        return problem if problem.file else problem.at(*self.place.find(problem.path))
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True, repr=False)
-class Graph:
+class Graph(Placed):
     """Blocks wired by their ports, at stated rates, with the signals to record: typed values, already checked.
 
     A field by `key` is a key of graph files: reader, schema, writer and hints take it from here.
@@ -171,10 +181,6 @@ class Graph:
     def size(self) -> GraphSize:
         """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
-
-    def placed(self, problem: Problem) -> Problem:
-        """Return a problem with the file and line that its key has in this graph, unless it has them already."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
 
 def put_in_order(value: Any) -> None:

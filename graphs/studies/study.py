@@ -14,7 +14,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.graph import Graph, Place, Placed
 from proofmass.graphs.model.keys import STUDY_INTEGERS
 from proofmass.graphs.model.limits import LARGEST_STUDY
 from proofmass.graphs.studies.ageing import Drift
@@ -29,7 +29,7 @@ AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Study:
+class Study(Placed):
     """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
 
     Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is
@@ -75,10 +75,6 @@ class Study:
         fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         Study.__init__(study, **{**fields, **values})
         return study
-
-    def placed(self, problem: Problem) -> Problem:
-        """A problem with the file and line that its key has in this study."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
     @cached_property
     def points(self) -> int:

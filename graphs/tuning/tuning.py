@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_writer import inline, key_of, write_graph
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import NOWHERE, Graph, Place
+from proofmass.graphs.model.graph import NOWHERE, Graph, Place, Placed
 from proofmass.graphs.model.quantities import Quantity, quantity_table
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
@@ -97,7 +96,7 @@ class Goal:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Tuning:
+class Tuning(Placed):
     """A graph with free parameters, goals and the operating points at which all goals hold.
 
     Parameters are named as in the flat graph; `written` has the names that a person wrote.
@@ -151,10 +150,6 @@ class Tuning:
     def unit_of(self, name: str) -> str:
         """Return the unit of a parameter or value."""
         return self.adjustable.unit_of(name)
-
-    def placed(self, problem: Problem) -> Problem:
-        """Return a problem with its file and line."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
     def as_toml(self) -> str:
         """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""
