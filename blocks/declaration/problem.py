@@ -1,7 +1,8 @@
 """Problems of a model as data, and their text, written in this one place."""
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from html import escape
 
@@ -109,6 +110,26 @@ class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refu
     def problem(self, key: str, value: object, *, path: tuple[str, ...] = (), expected: str = "") -> Problem:
         """The refusal as a problem of a model."""
         return Problem(message=str(self), key=key, got=shown(value), expected=expected, hint=self.hint, path=path)
+
+
+@contextmanager
+def under(key: str, value: object, expected: str = "") -> Iterator[None]:
+    """Have what refuses a value say under which key it stands."""
+    try:
+        yield
+    except Refusal as error:
+        raise error.under(key, value, expected) from None
+
+
+@contextmanager
+def collecting(problems: list[Problem], value: object = None, path: tuple[str, ...] = ()) -> Iterator[None]:
+    """Add what is refused to problems, and go on; a refused value stands at a path."""
+    try:
+        yield
+    except ModelError as error:
+        problems += error.problems
+    except Refusal as error:
+        problems.append(error.problem(".".join(path), value, path=path))
 
 
 def nearest(word: str, names: Iterable[str]) -> str:

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.parameter import fill
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, nearest, shown
 from proofmass.graphs.files.locate_keys import KeyPath
 from proofmass.graphs.files.number_files import is_number_file, numbers_of_file
 from proofmass.graphs.files.part_files import PartFiles
@@ -93,10 +93,8 @@ class BlockTables:
             if parameter is None or parameter.kind is not tuple or not is_number_file(entry):
                 continue
             path = ("blocks", name, key)
-            try:
+            with collecting(problems, entry, path):
                 numbers[key] = numbers_of_file(entry, self.place.folder, fill(parameter.unit, texts))
-            except Refusal as error:
-                problems.append(error.problem(".".join(path), entry, path=path))
         if problems:
             raise ModelError(problems)
         return numbers

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, nearest, shown
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
@@ -131,10 +131,8 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
         doubtful = reader.doubtful
         settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
-    try:
+    with collecting(problems):
         graph = Graph(blocks=reader.blocks, rates=reader.rates, offsets=reader.offsets, place=place, **settings)
-    except ModelError as error:
-        problems += error.problems
     if (problems or reader.problems or graph is None) and reader.named and depth == 0:
         problems += _wiring_beside(problems, reader, place, settings)
     problems += reader.problems

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.named_arguments import named_arguments
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
@@ -223,11 +223,9 @@ class _Reader:
         self.problems: list[Problem] = []
 
     def value(self, read: Callable[[object], _Entry], value: object, *path: str) -> _Entry | None:
-        try:
+        with collecting(self.problems, value, path):
             return read(value)
-        except Refusal as error:
-            self.problems.append(error.problem(".".join(path), value, path=path))
-            return None
+        return None
 
     def list(self, read: Callable[[object], _Entry], values: Iterable[object], key: str) -> tuple[_Entry, ...]:
         if isinstance(values, str):
@@ -237,11 +235,9 @@ class _Reader:
         return tuple(entry for entry in entries if entry is not None)
 
     def table(self, read: Callable[[], _Entry], nothing: _Entry) -> _Entry:
-        try:
+        with collecting(self.problems):
             return read()
-        except ModelError as error:
-            self.problems += error.problems
-            return nothing
+        return nothing
 
 
 def read_wire(text: object) -> Wire:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.keys import LOOP_KEYS
 from proofmass.graphs.model.rates import read_duration
@@ -85,13 +85,11 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
         problems.append(Problem(message="has no open_at", hint=hint, path=("loops", name)))
     values: dict[str, Any] = {}
     for key, entry in table.items():
-        try:
+        with collecting(problems, entry, ("loops", name, key)):
             if key == "open_at":
                 values[key] = _signal(entry)
             elif key in REQUIREMENTS:
                 values[key] = read_requirement(entry, REQUIREMENTS[key])
-        except Refusal as error:
-            problems.append(error.problem(f"loops.{name}.{key}", entry, path=("loops", name, key)))
     return (None if problems else Loop(**values)), problems
 
 

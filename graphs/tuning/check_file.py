@@ -4,7 +4,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
@@ -43,13 +43,9 @@ def check_table(
     graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
-        try:
+        with collecting(problems):
             study = study_of_table(data, place, graph)
-        except ModelError as error:
-            problems += error.problems
     if TUNE in data and not is_study(data) and all(problem.note for problem in problems):
-        try:
+        with collecting(problems):
             tuning_of_table(data, place, graph)
-        except ModelError as error:
-            problems += error.problems
     return CheckedFile(graph, problems, study)

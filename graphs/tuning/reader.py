@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
 from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
@@ -54,10 +54,8 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
     study = study_of_table(data, of_file, graph) if STUDY in data and _asks_study(table) else None
     given = {key: value for key, value in table.items() if key in TUNE_KEYS}
-    try:
+    with collecting(problems):
         tuning = tuning_of(graph, study=study, place=place, **given)
-    except ModelError as error:
-        problems += error.problems
     if problems or tuning is None:
         raise ModelError(placed(problems, place))
     return tuning
