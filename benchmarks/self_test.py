@@ -1,6 +1,6 @@
 """The PN self-test, run and judged: the impulse response from the correlation cells beside the analytic one.
 
-    python -m proofmass.runner.commands.demo [OUT]
+    python -m benchmarks.self_test [OUT]
 
 Analytic: the device held over a chip and sampled at the chips, y = C x, has h[k] = C A^(k-1) B (A, B by SciPy's matrix
 exponential). Correlated with a maximal-length sequence of N chips the sums are (N+1) h[k] - sum of h: the second term
