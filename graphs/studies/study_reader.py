@@ -52,7 +52,7 @@ def read_variants(path: str | Path, own: Own | None = None, change: GraphChange 
     """
     path = file_of(path)
     data, place = read_table(path)
-    return studies_of_table(data, place, change(_graph_of(data, place, own, path)))
+    return studies_of_table(data, place, change(graph_in(data, place, own, path)))
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
@@ -63,10 +63,11 @@ def read_study_text(text: str, file: str = "<text>", own: Own | None = None, fol
 def _study_of_file(
     data: dict[str, Any], place: Place, own: Own | None, change: GraphChange, path: Path | None = None
 ) -> Study:
-    return study_of_table(data, place, change(_graph_of(data, place, own, path)))
+    return study_of_table(data, place, change(graph_in(data, place, own, path)))
 
 
-def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+def graph_in(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+    """Return the graph of a parsed file, or that which its study names; raises `ModelError`."""
     return graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
 
 

@@ -6,13 +6,13 @@ from typing import Any, NamedTuple
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.files.toml_reader import graph_of_file, read_table
+from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import (
     STUDY,
     GraphChange,
-    graph_of_study,
+    graph_in,
     is_study,
     study_of_table,
     unchanged,
@@ -40,7 +40,7 @@ def check_table(
     data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: GraphChange = unchanged
 ) -> CheckedFile:
     """Check a parsed file of a graph or a study; raises `ModelError` where no graph can be read."""
-    graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
+    graph = change(graph_in(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
         with collecting(problems):

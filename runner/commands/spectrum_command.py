@@ -24,7 +24,7 @@ def show_spectrum(request: SpectrumRequest) -> int:
     slope = density.slope(band) if band else None
     more: dict[str, Any] = {"rms": density.rms(band), "band_hz": band, "slope_db_per_decade": slope}
     more |= {"tone": figures.as_data() if figures else None}
-    lines = [spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"]
+    lines = [spectrum_text(density, band, slope), tone_text(figures, whole)]
     print_answer(request.as_json, lambda: density.as_data() | more, lines)
     print_picture(lambda: plot_spectrum(density, figures, band), request.picture, request.as_json)
     return DONE
