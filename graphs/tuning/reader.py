@@ -23,21 +23,10 @@ def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
 
     `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by name.
 
-    >>> from proofmass import read_graph, read_tuning, write_graph
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> table = '''
-    ... [tune.free]
-    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
-    ... [tune.goals]
-    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
-    ... '''
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sensor.toml")
-    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
-    ...     tuning = read_tuning(file)
+    >>> from proofmass import read_tuning
+    >>> tuning = read_tuning("library:closed_loop_accelerometer")
     >>> list(tuning.free), list(tuning.goals)
-    (['adc.reference'], ['wide'])
+    (['pid.proportional', 'pid.integral', 'pid.derivative_gain'], ['phase', 'wide', 'quiet'])
     """
     path = file_of(path)
     data, place = read_table(path)

@@ -101,21 +101,10 @@ class Tuning(Placed):
 
     Parameters are named as in the flat graph; `written` has the names that a person wrote.
 
-    >>> from proofmass import read_graph, read_tuning, write_graph
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> table = '''
-    ... [tune.free]
-    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
-    ... [tune.goals]
-    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
-    ... '''
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sensor.toml")
-    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
-    ...     tuning = read_tuning(file)
-    >>> tuning.nominal, tuning.unit_of("adc.reference")
-    ({'adc.reference': 10.0}, 'V')
+    >>> from proofmass import read_tuning
+    >>> tuning = read_tuning("library:closed_loop_accelerometer")
+    >>> tuning.nominal["pid.integral"], tuning.unit_of("pid.integral")
+    (6.0, '1/s')
     """
 
     graph: Graph  # with the values to start from

@@ -63,20 +63,14 @@ class OutputFit:
 class Fitted(Told, Plotted):
     """The result of a fit.
 
-    >>> import numpy
-    >>> from proofmass import Graph, fit
-    >>> from proofmass.blocks import LowPass, Step
-    >>> graph = Graph(
-    ...     name="a lag",
-    ...     rate="1 kHz",
-    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
-    ...     wires=["step.output -> lag.input"],
-    ... )
-    >>> times = numpy.arange(200) / 1e3
-    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
-    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
-    >>> fitted.determined, round(fitted.graph.blocks["lag"].corner_frequency, 6)
-    (True, 12.0)
+    >>> from proofmass import fit, read_graph, simulate
+    >>> graph = read_graph("library:template")
+    >>> damped = graph.with_parameters({"sensor.damping": "4e-3 kg/s"})
+    >>> trace = simulate(damped, duration="10 ms")["sensor.displacement"]
+    >>> data = {"time": trace.times, "place": trace.values}
+    >>> fitted = fit(graph, data, outputs={"sensor.displacement": "place"}, free=["sensor.damping"])
+    >>> fitted.determined, round(fitted.graph.blocks["sensor"].damping, 6)
+    (True, 0.004)
     """
 
     source: Graph  # the graph before
@@ -191,20 +185,14 @@ def fit(
     `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is that of further
     starts, and `progress` is called with the runs that are done and the most there may be.
 
-    >>> import numpy
-    >>> from proofmass import Graph, fit
-    >>> from proofmass.blocks import LowPass, Step
-    >>> graph = Graph(
-    ...     name="a lag",
-    ...     rate="1 kHz",
-    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
-    ...     wires=["step.output -> lag.input"],
-    ... )
-    >>> times = numpy.arange(200) / 1e3
-    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
-    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
+    >>> from proofmass import fit, read_graph, simulate
+    >>> graph = read_graph("library:template")
+    >>> damped = graph.with_parameters({"sensor.damping": "4e-3 kg/s"})
+    >>> trace = simulate(damped, duration="10 ms")["sensor.displacement"]
+    >>> data = {"time": trace.times, "place": trace.values}
+    >>> fitted = fit(graph, data, outputs={"sensor.displacement": "place"}, free=["sensor.damping"])
     >>> round(fitted.estimates[0].value, 6), fitted.estimates[0].unit
-    (12.0, 'Hz')
+    (0.004, 'kg/s')
     """
     if loss not in LOSSES:
         hint = did_you_mean(loss, LOSSES, "the losses")
