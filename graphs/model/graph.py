@@ -98,10 +98,11 @@ NOWHERE = Place()
 _NAMED = 5  # probes in a line
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
 class Placed:
     """Something that stands in a file; its problems have the lines of their keys there."""
 
-    place: Place
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def placed(self, problem: Problem) -> Problem:
         """Return a problem with the file and line that its key has, unless it has them already."""
@@ -154,7 +155,6 @@ class Graph(Placed):
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
     rates: Mapping[str, Fraction]  # Hz, of blocks that have one of their own
     offsets: Mapping[str, Fraction]  # s, of clocks; those of subgraphs count for all that is inside
-    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def __post_init__(self) -> None:
         put_in_order(self)

@@ -14,7 +14,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
-from proofmass.graphs.model.graph import Graph, Place, Placed
+from proofmass.graphs.model.graph import Graph, Placed
 from proofmass.graphs.model.keys import STUDY_INTEGERS
 from proofmass.graphs.model.limits import LARGEST_STUDY
 from proofmass.graphs.studies.ageing import Drift
@@ -52,7 +52,6 @@ class Study(Placed):
     limits: Mapping[str, Limit]  # by measure
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
-    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""

@@ -10,7 +10,7 @@ from typing import Any
 from proofmass.graphs.files.toml_writer import inline, key_of, write_graph
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import NOWHERE, Graph, Place, Placed
+from proofmass.graphs.model.graph import Graph, Placed
 from proofmass.graphs.model.quantities import Quantity, quantity_table
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
@@ -120,7 +120,6 @@ class Tuning(Placed):
     written: Mapping[str, str]  # names that a person wrote, by those of the flat graph
     ages: tuple[float, ...] = ()  # at which all goals hold, in seconds; new alone if there are none
     study: Study | None = None  # that has the yields among the goals, and the drift
-    place: Place = dataclasses.field(default=NOWHERE, compare=False, repr=False)  # file and lines that it comes from
 
     @property
     def nominal(self) -> dict[str, float]:
