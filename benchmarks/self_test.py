@@ -18,7 +18,7 @@ import numpy as np
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run

@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.declarations.analysis import ANALYSES
 from proofmass.runner.commands.declarations.blocks import BLOCKS
 from proofmass.runner.commands.declarations.comparison import COMPARISONS
@@ -16,7 +17,6 @@ from proofmass.runner.commands.declarations.design import DESIGN
 from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.declarations.graphs import GRAPHS
 from proofmass.runner.commands.declarations.options import Request
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
 from proofmass.runner.host.versions import PROOFMASS
 

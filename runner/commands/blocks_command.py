@@ -9,9 +9,8 @@ from proofmass.blocks.declaration.catalog import all_blocks, facts, family_about
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.runner.commands.answers import print_answer, print_json, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import BlocksRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.describe import block_text
 from proofmass.runner.output.text_table import text_table

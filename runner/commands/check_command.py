@@ -8,9 +8,8 @@ from proofmass.graphs.model.flatten import flatten, parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.tuning.check_file import check_file
-from proofmass.runner.commands.answers import print_json, print_problem, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_json, print_problem, print_text
 from proofmass.runner.commands.declarations.graphs import CheckRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks

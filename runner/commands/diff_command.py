@@ -5,9 +5,8 @@ from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.comparison import DiffRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.comparison.files import file_differences
 from proofmass.runner.comparison.runs import Allowance, compare_runs, is_run

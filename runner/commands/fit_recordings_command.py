@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import click
 
 from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.fit import FitRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.identification.fitted import fit

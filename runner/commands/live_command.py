@@ -12,9 +12,8 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.commands.answers import print_problem
+from proofmass.runner.commands.answers import DONE, print_problem
 from proofmass.runner.commands.declarations.graphs import LiveRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.host.interrupts import interrupts

@@ -11,6 +11,7 @@ import click
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_variants
 from proofmass.runner.commands.answers import (
+    DONE,
     print_answer,
     print_files,
     print_interruption,
@@ -20,7 +21,6 @@ from proofmass.runner.commands.answers import (
     print_text,
 )
 from proofmass.runner.commands.declarations.graphs import MontecarloRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress, working

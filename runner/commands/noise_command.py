@@ -14,9 +14,8 @@ from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import NoiseRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of

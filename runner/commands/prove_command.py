@@ -7,9 +7,8 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import is_study, read_variants
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress

@@ -5,9 +5,8 @@ import click
 from proofmass.runner.analysis.response.plot import plot_response
 from proofmass.runner.analysis.response.response import response
 from proofmass.runner.analysis.response.text import response_text
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import ResponseRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of

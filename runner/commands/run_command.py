@@ -10,9 +10,15 @@ import click
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_interruption, print_picture, print_problem, print_text
+from proofmass.runner.commands.answers import (
+    DONE,
+    print_files,
+    print_interruption,
+    print_picture,
+    print_problem,
+    print_text,
+)
 from proofmass.runner.commands.declarations.graphs import RunRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import PREPARING, progress, working
 from proofmass.runner.commands.run_files import need_for, usual_format, write_run

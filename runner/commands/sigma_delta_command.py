@@ -5,9 +5,8 @@ import click
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.rates import read_rate
-from proofmass.runner.commands.answers import print_answer, print_file, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_file, print_picture
 from proofmass.runner.commands.declarations.design import SigmaDeltaRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.design.modulators.modulator import design_modulator
 from proofmass.runner.design.modulators.plot import plot_modulator
 from proofmass.runner.design.modulators.text import modulator_text

@@ -7,9 +7,8 @@ from proofmass.runner.analysis.spectrum.plot import plot_spectrum
 from proofmass.runner.analysis.spectrum.text import TONE_WINDOW, spectrum_text, tone_text
 from proofmass.runner.analysis.spectrum.tones import Tones, tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum, spectrum
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import SpectrumRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import band_of, quantity, signal_of
 
 

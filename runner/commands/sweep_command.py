@@ -5,9 +5,8 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_answer, print_files
+from proofmass.runner.commands.answers import DONE, print_answer, print_files
 from proofmass.runner.commands.declarations.graphs import RunRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.swept_values import sweeps
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.sweeps import plot_sweep, save_sweep_csv, sweep_lines

@@ -5,9 +5,8 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import TestBlockRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.contract.contract import Report, check_block
 from proofmass.runner.output.counts import count

@@ -13,9 +13,8 @@ from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.tuning.reader import tuning_of_table
 from proofmass.graphs.tuning.tuning import Tuning
-from proofmass.runner.commands.answers import print_answer, print_file, print_picture
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file, print_picture
 from proofmass.runner.commands.declarations.design import TuneRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress

@@ -4,9 +4,8 @@ from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import STUDY, graph_in, is_study, study_of_table
-from proofmass.runner.commands.answers import print_answer, print_file, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_file, print_text
 from proofmass.runner.commands.declarations.comparison import VerifyRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.counts import count

@@ -100,7 +100,12 @@ class Spectrum(Told, Plotted):
         """Return by how many dB the density rises a decade in a band, by least squares over logarithmic frequency."""
         lines = self.within(band) & (self.density > 0.0)
         if np.sum(lines) < 2:
-            raise _empty_band(band, self.step).error
+            raise Problem(
+                message="fewer than two lines of the spectrum lie in the band",
+                key="band",
+                got=f"{band[0]:g} Hz to {band[1]:g} Hz",
+                expected=f"a band wider than the lines, which are {self.step:.4g} Hz apart",
+            ).error
         decades = np.log10(self.frequencies[lines])
         weight = 1.0 / self.frequencies[lines]  # every decade counts alike
         apart = decades - np.average(decades, weights=weight)
@@ -145,8 +150,14 @@ def spectrum(
     series = as_series(signal, rate, unit)
     count = len(series.values)
     if count < FEWEST:
-        raise _short(count, series.name).error
-    length = count if segment == 0 else segment or _usual_segment(count)
+        raise Problem(
+            message="the signal is too short for a spectrum",
+            key=series.name or "signal",
+            got=f"{count} values",
+            expected=f"at least {FEWEST}",
+            hint="run longer, or skip less",
+        ).error
+    length = count if segment == 0 else segment or max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
     if not FEWEST <= length <= count:
         raise Problem(
             message="a segment of this length does not fit",
@@ -177,26 +188,3 @@ def _mean_density(values: Array, length: int, name: str, rate: float) -> tuple[A
     if length % 2 == 0:
         total[-1] *= 0.5
     return total, len(starts)
-
-
-def _usual_segment(count: int) -> int:
-    return max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
-
-
-def _short(count: int, name: str) -> Problem:
-    return Problem(
-        message="the signal is too short for a spectrum",
-        key=name or "signal",
-        got=f"{count} values",
-        expected=f"at least {FEWEST}",
-        hint="run longer, or skip less",
-    )
-
-
-def _empty_band(band: tuple[float, float], step: float) -> Problem:
-    return Problem(
-        message="fewer than two lines of the spectrum lie in the band",
-        key="band",
-        got=f"{band[0]:g} Hz to {band[1]:g} Hz",
-        expected=f"a band wider than the lines, which are {step:.4g} Hz apart",
-    )
