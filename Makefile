@@ -12,7 +12,7 @@ BIN = $(VENV)/bin
 .PHONY: demo test test-all test-fast defects derivations friendliness coverage mutants lint docs pictures benchmark clean
 
 demo: $(VENV)/installed
-	$(BIN)/python -m proofmass.runner.commands.demo demo
+	$(BIN)/python -m benchmarks.self_test demo
 
 test: $(VENV)/installed-test
 	$(BIN)/python -m pytest --numprocesses $(WORKERS) --dist worksteal

@@ -9,22 +9,21 @@ from typing import Any
 import click
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.declarations.analysis import ANALYSES
 from proofmass.runner.commands.declarations.blocks import BLOCKS
 from proofmass.runner.commands.declarations.comparison import COMPARISONS
 from proofmass.runner.commands.declarations.design import DESIGN
 from proofmass.runner.commands.declarations.fit import FitRequest
 from proofmass.runner.commands.declarations.graphs import GRAPHS
-from proofmass.runner.commands.declarations.live import LiveRequest
 from proofmass.runner.commands.declarations.options import Request
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, USAGE
 from proofmass.runner.commands.failures import explain
 from proofmass.runner.host.versions import PROOFMASS
 
 __all__ = ["REQUESTS", "cli", "main"]
 
 _COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
-REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS, LiveRequest)
+REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS)
 
 
 class Commands(click.Group):
@@ -58,7 +57,7 @@ def cli(traceback: bool) -> None:
     """
 
 
-def _command(kind: type[Request]) -> click.Command:
+def command_of(kind: type[Request]) -> click.Command:
     """Return the command of a request; what it does is imported when it is called."""
 
     def call(**options: Any) -> int:
@@ -78,7 +77,7 @@ def _command(kind: type[Request]) -> click.Command:
 
 
 for kind in REQUESTS:
-    cli.add_command(_command(kind))
+    cli.add_command(command_of(kind))
 
 
 def main(arguments: list[str] | None = None) -> int:

@@ -108,20 +108,20 @@ def settled(c: Sections, u: float) -> Delays:
     )
 
 
-def filtered(c: Sections, x: Delays, u: float) -> float:
-    """The output for an input."""
-    return c.b40 * (c.b30 * (c.b20 * (c.b10 * u + x.s1) + x.s2) + x.s3) + x.s4
+def output(c: Sections, x: Delays, input: float) -> float:
+    """The filtered signal."""
+    return c.b40 * (c.b30 * (c.b20 * (c.b10 * input + x.s1) + x.s2) + x.s3) + x.s4
 
 
-def moved(c: Sections, x: Delays, u: float) -> Delays:
+def update(c: Sections, x: Delays, input: float) -> Delays:
     """The delays of the next tick."""
-    y1 = c.b10 * u + x.s1
+    y1 = c.b10 * input + x.s1
     y2 = c.b20 * y1 + x.s2
     y3 = c.b30 * y2 + x.s3
     y4 = c.b40 * y3 + x.s4
     return Delays(
-        c.b11 * u - c.a11 * y1 + x.t1,
-        c.b12 * u - c.a12 * y1,
+        c.b11 * input - c.a11 * y1 + x.t1,
+        c.b12 * input - c.a12 * y1,
         c.b21 * y1 - c.a21 * y2 + x.t2,
         c.b22 * y1 - c.a22 * y2,
         c.b31 * y2 - c.a31 * y3 + x.t3,

@@ -168,8 +168,8 @@ EXPLANATIONS = (
     Explanation(
         "P0405",
         "Something is not used or not recorded",
-        r"none of its outputs|no probes|records nothing|nothing to record|the graph has no blocks|nothing uses"
-        r"|nothing follows",
+        r"none of its (exported )?outputs|no probes|records nothing|nothing to record|the graph has no blocks"
+        r"|nothing uses|nothing follows",
         "A block whose outputs nothing reads, or a run without probes, does no harm and has no effect.",
         "Wire or probe an output, or remove the block.",
     ),

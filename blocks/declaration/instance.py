@@ -71,5 +71,5 @@ def format_of(block: Block, what: str) -> Fixed:
     if format is None:
         key = f"{type(block).__name__}.formats"
         hint = f'return it there: {{"{what}": Fixed(16, 12)}}'
-        raise ModelError([Problem(message=f"the format of {what} is not said", key=key, hint=hint)])
+        raise Problem(message=f"the format of {what} is not said", key=key, hint=hint).error
     return typing.cast(Fixed, format)

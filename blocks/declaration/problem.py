@@ -1,7 +1,8 @@
 """Problems of a model as data, and their text, written in this one place."""
 
 import difflib
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from html import escape
 
@@ -25,12 +26,16 @@ class Problem:
     message: str  # what is wrong
     file: str = ""  # "" of a graph from Python
     line: int = 0  # in the file, from 1; 0 where none is known
-    key: str = ""  # such as "blocks.adc.bits"
+    key: str = ""  # such as "blocks.adc.bits"; by default the whole path
     got: str = ""  # what was read, as it is written
     expected: str = ""  # what would be right
     hint: str = ""  # how to cure it
     note: bool = False  # True if it does not stop a run
     path: tuple[str, ...] = field(default=(), compare=False)  # keys from the top of the file, to find the line
+
+    def __post_init__(self) -> None:
+        if not self.key:
+            object.__setattr__(self, "key", ".".join(self.path))
 
     def at(self, file: str = "", line: int = 0) -> "Problem":
         """Return the problem with its place in a file."""
@@ -41,6 +46,11 @@ class Problem:
         head = ": ".join(part for part in (place, "note" if self.note else "", self.key, self.message) if part)
         rows = [("got", self.got), ("expected", self.expected), ("hint", self.hint)]
         return "\n".join([_printable(head), *(f"  {name + ':':<9} {_printable(text)}" for name, text in rows if text)])
+
+    @property
+    def error(self) -> "ModelError":
+        """The error of this problem alone, to be raised."""
+        return ModelError([self])
 
     @property
     def code(self) -> str:
@@ -100,6 +110,26 @@ class Refusal(ValueError):  # noqa: N818  # a word of its own, as in "raise Refu
     def problem(self, key: str, value: object, *, path: tuple[str, ...] = (), expected: str = "") -> Problem:
         """The refusal as a problem of a model."""
         return Problem(message=str(self), key=key, got=shown(value), expected=expected, hint=self.hint, path=path)
+
+
+@contextmanager
+def under(key: str, value: object, expected: str = "") -> Iterator[None]:
+    """Have what refuses a value say under which key it stands."""
+    try:
+        yield
+    except Refusal as error:
+        raise error.under(key, value, expected) from None
+
+
+@contextmanager
+def collecting(problems: list[Problem], value: object = None, path: tuple[str, ...] = ()) -> Iterator[None]:
+    """Add what is refused to problems, and go on; a refused value stands at a path."""
+    try:
+        yield
+    except ModelError as error:
+        problems += error.problems
+    except Refusal as error:
+        problems.append(error.problem(".".join(path), value, path=path))
 
 
 def nearest(word: str, names: Iterable[str]) -> str:

@@ -5,7 +5,7 @@ networks having maximally flat frequency characteristics, Proc. IEE 96, 1949).
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, bessel
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Sections, designed, output, update, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -25,12 +25,5 @@ def constants(p: Bessel, period: float) -> Sections:
     return designed(bessel(p.order), p.order, p.high_pass, warped(p.corner_frequency, period))
 
 
-@Bessel.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@Bessel.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+Bessel.output("{unit}")(output)
+Bessel.update(update)

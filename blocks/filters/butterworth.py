@@ -5,7 +5,7 @@ filter amplifiers, 1930). At the corner fc the response is down by 3 dB; at most
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, butterworth
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Sections, designed, output, update, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -25,12 +25,5 @@ def constants(p: Butterworth, period: float) -> Sections:
     return designed(butterworth(p.order), p.order, p.high_pass, warped(p.corner_frequency, period))
 
 
-@Butterworth.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@Butterworth.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+Butterworth.output("{unit}")(output)
+Butterworth.update(update)

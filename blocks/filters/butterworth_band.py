@@ -6,7 +6,7 @@ Processing, section 7.1).
 
 from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.prototypes import butterworth
-from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
+from proofmass.blocks.arithmetic.sections import Sections, output, update
 from proofmass.blocks.declaration.declare import Input
 from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
@@ -23,12 +23,5 @@ def constants(p: ButterworthBand, period: float) -> Sections:
     return banded(prototype, p.order, p.stop, p.low_frequency, p.high_frequency, period)
 
 
-@ButterworthBand.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@ButterworthBand.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+ButterworthBand.output("{unit}")(output)
+ButterworthBand.update(update)

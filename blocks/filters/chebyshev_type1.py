@@ -5,7 +5,7 @@ a = (2k + 1) pi / (2n) (Oppenheim and Schafer, Discrete-Time Signal Processing, 
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, chebyshev_type1
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Sections, designed, output, update, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -26,12 +26,5 @@ def constants(p: ChebyshevType1, period: float) -> Sections:
     return designed(chebyshev_type1(p.order, p.ripple), p.order, p.high_pass, warped(p.corner_frequency, period))
 
 
-@ChebyshevType1.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@ChebyshevType1.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+ChebyshevType1.output("{unit}")(output)
+ChebyshevType1.update(update)

@@ -6,7 +6,7 @@ Processing, section 7.1).
 
 from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.prototypes import chebyshev_type1
-from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
+from proofmass.blocks.arithmetic.sections import Sections, output, update
 from proofmass.blocks.declaration.declare import Input, param
 from proofmass.blocks.parameter_sets.band_edges import BandEdges
 
@@ -27,12 +27,5 @@ def constants(p: ChebyshevType1Band, period: float) -> Sections:
     return banded(prototype, p.order, p.stop, p.low_frequency, p.high_frequency, period)
 
 
-@ChebyshevType1Band.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@ChebyshevType1Band.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+ChebyshevType1Band.output("{unit}")(output)
+ChebyshevType1Band.update(update)

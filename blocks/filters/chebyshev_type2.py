@@ -5,7 +5,7 @@ e^2 = 1 / (10^(attenuation / 10) - 1). The poles of the prototype are one over t
 """
 
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER, chebyshev_type2
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Sections, designed, output, update, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -28,12 +28,5 @@ def constants(p: ChebyshevType2, period: float) -> Sections:
     return designed(chebyshev_type2(p.order, p.attenuation), p.order, p.high_pass, warped(p.corner_frequency, period))
 
 
-@ChebyshevType2.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@ChebyshevType2.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+ChebyshevType2.output("{unit}")(output)
+ChebyshevType2.update(update)

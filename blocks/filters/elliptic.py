@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.elliptic import elliptic
 from proofmass.blocks.arithmetic.prototypes import LARGEST_ORDER
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Sections, designed, output, update, warped
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 
@@ -40,12 +40,5 @@ def constants(p: Elliptic, period: float) -> Sections:
     )
 
 
-@Elliptic.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@Elliptic.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+Elliptic.output("{unit}")(output)
+Elliptic.update(update)

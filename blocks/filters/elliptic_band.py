@@ -8,7 +8,7 @@ from collections.abc import Iterator
 
 from proofmass.blocks.arithmetic.bands import banded
 from proofmass.blocks.arithmetic.elliptic import elliptic
-from proofmass.blocks.arithmetic.sections import Delays, Sections, filtered, moved
+from proofmass.blocks.arithmetic.sections import Sections, output, update
 from proofmass.blocks.declaration.declare import Input, param
 from proofmass.blocks.parameter_sets.band_edges import BandEdges, ordered
 
@@ -39,12 +39,5 @@ def constants(p: EllipticBand, period: float) -> Sections:
     return banded(prototype, p.order, p.stop, p.low_frequency, p.high_frequency, period)
 
 
-@EllipticBand.output("{unit}")
-def output(c: Sections, x: Delays, input: float) -> float:
-    """The filtered signal."""
-    return filtered(c, x, input)
-
-
-@EllipticBand.update
-def update(c: Sections, x: Delays, input: float) -> Delays:
-    return moved(c, x, input)
+EllipticBand.output("{unit}")(output)
+EllipticBand.update(update)

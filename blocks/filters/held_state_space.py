@@ -4,11 +4,9 @@ The step is exact: x[n+1] = e^(A T) x[n] + the integral of e^(A t) B u[n] over a
 balanced matrix [[A, B], [0, 0]] T (Van Loan, IEEE Trans. Automatic Control 23, 1978).
 """
 
-from collections.abc import Iterator
-
-from proofmass.blocks.arithmetic.matrices import combined, product_with_part, stepped, wrong_sizes
 from proofmass.blocks.arithmetic.modes import balanced_exponential
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.filters.discrete_matrix_state_space import output, requires, strictly_proper_part, update
 
 
 class HeldStateSpace(Block):
@@ -32,9 +30,7 @@ class HeldStateSpace(Block):
     following = Buffer("x of the next tick, while it is computed.", float, ("order",))
 
 
-@HeldStateSpace.requires
-def requires(p: HeldStateSpace) -> Iterator[tuple[str, str]]:
-    yield from wrong_sizes(p.transition, p.entry, p.readout, p.direct, p.order, p.input_size, p.output_size)
+HeldStateSpace.requires(requires)
 
 
 @HeldStateSpace.start
@@ -55,28 +51,6 @@ def start(
     out_of[:], through[:] = p.readout, p.direct
 
 
-@HeldStateSpace.output("1", shape=("output_size",), dtype=float)
-def output(
-    p: HeldStateSpace, out_of: list[float], through: list[float], states: list[float], input: list[float],
-    out: list[float],
-) -> None:  # fmt: skip
-    """C x + D u."""
-    combined(out_of, states, through, input, out)
-
-
-@HeldStateSpace.output("1", shape=("output_size",), dtype=float)
-def strictly_proper_part(p: HeldStateSpace, out_of: list[float], states: list[float], out: list[float]) -> None:
-    """C x, through which loops go."""
-    product_with_part(out_of, states, 0, len(states), out)
-
-
-@HeldStateSpace.update
-def update(
-    p: HeldStateSpace,
-    matrix: list[float],
-    into: list[float],
-    states: list[float],
-    following: list[float],
-    input: list[float],
-) -> None:
-    stepped(matrix, states, into, input, following)
+for function in (output, strictly_proper_part):
+    HeldStateSpace.output("1", shape=("output_size",), dtype=float)(function)
+HeldStateSpace.update(update)

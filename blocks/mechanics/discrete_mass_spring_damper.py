@@ -9,6 +9,7 @@ Euler takes T k off the damping and is stable only for T < c / k. A MassSpringDa
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.mechanics.mass_spring_damper import State, displacement, velocity
 
 
 class DiscreteMassSpringDamper(Block):
@@ -25,11 +26,6 @@ class DiscreteMassSpringDamper(Block):
     )
 
     force = Input("N", "Force on the proof mass.")
-
-
-class State(NamedTuple):
-    displacement: float
-    velocity: float
 
 
 class Constants(NamedTuple):
@@ -49,16 +45,8 @@ def constants(p: DiscreteMassSpringDamper, period: float) -> Constants:
     return Constants(-spring * scale, kept * scale, period / p.mass * scale, before, after)
 
 
-@DiscreteMassSpringDamper.output("m")
-def displacement(c: Constants, x: State) -> float:
-    """Displacement of the proof mass from rest."""
-    return x.displacement
-
-
-@DiscreteMassSpringDamper.output("m/s")
-def velocity(c: Constants, x: State) -> float:
-    """Velocity of the proof mass."""
-    return x.velocity
+DiscreteMassSpringDamper.output("m")(displacement)
+DiscreteMassSpringDamper.output("m/s")(velocity)
 
 
 @DiscreteMassSpringDamper.update

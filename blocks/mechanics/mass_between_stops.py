@@ -7,6 +7,7 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.mechanics.mass_spring_damper import displacement, velocity
 
 
 class MassBetweenStops(Block):
@@ -44,16 +45,8 @@ def start(p: MassBetweenStops) -> State:
     return State(p.initial_displacement, 0.0, 0, 0.0)
 
 
-@MassBetweenStops.output("m")
-def displacement(p: MassBetweenStops, x: State) -> float:
-    """Displacement of the proof mass from rest."""
-    return x.displacement
-
-
-@MassBetweenStops.output("m/s")
-def velocity(p: MassBetweenStops, x: State) -> float:
-    """Velocity of the proof mass."""
-    return x.velocity
+MassBetweenStops.output("m")(displacement)
+MassBetweenStops.output("m/s")(velocity)
 
 
 @MassBetweenStops.output("1")

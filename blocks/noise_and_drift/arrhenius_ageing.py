@@ -7,6 +7,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import bounded_exponential
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.noise_and_drift.random_walk import deviation, value
 
 BOLTZMANN = 1.380649e-23  # J/K, exact in the SI
 
@@ -53,16 +54,8 @@ def acceleration_at(c: Constants, temperature: float) -> float:
     return 0.0 if temperature < 1.0 else bounded_exponential(c.at_reference - c.energy / temperature)
 
 
-@ArrheniusAgeing.output("{unit}")
-def value(c: Constants, x: State) -> float:
-    """Nominal value with the deviation applied."""
-    return c.nominal * (1.0 + x.deviation)
-
-
-@ArrheniusAgeing.output("1")
-def deviation(c: Constants, x: State) -> float:
-    """The relative deviation."""
-    return x.deviation
+ArrheniusAgeing.output("{unit}")(value)
+ArrheniusAgeing.output("1")(deviation)
 
 
 @ArrheniusAgeing.output("1")

@@ -12,6 +12,7 @@ from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.elementary import binary_logarithm, exponential_less_one
 from proofmass.blocks.declaration.declare import Block, Buffer, param
+from proofmass.blocks.noise_and_drift.random_walk import deviation, value
 
 ZERO, POLE = 0.41715495, 0.3249102  # of a filter that makes up for what sampling does to the ladder near half the rate
 
@@ -60,16 +61,8 @@ def constants(p: FlickerNoise, period: float) -> Constants:
     return Constants(white, -exponential_less_one(-2.0 * math.pi * turns), p.nominal)
 
 
-@FlickerNoise.output("{unit}")
-def value(c: Constants, x: State) -> float:
-    """Nominal value with the deviation applied."""
-    return c.nominal * (1.0 + x.deviation)
-
-
-@FlickerNoise.output("1")
-def deviation(c: Constants, x: State) -> float:
-    """The relative deviation."""
-    return x.deviation
+FlickerNoise.output("{unit}")(value)
+FlickerNoise.output("1")(deviation)
 
 
 @FlickerNoise.update

@@ -8,9 +8,9 @@ at most, however many turns there were, and by what the integration of a control
 import math
 from typing import NamedTuple
 
-from proofmass.blocks.arithmetic.elementary import cosine_of_turns, sine_of_turns
 from proofmass.blocks.arithmetic.rounding import nearest_integer
 from proofmass.blocks.declaration.declare import Block, Input, param
+from proofmass.blocks.oscillators.numerically_controlled_oscillator import cosine, sine
 
 
 class VoltageControlledOscillator(Block):
@@ -37,16 +37,8 @@ def start(p: VoltageControlledOscillator) -> State:
     return State(turns - nearest_integer(turns), nearest_integer(turns))
 
 
-@VoltageControlledOscillator.output("{unit}")
-def sine(p: VoltageControlledOscillator, x: State) -> float:
-    """The sine of the phase."""
-    return p.amplitude * sine_of_turns(x.turns)
-
-
-@VoltageControlledOscillator.output("{unit}")
-def cosine(p: VoltageControlledOscillator, x: State) -> float:
-    """The cosine of the phase."""
-    return p.amplitude * cosine_of_turns(x.turns)
+VoltageControlledOscillator.output("{unit}")(sine)
+VoltageControlledOscillator.output("{unit}")(cosine)
 
 
 @VoltageControlledOscillator.output("rad")

@@ -10,7 +10,9 @@ from collections.abc import Iterator
 from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.prototypes import butterworth
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, settled, warped
+from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, settled, warped
+from proofmass.blocks.arithmetic.sections import output as filtered
+from proofmass.blocks.arithmetic.sections import update as moved
 from proofmass.blocks.declaration.declare import Block, Input, param
 
 _ORDER = 4

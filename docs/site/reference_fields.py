@@ -1,4 +1,4 @@
-"""The fields of a public class with their types and the comments that stand after them in its source."""
+"""The fields of a public class with their types, and the comments after them in its source or the words of a key."""
 
 import ast
 import inspect
@@ -26,10 +26,16 @@ def _fields(kind: type[Any]) -> list[Field]:
     tree = ast.parse(source).body[0]
     assert isinstance(tree, ast.ClassDef)
     return [
-        Field(node.target.id, ast.unparse(node.annotation), _comment(lines, node))
+        Field(node.target.id, ast.unparse(node.annotation), _comment(lines, node) or _key(kind, node.target.id))
         for node in tree.body
         if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and not _hidden(node)
     ]
+
+
+def _key(kind: type[Any], name: str) -> str:
+    """Return what a field that is a key of graph files means."""
+    field = getattr(kind, "__dataclass_fields__", {}).get(name)
+    return str(field.metadata.get("meaning", "")) if field else ""
 
 
 def _hidden(node: ast.AnnAssign) -> bool:

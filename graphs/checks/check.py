@@ -118,7 +118,7 @@ def _size(graph: FlatGraph) -> Iterator[Problem]:
         yield Problem(message="the graph has no blocks", key="blocks", hint=hint)
     for count, largest, key in ((len(graph.blocks), BLOCKS, "blocks"), (len(graph.wires), WIRES, "wires")):
         if count > largest:
-            yield Problem(message="too many", key=key, got=str(count), expected=f"at most {largest}", path=(key,))
+            yield Problem(message="too many", got=str(count), expected=f"at most {largest}", path=(key,))
 
 
 class _Wiring:
@@ -140,8 +140,7 @@ class _Wiring:
             key, path = f"wires: {wire}", ("wires", str(wire))
             out, into = find_output(self.graph, source), find_target(self.graph, target)
             if isinstance(out, Missing) and isinstance(into, Missing) and self._backwards(source, target):
-                hint = f'write "{target} -> {source}"'
-                yield Problem(message="the wire is backwards", key=key, hint=hint, path=path)
+                yield Problem(message="the wire is backwards", key=key, hint=f'write "{target} -> {source}"', path=path)
                 self.meant.add(source)
                 continue
             for end, signal in ((out, source), (into, target)):
@@ -189,7 +188,6 @@ class _Wiring:
                 fitting = list(dict.fromkeys([*(s.removeprefix(f"{path}.") for s in tried), *fitting]))[:3]
                 yield Problem(
                     message=f"the input {entry} is not connected",
-                    key=f"blocks.{owner}",
                     expected=f"a wire that carries {_facts(block, declared)}: {declared.doc}",
                     hint=f'add "{fitting[0] if fitting else "block.output"} -> {split(owner)[1]}.{entry}" to wires'
                     + (f"; {' and '.join(fitting[1:])} would fit too" if fitting[1:] else "")
@@ -317,7 +315,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
     yield from _probes(graph)
     if graph.measures and any(name.partition(".")[0] == MEASURES for name in graph.blocks):
         message, hint = "the name is taken where a graph has measures", "rename the block"
-        yield Problem(message=message, key=f"blocks.{MEASURES}", hint=hint, path=("blocks", MEASURES))
+        yield Problem(message=message, hint=hint, path=("blocks", MEASURES))
     for name, measure in graph.measures.items():
         path, key = ("measures", name), f"measures.{name}.signal"
         output = find_output(graph, measure.signal)
@@ -373,7 +371,6 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
         if kind.outputs and not any((name, port) in used for port in kind.outputs):
             yield Problem(
                 message="none of its outputs is used",
-                key=f"blocks.{name}",
                 hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),

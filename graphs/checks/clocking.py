@@ -156,7 +156,7 @@ def _late(wiring: _Wiring, name: str, block: Block) -> Iterator[Problem]:
 
 
 def _note(name: str, message: str, got: str, hint: str) -> Problem:
-    return Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, note=True, path=("blocks", name))
+    return Problem(message=message, got=got, hint=hint, note=True, path=("blocks", name))
 
 
 def _times(ratio: Fraction) -> str:

@@ -62,8 +62,7 @@ def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
         name = path[:-1]
         if name and outputs and name not in used:
             hint = f'wire one of {", ".join(outputs)}, or add "{name}.{outputs[0]}" to probes'
-            message = "none of its exported outputs is used"
-            yield Problem(message=message, key=f"blocks.{name}", hint=hint, note=True, path=("blocks", name))
+            yield Problem(message="none of its exported outputs is used", hint=hint, note=True, path=("blocks", name))
 
 
 def as_written(flat: FlatGraph, problem: Problem) -> Problem:

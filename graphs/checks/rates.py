@@ -21,7 +21,6 @@ def rate_problems(graph: FlatGraph) -> Iterator[Problem]:
         if name not in discrete:
             yield Problem(
                 message="a continuous block has no rate: it is integrated from each tick of the graph to the next",
-                key=f"blocks.{name}.rate",
                 hint="leave the rate out, or give it to the blocks that sample this one",
                 path=("blocks", name, "rate"),
             )
@@ -115,12 +114,10 @@ def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:
     for block, of_own in groupby(sorted(names), lambda name: name.partition(".")[0]):
         inside = [name.partition(".")[2] for name in of_own]
         shortened = ", ".join([*inside[:4], *([f"and {len(inside) - 4} more"] if len(inside) > 4 else [])])
-        hint = f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}'
         yield Problem(
             message=f"{'has' if inside == [''] else 'blocks of it have'} no rate, and neither has the graph",
-            key=f"blocks.{block}",
             got=shortened,
-            hint=hint,
+            hint=f'add rate = "50 kHz" at the top of the file, or to this {"block" if inside == [""] else "subgraph"}',
             note=bool(graph.exports),
             path=("blocks", block),
         )

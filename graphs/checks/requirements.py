@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown, under
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
@@ -60,10 +60,8 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     if requirement.tolerances == SPREAD and isinstance(quantity, YieldOf):
         got, hint = shown(SPREAD), 'write tolerances of other parameters, { "torquer.gain" = "5 %" }'
         raise Refusal("the spread is in the yield already", hint, key="tolerances", got=got)
-    try:
+    with under("at", requirement.at):
         read_moment(requirement.at)
-    except Refusal as error:
-        raise error.under("at", requirement.at) from None
     if requirement.proved:
         _provable(requirement, quantity)
     return Asked(quantity.unit, *limits)

@@ -31,7 +31,6 @@ def sampling_notes(flat: FlatGraph) -> Iterator[Problem]:
 def _one_tick(duration: Fraction, rate: Fraction) -> Problem:
     return Problem(
         message="the run is over after the tick at time 0",
-        key="duration",
         got=f"{in_print(float(duration), 's', 6)}, where a tick lasts {in_print(float(1 / rate), 's', 6)}",
         hint="a run has the tick at time 0 and those up to its duration: raise the rate or the duration",
         note=True,
@@ -55,7 +54,6 @@ def _folded(flat: FlatGraph, name: str, rate: Fraction) -> Iterator[Problem]:
         if same_dimension(unit_of(block, parameter), "Hz") and 2 * value >= rate:
             yield Problem(
                 message=f"the {parameter.name} is not below half the rate: the values are those of a lower one",
-                key=f"blocks.{name}.{parameter.name}",
                 got=f"{in_print(value, 'Hz', 6)}, in ticks at {write_rate(rate)}",
                 expected=f"below {in_print(float(rate) / 2, 'Hz', 6)}",
                 hint="raise the rate of the graph, or of the block",

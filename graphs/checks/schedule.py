@@ -8,7 +8,7 @@ from typing import NamedTuple, TypeAlias
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.instance import size_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.digraph import alphabetical, loops
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint, split
@@ -108,7 +108,7 @@ def schedule(graph: FlatGraph) -> Schedule:
     for cycle in cycles:
         obstacle = _obstacle(graph, divisors, phases, cycle)
         if obstacle or graph.integration.algebraic_loops == "refuse":
-            raise ModelError([_loop(graph, _cycle(cycle, needs), drivers, obstacle)])
+            raise _loop(graph, _cycle(cycle, needs), drivers, obstacle).error
     return Schedule(base, divisors, order, drivers, tuple(map(loop_of, cycles)), phases=phases)
 
 

@@ -5,8 +5,10 @@ not exist are left out: `check` reports them.
 """
 
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 
+from proofmass.blocks.declaration.declare import Port
 from proofmass.graphs.drawing.boxes import block_lines, flag
 from proofmass.graphs.drawing.eased import Eased, Path, eased_of, fan_of, named_ends
 from proofmass.graphs.drawing.items import Layout
@@ -14,16 +16,15 @@ from proofmass.graphs.drawing.layers import Link
 from proofmass.graphs.drawing.layout import lay_out
 from proofmass.graphs.drawing.links import WiredPorts, links_of, probed, rate_text
 from proofmass.graphs.drawing.looks import Look, inner_place, look_of
-from proofmass.graphs.drawing.opened import with_tabs
 from proofmass.graphs.drawing.overlays import Overlays
-from proofmass.graphs.drawing.picture import picture_of
+from proofmass.graphs.drawing.picture import TAB, Box, Picture, node_of, outside, picture_of
 from proofmass.graphs.drawing.routing import GridPoint
 from proofmass.graphs.drawing.style import SHADES, STYLE
 from proofmass.graphs.drawing.tabs import tab_below, tab_of_wire
 from proofmass.graphs.drawing.texts import text, unit_in_print, width_of
 from proofmass.graphs.drawing.wires import Hops, drawn_path, hops_of, net_of, shared
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside, parts
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.rates import write_rate
 
 _MARGIN = 20
@@ -282,3 +283,45 @@ def _lined(marks: Sequence[Mark], width: int) -> list[list[tuple[int, str]]]:
         lines[-1].append((x, f'{mark}<text class="soft small" x="{size + 6}" y="1">{text(words)}</text>'))
         x = end + 20
     return lines if lines[0] else []
+
+
+_PORT = "value"
+
+
+def with_tabs(flat: FlatGraph, graph: Graph, picture: Picture, path: str) -> Picture:
+    """Return the picture of a subgraph with its tabs; `path` ends in a dot."""
+    known = {inside(flat.root, path + name): name for name in graph.exports}
+    blocks, wires = dict(picture.blocks), list(picture.wires)
+    for wire in flat.wires:
+        within = wire.source.startswith(path), wire.target.startswith(path)
+        if within[0] == within[1]:
+            continue
+        signal = wire.source if within[0] else wire.target
+        rest = signal.removeprefix(path)
+        node = node_of(graph, outside(graph, rest))
+        port = _port(picture, node)
+        if port is None:
+            continue
+        label = known.get(signal, rest)
+        if within[0]:
+            name = f"{label}{TAB}"
+            blocks[name] = Box("", f"{label}: {port.doc}", {_PORT: port}, {}, {}, {})
+            wires.append((node, (name, _PORT)))
+        else:
+            name = f"{TAB}{label}"
+            signals, types = {_PORT: wire.source}, {_PORT: "number"}
+            blocks[name] = Box("", f"{label}: {port.doc}", {}, {_PORT: port}, {}, {}, signals=signals, types=types)
+            wires.append(((name, _PORT), node))
+    return picture._replace(blocks=dict(sorted(blocks.items())), wires=sorted(set(wires)))
+
+
+def _port(picture: Picture, node: Endpoint) -> Port | None:
+    """Return a port, or a parameter as one; None for what does not exist."""
+    box = picture.blocks.get(node[0])
+    if box is None:
+        return None
+    port = box.inputs.get(node[1]) or box.outputs.get(node[1])
+    if port is not None:
+        return replace(port, name=_PORT)
+    parameter = box.parameters.get(node[1])
+    return Port(_PORT, parameter.unit, parameter.doc, float) if parameter else None

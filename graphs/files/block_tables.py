@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.catalog import Own, all_blocks, find
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.other_names import kind_hint
 from proofmass.blocks.declaration.parameter import fill
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, nearest, shown
 from proofmass.graphs.files.locate_keys import KeyPath
 from proofmass.graphs.files.number_files import is_number_file, numbers_of_file
 from proofmass.graphs.files.part_files import PartFiles
@@ -18,10 +18,11 @@ from proofmass.graphs.model.changes import change_part
 from proofmass.graphs.model.exports import exported
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, PROBLEMS, TEXT_LENGTH
 from proofmass.graphs.model.names import is_rate, is_value
 from proofmass.graphs.model.targets import CLOCK_OFFSET
+from proofmass.graphs.model.top_keys import TOP_KEYS
 
 
 class BlockTables:
@@ -92,10 +93,8 @@ class BlockTables:
             if parameter is None or parameter.kind is not tuple or not is_number_file(entry):
                 continue
             path = ("blocks", name, key)
-            try:
+            with collecting(problems, entry, path):
                 numbers[key] = numbers_of_file(entry, self.place.folder, fill(parameter.unit, texts))
-            except Refusal as error:
-                problems.append(error.problem(".".join(path), entry, path=path))
         if problems:
             raise ModelError(problems)
         return numbers
@@ -175,7 +174,7 @@ class BlockTables:
             expected = f"at most {BLOCKS}"
             path = ("blocks", name)
             problem = Problem(message=message, key=f"blocks.{name}", got=str(self.inside), expected=expected, path=path)
-            raise ModelError([problem])
+            raise problem.error
 
     def _add(self, name: str, part: Graph) -> None:
         self._limit(name, part, 1)
@@ -190,11 +189,10 @@ class BlockTables:
             key, where = ".".join(path), ("blocks", name, *path)
             values[key], paths[key] = value, where
             if _has_long_text(value):
-                message = f"a text of over {TEXT_LENGTH} characters"
-                problems.append(Problem(message=message, key=".".join(where), path=where))
+                problems.append(Problem(message=f"a text of over {TEXT_LENGTH} characters", path=where))
             elif len(path) == 1 and "." not in key and (hint := _misplaced(name, part, key, table)):
                 message = "the subgraph exports no such parameter"
-                problems.append(Problem(message=message, key=".".join(where), got=key, hint=hint, path=where))
+                problems.append(Problem(message=message, got=key, hint=hint, path=where))
         if problems:
             raise ModelError(problems)
         values = self.formulas.of_part(names, part, values)
@@ -239,7 +237,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
     long = [key for key, value in values.items() if _has_long_text(value)]
     if long:
         message = f"a text of over {TEXT_LENGTH} characters"
-        raise ModelError([Problem(message=message, key=".".join((*path, key)), path=(*path, key)) for key in long])
+        raise ModelError([Problem(message=message, path=(*path, key)) for key in long])
     problems = [_unknown(kind, name, key, values) for key in values if key not in kind.parameters]
     block = None
     try:
@@ -271,8 +269,7 @@ def _unknown(kind: type[Block], name: str, key: str, values: Collection[str]) ->
     else:
         hint = did_you_mean(key, [*kind.parameters, *BLOCK_KEYS], f"the parameters of {kind.__name__}", values)
     path = ("blocks", name, key)
-    message = f"{kind.__name__} has no such parameter"
-    return Problem(message=message, key=".".join(path), got=shown(key), hint=hint, path=path)
+    return Problem(message=f"{kind.__name__} has no such parameter", got=shown(key), hint=hint, path=path)
 
 
 def note_line(place: Place, path: KeyPath, other: KeyPath) -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.graphs.files.library import FOLDER, library_file, library_files
 from proofmass.graphs.files.toml_reader import read_table
 
@@ -40,7 +40,7 @@ def exhibit(name: str) -> Exhibit:
         if one.name == wanted:
             return one
     hint = did_you_mean(wanted, [one.name for one in exhibits()], "the graphs of `proofmass gallery`")
-    raise ModelError([Problem(message="the gallery has no such graph", key=name, hint=hint)])
+    raise Problem(message="the gallery has no such graph", key=name, hint=hint).error
 
 
 def exhibit_of(path: Path) -> Exhibit:

@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.locate_keys import locate_keys
 from proofmass.graphs.files.toml_writer import quoted
 from proofmass.graphs.model.graph import split
@@ -31,14 +31,14 @@ def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<te
         table = tables
         for step in path[:-1]:
             if not isinstance(table.get(step), dict):
-                raise ModelError([_refused(file, 0, key)])
+                raise _refused(file, 0, key).error
             table = table[step]
         _set(lines, path, written, file)
         table[path[-1]] = value
     result = "\n".join(lines)
     if _parsed(result) != tables:
         problem = Problem(message="cannot be edited in place", file=file, hint="write every parameter on its own line")
-        raise ModelError([problem])
+        raise problem.error
     return result
 
 
@@ -68,13 +68,13 @@ def _set(lines: list[str], path: tuple[str, ...], written: str, file: str) -> No
         form = rf"(\s*\"?{re.escape(path[-1])}\"?\s*=\s*){_VALUE}(\s*(?:#.*)?)"
         found = re.fullmatch(form, lines[line - 1], re.DOTALL)
         if found is None:
-            raise ModelError([_refused(file, line, ".".join(path))])
+            raise _refused(file, line, ".".join(path)).error
         lines[line - 1] = found[1] + written + found[2]
         return
     head = places.get(table, 0)
     form = r"\s*\.\s*".join(map(re.escape, table))
     if not re.match(rf"\s*\[\s*{form}\s*\]", lines[head - 1] if head else ""):
-        raise ModelError([_refused(file, head, ".".join(table))])
+        raise _refused(file, head, ".".join(table)).error
     last = max(place for known, place in places.items() if known[: len(table)] == table)
     ending = "\r" if lines[last - 1].endswith("\r") else ""
     lines.insert(last, f"{parameter} = {written}{ending}")

@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, nearest, shown
 from proofmass.graphs.checks.check import check_apart_from
 from proofmass.graphs.files.block_tables import BlockTables, note_line
 from proofmass.graphs.files.library import LIBRARY, file_of, library_files
@@ -19,8 +19,9 @@ from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
 from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.hints import syntax_hint
-from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS, TUNE_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name
@@ -45,7 +46,7 @@ def graph_from(source: AnyGraph | str | Path) -> AnyGraph | Graph:
         return read_graph(source)
     if not isinstance(source, Value):
         hint = 'name its file, or write Graph(name="...", rate="1 kHz", blocks={...}, wires=[...], probes=[...])'
-        raise ModelError([Problem(message="this is not a graph", got=shown(source), hint=hint)])
+        raise Problem(message="this is not a graph", got=shown(source), hint=hint).error
     return source
 
 
@@ -88,8 +89,7 @@ def read_table(path: Path) -> tuple[dict[str, Any], Place]:
             data = file.read(FILE_BYTES + 1)
     except (OSError, ValueError) as error:
         reason = error.strerror if isinstance(error, OSError) else str(error)
-        problem = Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path))
-        raise ModelError([problem]) from None
+        raise Problem(message=f"cannot be read: {reason}", file=str(path), hint=_others(path)).error from None
     try:
         text = data.decode("utf-8")
     except UnicodeDecodeError as error:
@@ -104,7 +104,7 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     """The graph of a parsed file, or of a table of a subgraph inside it, `depth` levels down."""
     if depth == 0 and "blocks" not in data and isinstance(data.get("graph"), str):
         hint = f"proofmass montecarlo runs it; its graph is {data['graph']}"
-        raise ModelError([Problem(message="this is a study, not a graph", file=place.file, hint=hint)])
+        raise Problem(message="this is a study, not a graph", file=place.file, hint=hint).error
     data, problems = _with_keys_at_top(data, place)
     problems += [
         Refusal("unknown key", _meant(key, data)).problem(key, key, path=(key,)) for key in data if key not in TOP_KEYS
@@ -124,17 +124,15 @@ def graph_of_table(data: dict[str, Any], place: Place, own: Own | None, files: P
     for key in ("wires", "probes"):
         if not isinstance(settings.get(key, []), list):
             got, hint = shown(settings.pop(key)), f"{key} is a list of texts in square brackets"
-            problems.append(Problem(message="must be a list", key=key, got=got, hint=hint, path=(key,)))
+            problems.append(Problem(message="must be a list", got=got, hint=hint, path=(key,)))
     _note_wires(place, settings.get("wires", []))
     if isinstance(settings.get("formulas", {}), dict):
         all_formulas = {**formulas.formulas, **settings.get("formulas", {})}
         doubtful = reader.doubtful
         settings["formulas"] = {of: f for of, f in all_formulas.items() if doubtful.isdisjoint(above_of(of))}
     graph = None
-    try:
+    with collecting(problems):
         graph = Graph(blocks=reader.blocks, rates=reader.rates, offsets=reader.offsets, place=place, **settings)
-    except ModelError as error:
-        problems += error.problems
     if (problems or reader.problems or graph is None) and reader.named and depth == 0:
         problems += _wiring_beside(problems, reader, place, settings)
     problems += reader.problems
@@ -268,7 +266,7 @@ def _others(path: Path) -> str:
 
 
 def _refused(file: str, line: int, message: str, hint: str = "") -> ModelError:
-    return ModelError([Problem(message=message, file=file, line=line, hint=hint)])
+    return Problem(message=message, file=file, line=line, hint=hint).error
 
 
 def _too_large(file: str) -> ModelError:

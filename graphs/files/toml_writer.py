@@ -12,12 +12,13 @@ from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit, split_quantity
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.graph import Graph, Probe, split
-from proofmass.graphs.model.keys import FORMULA, PLAIN_KEYS, Integer, Text
+from proofmass.graphs.model.keys import FORMULA, Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.rates import write_rate, write_seconds
 from proofmass.graphs.model.statistics import TIMES
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, OF_MEASURES, RATE, is_of_measure
+from proofmass.graphs.model.top_keys import PLAIN_KEYS
 from proofmass.graphs.model.values import NamedValue
 
 _BARE = re.compile(r"[A-Za-z0-9_-]+")

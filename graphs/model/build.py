@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self, TypeVar
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.named_arguments import named_arguments
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.changes import moved, settled, with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
@@ -28,15 +28,15 @@ from proofmass.graphs.model.graph import (
 from proofmass.graphs.model.graph import Graph as Value
 from proofmass.graphs.model.in_python import asked, assigned, refuse_unnamed
 from proofmass.graphs.model.integration import Integration, read_integration
-from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
 from proofmass.graphs.model.loops import Loop, read_loops
 from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit
 from proofmass.graphs.model.near_names import with_nearest
-from proofmass.graphs.model.plain_keys import wrong_values
 from proofmass.graphs.model.rates import Rate, read_duration, read_rate
 from proofmass.graphs.model.requirements import Requirement, read_requirements
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE
+from proofmass.graphs.model.top_keys import TOP_KEYS, wrong_values
 from proofmass.graphs.model.values import NamedValue as NamedValue
 from proofmass.graphs.model.values import read_values
 
@@ -223,25 +223,21 @@ class _Reader:
         self.problems: list[Problem] = []
 
     def value(self, read: Callable[[object], _Entry], value: object, *path: str) -> _Entry | None:
-        try:
+        with collecting(self.problems, value, path):
             return read(value)
-        except Refusal as error:
-            self.problems.append(error.problem(".".join(path), value, path=path))
-            return None
+        return None
 
     def list(self, read: Callable[[object], _Entry], values: Iterable[object], key: str) -> tuple[_Entry, ...]:
         if isinstance(values, str):
-            self.problems.append(Problem(message="must be a list", key=key, got=shown(values), path=(key,)))
+            self.problems.append(Problem(message="must be a list", got=shown(values), path=(key,)))
             return ()
         entries = [self.value(read, value, key, str(index)) for index, value in enumerate(values)]
         return tuple(entry for entry in entries if entry is not None)
 
     def table(self, read: Callable[[], _Entry], nothing: _Entry) -> _Entry:
-        try:
+        with collecting(self.problems):
             return read()
-        except ModelError as error:
-            self.problems += error.problems
-            return nothing
+        return nothing
 
 
 def read_wire(text: object) -> Wire:
@@ -341,7 +337,7 @@ def above_of(path: str) -> Iterator[str]:
 def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
     hint = 'write exports = { code = "adc.code" }: a name of its own, and the port or parameter inside'
     if not isinstance(exports, Mapping):
-        yield Problem(message="must be a table", key="exports", got=shown(exports), hint=hint, path=("exports",))
+        yield Problem(message="must be a table", got=shown(exports), hint=hint, path=("exports",))
         return
     for name, signal in exports.items():
         key, path = f"exports.{name}", ("exports", str(name))
@@ -380,10 +376,9 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
     for count, largest, what in ((size.blocks, BLOCKS, "blocks"), (size.wires, WIRES, "wires")):
         if count > largest:
             message, expected = f"too many {what} with those inside the subgraphs", f"at most {largest}"
-            yield Problem(message=message, key="blocks", got=str(count), expected=expected, path=("blocks",))
+            yield Problem(message=message, got=str(count), expected=expected, path=("blocks",))
     if size.depth > DEPTH:
-        message = f"subgraphs nested deeper than {DEPTH} levels"
-        yield Problem(message=message, key="blocks", got=str(size.depth), path=("blocks",))
+        yield Problem(message=f"subgraphs nested deeper than {DEPTH} levels", got=str(size.depth), path=("blocks",))
 
 
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
@@ -393,5 +388,4 @@ def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
 
 def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
     if samples is not None and duration is not None:
-        hint = "remove one of them"
-        yield Problem(message="give samples or duration, not both", key="samples", hint=hint, path=("samples",))
+        yield Problem(message="give samples or duration, not both", hint="remove one of them", path=("samples",))

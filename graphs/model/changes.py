@@ -210,8 +210,7 @@ def _other_dimension(key: str, value: NamedValue, change: object) -> Iterator[Pr
         try:
             convert_exactly(change, coherent_unit(value.dimension))
         except Refusal as error:
-            expected = f"a quantity in {coherent_unit(value.dimension)}"
-            yield error.problem(key, change, expected=expected)
+            yield error.problem(key, change, expected=f"a quantity in {coherent_unit(value.dimension)}")
 
 
 def _in_coherent_units(change: object, value: NamedValue) -> object:

@@ -99,4 +99,4 @@ def _dimension(flat: FlatGraph, formula: Formula, dimensions: Mapping[str, Dimen
 
 
 def _problem(message: str, name: str, **more: Any) -> Problem:
-    return Problem(message=message, key=f"{MEASURES}.{name}", path=(MEASURES, name), **more)
+    return Problem(message=message, path=(MEASURES, name), **more)

@@ -14,9 +14,10 @@ from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
 from proofmass.graphs.model.graph import Graph, Wire, split
-from proofmass.graphs.model.keys import PLAIN_KEYS, Integer, Text
+from proofmass.graphs.model.keys import Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
+from proofmass.graphs.model.top_keys import PLAIN_KEYS
 from proofmass.graphs.model.values import NamedValue
 
 

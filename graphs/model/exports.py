@@ -30,7 +30,6 @@ def open_inputs(flat: FlatGraph) -> list[Problem]:
         flat.placed(
             Problem(
                 message="the exported input is driven by nothing: the graph is a part of others and cannot run alone",
-                key=f"exports.{name}",
                 expected=f"a graph that uses this one and wires {name}",
                 hint=f'use it as a block, graph = "FILE.toml", or wire a source to {flat.root.exports[name]} here',
                 path=("exports", name),

@@ -24,7 +24,7 @@ def read_formulas(table: object, at_blocks: bool = False) -> tuple[dict[str, For
     """
     hint = 'write formulas = { "x_axis.mass" = "= mass" }'
     if not isinstance(table, Mapping):
-        return {}, [Problem(message="must be a table", key="formulas", got=shown(table), hint=hint, path=("formulas",))]
+        return {}, [Problem(message="must be a table", got=shown(table), hint=hint, path=("formulas",))]
     formulas: dict[str, Formula] = {}
     problems: list[Problem] = []
     for target, text in table.items():

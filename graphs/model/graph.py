@@ -15,6 +15,8 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.model.integration import Integration
+from proofmass.graphs.model.keys import Integer, Text, key
+from proofmass.graphs.model.limits import LARGEST_RUN, LARGEST_SEED
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
 from proofmass.graphs.model.requirements import Requirement
@@ -96,34 +98,63 @@ NOWHERE = Place()
 _NAMED = 5  # probes in a line
 
 
+@dataclasses.dataclass(frozen=True, kw_only=True)
+class Placed:
+    """Something that stands in a file; its problems have the lines of their keys there."""
+
+    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
+
+    def placed(self, problem: Problem) -> Problem:
+        """Return a problem with the file and line that its key has, unless it has them already."""
+        return problem if problem.file else problem.at(*self.place.find(problem.path))
+
+
 @dataclasses.dataclass(frozen=True, kw_only=True, repr=False)
-class Graph:
+class Graph(Placed):
     """Blocks wired by their ports, at stated rates, with the signals to record: typed values, already checked.
 
+    A field by `key` is a key of graph files: reader, schema, writer and hints take it from here.
     Tables and wires are in alphabetical order: the order of declaration makes no difference.
     """
 
-    name: str  # for people
-    description: str  # for people, of any length
-    rate: Fraction | None  # in hertz
-    duration: Fraction | None  # in seconds
-    samples: int | None  # base ticks of a run, instead of a duration
-    seed: int  # of all noise
-    blocks: Mapping[str, Block]  # by name
+    name: str = key("Name of the graph, in plots and reports.", Text())
+    description: str = key("What the graph is, in a few lines.", Text())
+    rate: Fraction | None = key(
+        'Rate of every block that has none of its own: "50 kHz", or the period "20 us", or a number in hertz.'
+    )
+    duration: Fraction | None = key('How long a run lasts when nothing else is said: "20 s", or a number in seconds.')
+    samples: int | None = key(
+        "How many ticks of the base rate a run lasts, instead of a duration.", Integer(1, LARGEST_RUN, None)
+    )
+    seed: int = key("Seed of the noise when nothing else is said.", Integer(0, LARGEST_SEED, 0))
+    values: Mapping[str, NamedValue] = key(
+        'Named values, mass = "50 ug"; parameters take them by formulas, "= mass" or "= 2 * pi * f0 / q".'
+    )
+    formulas: Mapping[str, Formula] = key(
+        'Formulas of parameters inside subgraphs, "x_axis.mass" = "= mass"; others stand at their blocks.'
+    )
+    wires: tuple[Wire, ...] = key('Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.')
+    probes: tuple[Probe, ...] = key(
+        'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.'
+    )
+    measures: Mapping[str, Measure] = key(
+        'Numbers that a run reduces signals to: { signal = "block.output", statistic = "mean", from = "1 s" }.'
+    )
+    derived: Mapping[str, Formula]  # measures of measures
+    exports: Mapping[str, str] = key(
+        'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".'
+    )
+    integration: Integration = key("How continuous blocks are integrated between ticks: method, accuracy, events.")
+    loops: Mapping[str, Loop] = key("Control loops: [loops.NAME] with open_at, and the margins that it must have.")
+    requirements: Mapping[str, Requirement] = key(
+        "What measures, margins, noise or yields must keep, by ids; `proofmass verify` looks at them."
+    )
+    blocks: Mapping[str, Block] = key(
+        "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph."
+    )
     subgraphs: "Mapping[str, Graph]"  # the blocks that are graphs
     rates: Mapping[str, Fraction]  # Hz, of blocks that have one of their own
     offsets: Mapping[str, Fraction]  # s, of clocks; those of subgraphs count for all that is inside
-    wires: tuple[Wire, ...]  # from outputs to inputs and parameters
-    probes: tuple[Probe, ...]  # signals to record
-    measures: Mapping[str, Measure]  # that reduce a signal
-    derived: Mapping[str, Formula]  # measures of measures
-    exports: Mapping[str, str]  # ports and parameters inside, by the names that they have outside
-    integration: Integration  # how continuous blocks are integrated
-    loops: Mapping[str, Loop]  # control loops by name
-    requirements: Mapping[str, Requirement]  # by name, for `verify`
-    values: Mapping[str, NamedValue]  # named values
-    formulas: Mapping[str, Formula]  # of parameters, "block.parameter", whose numbers the blocks have already
-    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def __post_init__(self) -> None:
         put_in_order(self)
@@ -150,10 +181,6 @@ class Graph:
     def size(self) -> GraphSize:
         """Number of blocks and wires, and depth of nested graphs."""
         return size_of(len(self.blocks), self.subgraphs, len(self.wires))
-
-    def placed(self, problem: Problem) -> Problem:
-        """Return a problem with the file and line that its key has in this graph, unless it has them already."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
 
 def put_in_order(value: Any) -> None:

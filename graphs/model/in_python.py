@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from itertools import count
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.targets import DURATION, RATE
 
@@ -46,7 +46,7 @@ def refuse_unnamed(blocks: object) -> None:
     table = ", ".join(f'"{name}": {block!r}' for name, block in written.items()) or '"gain": Gain()'
     hint = f"give each block a name: blocks={{{table}}}"
     message = "the blocks have no names" if isinstance(blocks, list | tuple) else "must be a table of blocks by name"
-    raise ModelError([Problem(message=message, key="blocks", got=shown(blocks), hint=hint)])
+    raise Problem(message=message, key="blocks", got=shown(blocks), hint=hint).error
 
 
 def assigned(name: str) -> str:

@@ -74,7 +74,7 @@ def read_integration(table: object) -> Integration:
         return table
     if not isinstance(table, Mapping):
         hint = "write [integration] and below it accuracy = 1e-9"
-        raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
+        raise _problem("must be a table", got=shown(table), hint=hint).error
     settings = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
     problems = [
         _problem(
@@ -94,7 +94,7 @@ def read_integration(table: object) -> Integration:
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:
     path = ("integration", *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)
 
 
 def _is_number(value: object) -> bool:

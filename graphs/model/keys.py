@@ -1,8 +1,12 @@
-"""The keys of a graph file and what they mean: what the reader takes, the schema describes and hints name."""
+"""Keys of the tables in a graph file, and what they mean: for the reader, the schema and hints.
 
-from typing import NamedTuple, TypeGuard
+Those at the top of the file stand at the fields of `graph.Graph`.
+"""
 
-from proofmass.graphs.model.limits import LARGEST_RUN, LARGEST_SEED, LARGEST_STUDY
+from dataclasses import field
+from typing import Any, NamedTuple, TypeGuard
+
+from proofmass.graphs.model.limits import LARGEST_SEED, LARGEST_STUDY
 
 
 class Text(NamedTuple):
@@ -27,37 +31,16 @@ class Integer(NamedTuple):
         return self.whole(value) and self.lowest <= value <= self.highest
 
 
-PLAIN_KEYS: dict[str, Text | Integer] = {  # read, written, described and compared by this row alone
-    "name": Text(),
-    "description": Text(),
-    "samples": Integer(1, LARGEST_RUN, None),
-    "seed": Integer(0, LARGEST_SEED, 0),
-}
+def key(meaning: str, form: Text | Integer | None = None) -> Any:
+    """Return a field that is a key of graph files too; `form` says all that a plain text or integer may be."""
+    return field(metadata={"meaning": meaning, "form": form})
+
+
 STUDY_INTEGERS = {"runs": Integer(1, LARGEST_STUDY, 100), "seed": Integer(0, LARGEST_SEED, 0)}
 TUNE_INTEGERS = {
     "starts": Integer(1, 100, 4),
     "samples": Integer(1, 100_000, 64),
     "seed": Integer(0, LARGEST_SEED, 0),
-}
-TOP_KEYS = {
-    "name": "Name of the graph, in plots and reports.",
-    "description": "What the graph is, in a few lines.",
-    "rate": 'Rate of every block that has none of its own: "50 kHz", or the period "20 us", or a number in hertz.',
-    "duration": 'How long a run lasts when nothing else is said: "20 s", or a number in seconds.',
-    "samples": "How many ticks of the base rate a run lasts, instead of a duration.",
-    "seed": "Seed of the noise when nothing else is said.",
-    "values": 'Named values, mass = "50 ug"; parameters take them by formulas, "= mass" or "= 2 * pi * f0 / q".',
-    "formulas": 'Formulas of parameters inside subgraphs, "x_axis.mass" = "= mass"; others stand at their blocks.',
-    "wires": 'Wires, "block.output -> block.input"; a wire to a parameter drives the parameter.',
-    "probes": 'Outputs to record, "block.output"; { signal = "block.output", every = 10 } keeps one value in ten.',
-    "measures": 'Numbers that a run reduces signals to: { signal = "block.output", statistic = "mean", from = "1 s" }.',
-    "exports": 'Ports and parameters that the graph has as a part of others: a name for each, as in code = "adc.code".',
-    "integration": "How continuous blocks are integrated between ticks: method, accuracy, events.",
-    "loops": "Control loops: [loops.NAME] with open_at, and the margins that it must have.",
-    "requirements": "What measures, margins, noise or yields must keep, by ids; `proofmass verify` looks at them.",
-    "study": "A Monte Carlo study of the graph: runs, spread, drift, epochs; `proofmass montecarlo` runs it.",
-    "tune": "What to tune: [tune.free] and [tune.goals]; `proofmass tune` finds the parameters.",
-    "blocks": "The blocks: [blocks.NAME] with a kind and the parameters of that kind, or with a graph.",
 }
 BLOCK_KEYS = {  # of every block, beside its parameters
     "kind": "Kind of the block; `proofmass blocks` lists them.",

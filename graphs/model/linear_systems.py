@@ -150,4 +150,4 @@ def _check_order(order: int) -> None:
 
 
 def _refusal(message: str, hint: str, got: str = "") -> ModelError:
-    return ModelError([Problem(message=message, key="system", got=got, hint=hint)])
+    return Problem(message=message, key="system", got=got, hint=hint).error

@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.keys import LOOP_KEYS
 from proofmass.graphs.model.rates import read_duration
@@ -42,8 +42,7 @@ def read_moment(at: object) -> str:
         try:
             read_duration(at)
         except Refusal as error:
-            hint = f'write a time, as "20 ms", or "{SETTLED}"'
-            raise Refusal(str(error), hint, got=shown(at)) from None
+            raise Refusal(str(error), f'write a time, as "20 ms", or "{SETTLED}"', got=shown(at)) from None
     return at if isinstance(at, str) else f"{at} s"
 
 
@@ -51,7 +50,7 @@ def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[st
     """Return loops by name, from values or tables, and their problems."""
     hint = 'write [loops.main] and below it open_at = "block.output"'
     if not isinstance(entries, Mapping):
-        return {}, [Problem(message="must be a table", key="loops", got=shown(entries), hint=hint, path=("loops",))]
+        return {}, [Problem(message="must be a table", got=shown(entries), hint=hint, path=("loops",))]
     loops: dict[str, Loop] = {}
     problems: list[Problem] = []
     for name, value in sorted(entries.items(), key=lambda item: str(item[0])):
@@ -83,16 +82,14 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
     ]
     if "open_at" not in table:
         hint = 'add open_at = "block.output", an output that all of the loop goes through'
-        problems.append(Problem(message="has no open_at", key=f"loops.{name}", hint=hint, path=("loops", name)))
+        problems.append(Problem(message="has no open_at", hint=hint, path=("loops", name)))
     values: dict[str, Any] = {}
     for key, entry in table.items():
-        try:
+        with collecting(problems, entry, ("loops", name, key)):
             if key == "open_at":
                 values[key] = _signal(entry)
             elif key in REQUIREMENTS:
                 values[key] = read_requirement(entry, REQUIREMENTS[key])
-        except Refusal as error:
-            problems.append(error.problem(f"loops.{name}.{key}", entry, path=("loops", name, key)))
     return (None if problems else Loop(**values)), problems
 
 

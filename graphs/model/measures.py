@@ -77,7 +77,7 @@ def read_measures(table: object) -> dict[str, Measure]:
     """The table `[measures]` of a graph file, in the order of the names; raises `ModelError` with all that is wrong."""
     if not isinstance(table, Mapping):
         hint = 'write [measures] and below it bias = { signal = "adc.code", statistic = "mean" }'
-        raise ModelError([_problem("must be a table", got=shown(table), hint=hint)])
+        raise _problem("must be a table", got=shown(table), hint=hint).error
     problems: list[Problem] = []
     read: dict[str, Measure] = {}
     for name, measure in table.items():
@@ -182,4 +182,4 @@ def _time(entry: object) -> str:
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:
     path = (MEASURES, *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)

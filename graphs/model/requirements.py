@@ -83,4 +83,4 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
 
 def _problem(message: str, *path: str, **more: Any) -> Problem:
     path = (TABLE, *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)

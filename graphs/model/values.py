@@ -147,4 +147,4 @@ def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
 
 def _problem(message: str, path: tuple[str, ...], **more: Any) -> Problem:
     path = (TABLE, *path)
-    return Problem(message=message, key=".".join(path), path=path, **more)
+    return Problem(message=message, path=path, **more)

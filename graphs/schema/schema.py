@@ -21,15 +21,14 @@ from proofmass.graphs.model.keys import (
     LOOP_KEYS,
     MEASURE_FORMULA_KEYS,
     PART_KEYS,
-    PLAIN_KEYS,
     REQUIREMENT_KEYS,
-    TOP_KEYS,
 )
 from proofmass.graphs.model.limits import BLOCKS, LARGEST_RUN, NAME, TEXT_LENGTH, WIRES
 from proofmass.graphs.model.measures import MEASURE_KEYS
 from proofmass.graphs.model.requirements import SPREAD
 from proofmass.graphs.model.statistics import OPTIONS, STATISTICS, TIMES, Statistic
 from proofmass.graphs.model.targets import CLOCK_OFFSET
+from proofmass.graphs.model.top_keys import PLAIN_KEYS, TOP_KEYS
 from proofmass.graphs.model.values import MOST_VALUES
 from proofmass.graphs.schema.study_schema import study_parts, study_schema
 from proofmass.graphs.schema.tables import NO_KEY, Schema, by_name, by_type, needs_one, plain, table

@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.problem import Refusal, shown
+from proofmass.blocks.declaration.problem import Refusal, shown, under
 from proofmass.graphs.model.keys import CHANGE_KEYS
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.ages import age_text
@@ -53,10 +53,8 @@ def read_change(given: object, units: Mapping[str, str], ages: Sequence[float], 
             hint = 'add [study.recalibration], or write since = "0 h"'
             raise Refusal("the study calibrates nothing", hint, key="since", got=shown(since))
         return Change(measure, None, relative)
-    try:
+    with under("since", since, f'an age, or "{CALIBRATION}"'):
         age = float(read_duration(since))
-    except Refusal as error:
-        raise error.under("since", since, f'an age, or "{CALIBRATION}"') from None
     same = next((epoch for epoch in ages if math.isclose(age, epoch, rel_tol=1e-9)), None)
     if age and same is None:
         raise _no_epoch(since, age, ages)

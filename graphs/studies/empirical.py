@@ -8,7 +8,7 @@ from contextlib import suppress
 from decimal import Decimal
 from fractions import Fraction
 
-from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown, under
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.files.part_files import file_inside
 
@@ -28,10 +28,8 @@ def read_column(file: object, column: object, folder: str, unit: str) -> tuple[f
 
 def read_columns(file: object, units: Sequence[tuple[object, str]], folder: str) -> list[list[float]]:
     """The numbers of some columns in the order of the file, each in its unit; raises `Refusal`."""
-    try:
+    with under("file", file):
         path = file_inside(file, folder)
-    except Refusal as error:
-        raise error.under("file", file) from None
     try:
         if path.stat().st_size > LARGEST_FILE:
             expected = f"at most {LARGEST_FILE >> 20} MiB"

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Refusal, shown
+from proofmass.blocks.declaration.problem import Refusal, shown, under
 from proofmass.graphs.model.keys import RECALIBRATION_KEYS
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.table_entries import checked_table
@@ -75,7 +75,5 @@ def recalibration_table(given: object) -> Mapping[str, Any]:
 
 
 def _duration(table: Mapping[str, Any], key: str) -> Any:
-    try:
+    with under(key, table[key]):
         return read_duration(table[key])
-    except Refusal as error:
-        raise error.under(key, table[key]) from None

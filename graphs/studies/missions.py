@@ -13,7 +13,7 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Refusal, shown
+from proofmass.blocks.declaration.problem import Refusal, shown, under
 from proofmass.blocks.noise_and_drift import arrhenius_ageing
 from proofmass.graphs.model.keys import MISSION_KEYS, PHASE_KEYS
 from proofmass.graphs.model.rates import read_duration
@@ -136,7 +136,5 @@ def _file(table: Mapping[str, Any], folder: str) -> tuple[list[float], list[floa
 
 
 def _seconds(entry: object, key: str) -> float:
-    try:
+    with under(key, entry, "a time"):
         return float(read_duration(entry))
-    except Refusal as error:
-        raise error.under(key, entry, "a time") from None

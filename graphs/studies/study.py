@@ -14,7 +14,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten
-from proofmass.graphs.model.graph import Graph, Place
+from proofmass.graphs.model.graph import Graph, Placed
 from proofmass.graphs.model.keys import STUDY_INTEGERS
 from proofmass.graphs.model.limits import LARGEST_STUDY
 from proofmass.graphs.studies.ageing import Drift
@@ -29,7 +29,7 @@ AFTER_CALIBRATION = 2**31  # added to it for the runs that follow calibrations
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Study:
+class Study(Placed):
     """A graph with the spread, sweep and drift of its parameters; run k is a pure function of it, seed and k.
 
     Run k is sensor k // n at point k % n of the sweep's n: every point is tried with the same sensors. Each run is
@@ -52,7 +52,6 @@ class Study:
     limits: Mapping[str, Limit]  # by measure
     stop: Mapping[str, float]  # half of the confidence interval of a mean that is small enough, by measure
     written: Mapping[str, str] = dataclasses.field(compare=False, repr=False)  # parameters, by names in the flat graph
-    place: Place = dataclasses.field(compare=False, repr=False)  # file and lines that it comes from
 
     def changed(self, *, runs: int, seed: int) -> Self:
         """Return the study with other numbers; raises `ModelError`."""
@@ -75,10 +74,6 @@ class Study:
         fields: dict[str, Any] = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
         Study.__init__(study, **{**fields, **values})
         return study
-
-    def placed(self, problem: Problem) -> Problem:
-        """A problem with the file and line that its key has in this study."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
     @cached_property
     def points(self) -> int:
@@ -223,17 +218,16 @@ def bad_numbers(study: Study) -> Iterator[Problem]:
         if not form.holds(value):
             message = "out of range" if form.whole(value) else "must be an integer"
             expected = f"an integer from {form.lowest:,} to {form.highest:,}"
-            yield Problem(message=message, key=key, got=shown(value), expected=expected, path=(key,))
+            yield Problem(message=message, got=shown(value), expected=expected, path=(key,))
             return
     size = study.runs * study.points * len(study.epochs)
     largest = AFTER_CALIBRATION if study.followed else LARGEST_STUDY
     if size > largest:
         expected = f"at most {largest:g} runs, points and epochs multiplied"
-        yield Problem(message="too large", key="runs", got=f"{size:g}", expected=expected, path=("runs",))
+        yield Problem(message="too large", got=f"{size:g}", expected=expected, path=("runs",))
     if study.drift and not any(study.epochs):
         hint = 'add [epochs] and below it ages = ["0 s", "10 years"]'
-        message = "nothing drifts without epochs: the age of all sensors is 0"
-        yield Problem(message=message, key="drift", hint=hint, path=("drift",))
+        yield Problem(message="nothing drifts without epochs: the age of all sensors is 0", hint=hint, path=("drift",))
     if not study.graph.measures and not study.margins:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
         hint += ', or margins = "0 s" to the study of a graph with loops'

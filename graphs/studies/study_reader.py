@@ -12,8 +12,9 @@ from proofmass.graphs.files.part_files import PartFiles
 from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_graph, read_table
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph, Place
-from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.table_entries import placed, unknown_keys
 from proofmass.graphs.studies.variants import variants_of
@@ -51,7 +52,7 @@ def read_variants(path: str | Path, own: Own | None = None, change: GraphChange 
     """
     path = file_of(path)
     data, place = read_table(path)
-    return studies_of_table(data, place, change(_graph_of(data, place, own, path)))
+    return studies_of_table(data, place, change(graph_in(data, place, own, path)))
 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
@@ -62,10 +63,11 @@ def read_study_text(text: str, file: str = "<text>", own: Own | None = None, fol
 def _study_of_file(
     data: dict[str, Any], place: Place, own: Own | None, change: GraphChange, path: Path | None = None
 ) -> Study:
-    return study_of_table(data, place, change(_graph_of(data, place, own, path)))
+    return study_of_table(data, place, change(graph_in(data, place, own, path)))
 
 
-def _graph_of(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+def graph_in(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:
+    """Return the graph of a parsed file, or that which its study names; raises `ModelError`."""
     return graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path)
 
 
@@ -79,11 +81,11 @@ def graph_of_study(data: dict[str, Any], place: Place, own: Own | None) -> Graph
     files = PartFiles(lambda part, _files, _depth: read_graph(part, own))
     if "graph" not in data:
         hint = 'add graph = "FILE.toml" at the top'
-        raise ModelError([Problem(message="the study names no graph", file=place.file, key="graph", hint=hint)])
+        raise Problem(message="the study names no graph", file=place.file, key="graph", hint=hint).error
     try:
         return files.graph(data["graph"], place.folder, 0)
     except Refusal as error:
-        raise ModelError([error.problem("graph", data["graph"]).at(*place.find(("graph",)))]) from None
+        raise error.problem("graph", data["graph"]).at(*place.find(("graph",))).error from None
 
 
 def study_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Study:
@@ -100,7 +102,7 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
         allowed -= {"graph"}
     if not isinstance(table, dict):
         hint = 'add [study] and below it runs = 100, or write a file of its own: graph = "FILE.toml"'
-        raise ModelError([Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint)])
+        raise Problem(message="the graph has no study", file=place.file, key=STUDY, hint=hint).error
     problems = list(unknown_keys(table, allowed))
     given = {key: value for key, value in table.items() if key in allowed and key != "graph"}
     studies = dict[str, Study]()

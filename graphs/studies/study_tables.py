@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown, under
 from proofmass.blocks.declaration.units import same_unit
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.derived import measure_units
@@ -54,10 +54,8 @@ class Limit:
 
 def _decibels(table: Mapping[str, Any], key: str) -> float:
     """A limit of a gain margin."""
-    try:
+    with under(key, table[key]):
         return read_requirement(table[key], "dB")
-    except Refusal as error:
-        raise error.under(key, table[key]) from None
 
 
 def _fixed(key: str, parameter: Parameter) -> Refusal:
@@ -84,10 +82,8 @@ def _is_age(age: object) -> bool:
 
 def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
     """The age from which on a limit counts."""
-    try:
+    with under("from", table.get("from", 0)):
         start = float(read_duration(table.get("from", 0)))
-    except Refusal as error:
-        raise error.under("from", table["from"]) from None
     if start > ages[-1]:
         raise Refusal("no epoch is so old", key="from", got=shown(table["from"]), expected=f"at most {ages[-1]:g} s")
     return start

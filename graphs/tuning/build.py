@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown, under
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
@@ -180,10 +180,8 @@ def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Re
 def _limit(table: TuningTables, key: str, unit: str) -> float:
     """Read a limit in the unit of its quantity; nothing else is measured in decibels."""
     if unit == "dB":
-        try:
+        with under(key, table[key]):
             return read_requirement(table[key], "dB")
-        except Refusal as error:
-            raise error.under(key, table[key]) from None
     if unit == "%":
         return 100.0 * read_quantity(table, key, "1") if isinstance(table[key], str) else read_quantity(table, key, "1")
     return read_quantity(table, key, unit)

@@ -4,15 +4,15 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
 from proofmass.graphs.checks.check import check
-from proofmass.graphs.files.toml_reader import graph_of_file, parsed, read_table
+from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import (
     STUDY,
     GraphChange,
-    graph_of_study,
+    graph_in,
     is_study,
     study_of_table,
     unchanged,
@@ -31,32 +31,21 @@ class CheckedFile(NamedTuple):
 def check_file(path: Path, own: Own | None = None, change: GraphChange = unchanged) -> CheckedFile:
     """Check a graph file or a study file, its graph after a `change`."""
     try:
-        return _check_table(*read_table(path), own, path, change)
+        return check_table(*read_table(path), own, path, change)
     except ModelError as error:
         return CheckedFile(None, list(error.problems))
 
 
-def check_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> CheckedFile:
-    """Check a TOML text; file names in it start from `folder`."""
-    try:
-        return _check_table(*parsed(text, file, folder), own, None)
-    except ModelError as error:
-        return CheckedFile(None, list(error.problems))
-
-
-def _check_table(
+def check_table(
     data: dict[str, Any], place: Place, own: Own | None, path: Path | None, change: GraphChange = unchanged
 ) -> CheckedFile:
-    graph = change(graph_of_study(data, place, own) if is_study(data) else graph_of_file(data, place, own, path))
+    """Check a parsed file of a graph or a study; raises `ModelError` where no graph can be read."""
+    graph = change(graph_in(data, place, own, path))
     problems, study = check(graph), None
     if (is_study(data) or STUDY in data) and all(problem.note for problem in problems):
-        try:
+        with collecting(problems):
             study = study_of_table(data, place, graph)
-        except ModelError as error:
-            problems += error.problems
     if TUNE in data and not is_study(data) and all(problem.note for problem in problems):
-        try:
+        with collecting(problems):
             tuning_of_table(data, place, graph)
-        except ModelError as error:
-            problems += error.problems
     return CheckedFile(graph, problems, study)

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, collecting
 from proofmass.graphs.files.library import file_of
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
@@ -23,21 +23,10 @@ def read_tuning(path: str | Path, own: Own | None = None) -> Tuning:
 
     `path` is a file with a table `[tune]`, or "library:NAME". `own` are the caller's own blocks by name.
 
-    >>> from proofmass import read_graph, read_tuning, write_graph
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> table = '''
-    ... [tune.free]
-    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
-    ... [tune.goals]
-    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
-    ... '''
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sensor.toml")
-    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
-    ...     tuning = read_tuning(file)
+    >>> from proofmass import read_tuning
+    >>> tuning = read_tuning("library:closed_loop_accelerometer")
     >>> list(tuning.free), list(tuning.goals)
-    (['adc.reference'], ['wide'])
+    (['pid.proportional', 'pid.integral', 'pid.derivative_gain'], ['phase', 'wide', 'quiet'])
     """
     path = file_of(path)
     data, place = read_table(path)
@@ -50,14 +39,12 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     of_file, place = place, dataclasses.replace(place, top=(TUNE,))
     if not isinstance(table, dict):
         hint = "add [tune.free] with parameters and bounds, and [tune.goals]"
-        raise ModelError([Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint)])
+        raise Problem(message="the graph has no table [tune]", file=place.file, key=TUNE, hint=hint).error
     problems, tuning = list(unknown_keys(table, TUNE_KEYS)), None
     study = study_of_table(data, of_file, graph) if STUDY in data and _asks_study(table) else None
     given = {key: value for key, value in table.items() if key in TUNE_KEYS}
-    try:
+    with collecting(problems):
         tuning = tuning_of(graph, study=study, place=place, **given)
-    except ModelError as error:
-        problems += error.problems
     if problems or tuning is None:
         raise ModelError(placed(problems, place))
     return tuning

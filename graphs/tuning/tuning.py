@@ -7,11 +7,10 @@ from collections.abc import Mapping
 from functools import cached_property
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_writer import inline, key_of, write_graph
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import FlatGraph
-from proofmass.graphs.model.graph import NOWHERE, Graph, Place
+from proofmass.graphs.model.graph import Graph, Placed
 from proofmass.graphs.model.quantities import Quantity, quantity_table
 from proofmass.graphs.studies.ages import age_text
 from proofmass.graphs.studies.study import Study
@@ -97,26 +96,15 @@ class Goal:
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)
-class Tuning:
+class Tuning(Placed):
     """A graph with free parameters, goals and the operating points at which all goals hold.
 
     Parameters are named as in the flat graph; `written` has the names that a person wrote.
 
-    >>> from proofmass import read_graph, read_tuning, write_graph
-    >>> from pathlib import Path
-    >>> from tempfile import TemporaryDirectory
-    >>> table = '''
-    ... [tune.free]
-    ... "adc.reference" = { at_least = "1 V", at_most = "5 V" }
-    ... [tune.goals]
-    ... wide = { scale_factor = "adc.code", input = "acceleration.output", at_least = 1.0 }
-    ... '''
-    >>> with TemporaryDirectory() as folder:
-    ...     file = Path(folder, "sensor.toml")
-    ...     _ = file.write_text(write_graph(read_graph("library:template")) + table)
-    ...     tuning = read_tuning(file)
-    >>> tuning.nominal, tuning.unit_of("adc.reference")
-    ({'adc.reference': 10.0}, 'V')
+    >>> from proofmass import read_tuning
+    >>> tuning = read_tuning("library:closed_loop_accelerometer")
+    >>> tuning.nominal["pid.integral"], tuning.unit_of("pid.integral")
+    (6.0, '1/s')
     """
 
     graph: Graph  # with the values to start from
@@ -132,7 +120,6 @@ class Tuning:
     written: Mapping[str, str]  # names that a person wrote, by those of the flat graph
     ages: tuple[float, ...] = ()  # at which all goals hold, in seconds; new alone if there are none
     study: Study | None = None  # that has the yields among the goals, and the drift
-    place: Place = dataclasses.field(default=NOWHERE, compare=False, repr=False)  # file and lines that it comes from
 
     @property
     def nominal(self) -> dict[str, float]:
@@ -151,10 +138,6 @@ class Tuning:
     def unit_of(self, name: str) -> str:
         """Return the unit of a parameter or value."""
         return self.adjustable.unit_of(name)
-
-    def placed(self, problem: Problem) -> Problem:
-        """Return a problem with its file and line."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
 
     def as_toml(self) -> str:
         """Return the text of a graph file with the table `[tune]`, and `[study]` if goals need it."""

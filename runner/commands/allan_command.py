@@ -4,9 +4,8 @@ from proofmass.runner.analysis.allan.deviations import allan
 from proofmass.runner.analysis.allan.duration import duration
 from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.analysis.allan.text import allan_text, duration_text
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import AllanRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import quantity, signal_of
 
 

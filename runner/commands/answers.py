@@ -1,4 +1,4 @@
-"""Answers of commands: text for people or JSON for programs, then the files that were written."""
+"""Answers of commands: exit codes, text for people or JSON for programs, then the files that were written."""
 
 import os
 from collections.abc import Callable, Iterable
@@ -7,13 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import click
 
-from proofmass.runner.commands.exit_codes import INTERRUPTED
 from proofmass.runner.output.json_text import json_text
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from proofmass.blocks.declaration.problem import Problem
+
+DONE = 0  # exit codes of every command
+WRONG_MODEL = 1  # the graph or study has problems, or a check of it failed
+USAGE = 2  # an option is wrong or missing
+FAILED = 3  # the run failed, or a file could not be read or written
+INTERRUPTED = 130  # by Ctrl-C or SIGTERM
 
 
 def print_problem(problem: "Problem", err: bool = True) -> None:

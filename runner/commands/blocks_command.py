@@ -8,10 +8,9 @@ import click
 from proofmass.blocks.declaration.catalog import all_blocks, facts, family_about, family_of, find
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.other_names import kind_hint
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.commands.answers import print_answer, print_json, print_text
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import BlocksRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.describe import block_text
 from proofmass.runner.output.text_table import text_table
@@ -45,7 +44,7 @@ def _show_one(request: BlocksRequest, own: Mapping[str, type[Block]] | None) -> 
             return DONE
     if block is None:
         hint = kind_hint(kind, all_blocks(own), bool(own))
-        raise ModelError([Problem(message="there is no such kind of block", key=kind, hint=hint)])
+        raise Problem(message="there is no such kind of block", key=kind, hint=hint).error
     if request.example:
         # start-up time: building graphs takes longer than listing kinds
         from proofmass.graphs.files.toml_writer import write_graph

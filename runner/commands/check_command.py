@@ -8,9 +8,8 @@ from proofmass.graphs.model.flatten import flatten, parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.tuning.check_file import check_file
-from proofmass.runner.commands.answers import print_json, print_problem, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_json, print_problem, print_text
 from proofmass.runner.commands.declarations.graphs import CheckRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.failures import print_codes
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -31,10 +30,7 @@ def check_graph(request: CheckRequest) -> int:
 
         problems += unready(graph, study)
         if not _wrong(problems) and any(loop.requirements for loop in flatten(graph).loops.values()):
-            # start-up time: a wrong graph is refused without NumPy
-            from proofmass.runner.commands.missed_margins import missed_margins
-
-            problems += missed_margins(graph)
+            problems += _missed_margins(graph)
     wrong = _wrong(problems)
     if request.as_json:
         print_json([problem.as_data() for problem in problems])
@@ -50,6 +46,23 @@ def check_graph(request: CheckRequest) -> int:
     click.echo(f"{request.graph}: {size}, {ready}")
     print_text(_values(graph))
     return DONE
+
+
+def _missed_margins(graph: Graph) -> list[Problem]:
+    """Return the problems and notes of loops with requirements, linearised at tick 0."""
+    # start-up time: a wrong graph is refused without NumPy
+    from proofmass.runner.analysis.margins.margins import Margins
+    from proofmass.runner.analysis.margins.stability import all_margins, missed
+    from proofmass.runner.planning.plan import plan
+
+    planned, loops, notes = plan(graph), dict[str, Margins](), list[Problem]()
+    for name, loop in planned.graph.loops.items():
+        loops |= all_margins(planned, name) if loop.requirements else {}
+    for margins in loops.values():
+        key, path = f"loops.{margins.loop}", ("loops", margins.loop)
+        for text in margins.system.map.notes:
+            notes.append(planned.graph.placed(Problem(message=text, key=key, note=True, path=path)))
+    return [*missed(planned, loops), *notes]
 
 
 def _study_size(study: Study | None) -> str:

@@ -4,10 +4,9 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.catalog import Own
-from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.blocks.declaration.problem import Problem
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.comparison import DiffRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.comparison.files import file_differences
 from proofmass.runner.comparison.runs import Allowance, compare_runs, is_run
@@ -27,7 +26,7 @@ def show_differences(request: DiffRequest) -> int:
             f"a {kinds[0]} and a {kinds[1]}",
             "compare two graphs, two folders of runs, or two folders of studies",
         )
-        raise ModelError([Problem(message="cannot be compared", file=str(request.after), got=got, hint=hint)])
+        raise Problem(message="cannot be compared", file=str(request.after), got=got, hint=hint).error
     data, tables, same = _compared(kinds[0], request, own)
     verdict = f"{request.before} and {request.after}: " + _verdict(kinds[0], same=same)
     print_answer(request.as_json, lambda: data, [*text_of(tables), verdict])
@@ -44,7 +43,7 @@ def _kind(path: Path) -> str:
         if is_run(path):
             return RUN
         hint = "name a graph file, or a folder of proofmass run --out or proofmass montecarlo --out"
-        raise ModelError([Problem(message="holds no run and no study", file=str(path), hint=hint)])
+        raise Problem(message="holds no run and no study", file=str(path), hint=hint).error
     return GRAPH
 
 

@@ -9,9 +9,8 @@ from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.drawing.diagram_data import diagram_data
 from proofmass.graphs.drawing.text_forms import dot, mermaid
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_json, write_or_print
+from proofmass.runner.commands.answers import DONE, print_json, write_or_print
 from proofmass.runner.commands.declarations.graphs import DrawRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 
 _TEXTS = {"mermaid": mermaid, "dot": dot}

@@ -4,9 +4,8 @@ import click
 
 from proofmass.blocks.declaration.explanations import EXPLANATIONS, Explanation
 from proofmass.blocks.declaration.problem import did_you_mean
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import DONE, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import ExplainRequest
-from proofmass.runner.commands.exit_codes import DONE
 
 
 def explain_codes(request: ExplainRequest) -> int:

@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import click
 
-from proofmass.runner.commands.answers import print_problem
-from proofmass.runner.commands.exit_codes import FAILED, WRONG_MODEL
+from proofmass.runner.commands.answers import FAILED, WRONG_MODEL, print_problem
 from proofmass.runner.output.counts import count
 
 if TYPE_CHECKING:

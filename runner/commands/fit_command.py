@@ -1,8 +1,7 @@
 """The command `fit`: read a table or run a graph, fit, show, draw, write the coefficients into a graph."""
 
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, print_answer, print_file
 from proofmass.runner.commands.declarations.fit import FitRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.fit_files import write_coefficients
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.design.fit.data import Readings, read_table, run_cycle

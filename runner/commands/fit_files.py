@@ -33,7 +33,7 @@ def write_coefficients(report: FitReport, target: Path, names: Sequence[str], ow
     models = names or _models(graph)
     if not models:
         hint = f"name one with --block, or put one in: {', '.join(MODELS)}"
-        raise ModelError([Problem(message="has no block for the coefficients", file=str(target), hint=hint)])
+        raise Problem(message="has no block for the coefficients", file=str(target), hint=hint).error
     values: dict[str, float | str] = {}
     for name in models:
         values |= coefficients_for(report, graph, name)
@@ -53,20 +53,19 @@ def coefficients_for(report: FitReport, graph: Graph, name: str) -> dict[str, fl
     """
     if name not in graph.blocks and name not in graph.subgraphs:
         hint = did_you_mean(name, [*graph.blocks, *graph.subgraphs], "the blocks")
-        raise ModelError([Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint)])
+        raise Problem(message="there is no such block", file=graph.place.file, key=name, hint=hint).error
     parameters = _parameters(graph, name)
     polynomials = [fit for fit in report.fits if fit.method == "least squares"]
     for fit in (report.fits[0], *polynomials[-1:]):
         if all(c.name in parameters for c in fit.coefficients):
             return _by_key(fit, name, [parameter for parameter in parameters if parameter[1:].isdigit()])
-    problem = Problem(
+    raise Problem(
         message="takes neither two exponentials nor the polynomial of the highest order",
         file=graph.place.file,
         key=name,
         got=type(graph.blocks.get(name, graph)).__name__,
         expected="a block with parameters a1, b1, a2, b2, or c0, c1, ...",
-    )
-    raise ModelError([problem])
+    ).error
 
 
 def _parameters(graph: Graph, name: str) -> list[str]:

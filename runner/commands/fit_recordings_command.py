@@ -5,9 +5,8 @@ from collections.abc import Sequence
 import click
 
 from proofmass.graphs.files.toml_editor import edit_file
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.fit import FitRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.design.identification.fitted import fit
@@ -21,13 +20,13 @@ def fit_recordings(request: FitRequest) -> int:
     """Fit a graph to recordings; exit code 1 if they do not determine every parameter."""
     graph = graph_of(request.source, request.own, request.changes)
     with progress(request.quiet or request.as_json, "run") as bar:
-        fitted = fit(
+        fitted = request.call(
+            fit,
             graph,
             list(request.files),
             inputs=_mapped("--input", request.inputs),
             outputs=_mapped("--output", request.outputs),
             free=_bounds(request.free),
-            **request.some("offsets", "delays", "levels", "loss", "skip", "gaps", "interpolated"),
             starts=request.tries,
             seed=request.seed or 0,
             progress=bar,

@@ -6,9 +6,8 @@ from textwrap import wrap
 from typing import Any
 
 from proofmass.graphs.files.gallery import PARTS, Exhibit, exhibit, exhibits
-from proofmass.runner.commands.answers import print_answer
+from proofmass.runner.commands.answers import DONE, print_answer
 from proofmass.runner.commands.declarations.blocks import GalleryRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.output.text_table import text_table
 
 WIDTH = 110  # of a description, in letters

@@ -7,7 +7,7 @@ from typing import Any
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.blocks.declaration.problem import Problem, Refusal
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.changes import with_parameters
@@ -50,8 +50,7 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
     driver = next((wire.source for wire in graph.wires if wire.target == key), "")
     if driver:
         message = f"is driven by {driver}: a value would change nothing"
-        hint = f"change {split(driver)[0]}, or remove the wire"
-        raise ModelError([Problem(message=message, key=key, hint=hint)])
+        raise Problem(message=message, key=key, hint=f"change {split(driver)[0]}, or remove the wire").error
     return key, value_of(value)
 
 
@@ -71,6 +70,6 @@ def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:
             raise click.UsageError(f"--probe {signal}: write BLOCK.PORT, for example adc.code") from None
         known = find_output(flat, inside(graph, signal)) if flat is not None else None
         if isinstance(known, Missing):
-            raise ModelError([Problem(message=known.message, key=f"--probe {signal}", hint=known.hint)])
+            raise Problem(message=known.message, key=f"--probe {signal}", hint=known.hint).error
         if signal not in probed:
             yield probe

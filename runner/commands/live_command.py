@@ -8,13 +8,12 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
-from proofmass.runner.commands.answers import print_problem
-from proofmass.runner.commands.declarations.live import LiveRequest
-from proofmass.runner.commands.exit_codes import DONE
+from proofmass.runner.commands.answers import DONE, print_problem
+from proofmass.runner.commands.declarations.graphs import LiveRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.host.interrupts import interrupts
@@ -56,9 +55,9 @@ def _refuse_to_edit(path: Path) -> None:
     problem = Problem(message="cannot be edited in place", key="--edit", file=str(path))
     if path.resolve() in (file.resolve() for file in library_files().values()):
         hint = "copy the graph of the library first, proofmass new"
-        raise ModelError([dataclasses.replace(problem, got="a graph of the library", hint=hint)])
+        raise dataclasses.replace(problem, got="a graph of the library", hint=hint).error
     if path.suffix != ".toml":
-        raise ModelError([dataclasses.replace(problem, expected="a TOML file", hint="change it in your editor")])
+        raise dataclasses.replace(problem, expected="a TOML file", hint="change it in your editor").error
 
 
 def _report(session: Session) -> None:

@@ -20,9 +20,8 @@ from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivit
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
 from proofmass.runner.analysis.margins.text import margins_text, sensitivity_text
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.graphs import MarginsRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress

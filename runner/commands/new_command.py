@@ -7,8 +7,8 @@ import click
 
 from proofmass.graphs.files.gallery import PARTS, TEMPLATE, Exhibit, exhibit
 from proofmass.graphs.files.library import FOLDER, library_file
+from proofmass.runner.commands.answers import DONE
 from proofmass.runner.commands.declarations.blocks import NewRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.schema_command import write_schema_file
 
 PYTHON_TEMPLATE = FOLDER / "template.py"

@@ -14,17 +14,14 @@ from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import NoiseRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.series_source import band_of
 from proofmass.runner.planning.plan import plan
 
-_NO_OUTPUT = Problem(
-    message="the graph has no probe", key="probes", hint="name an output: --output adc.number", path=("probes",)
-)
+_NO_OUTPUT = Problem(message="the graph has no probe", hint="name an output: --output adc.number", path=("probes",))
 
 
 def show_noise(request: NoiseRequest) -> int:
@@ -36,7 +33,7 @@ def show_noise(request: NoiseRequest) -> int:
         points = OperatingPoints(plan(graph), request.at, bar)
     outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
     if not outputs:
-        raise ModelError([points.plan.graph.placed(_NO_OUTPUT)])
+        raise points.plan.graph.placed(_NO_OUTPUT).error
     answers = budgets_at(points, outputs, request.source, band_of(request.band), (), request.derivatives)
     budgets = [answer for answer in answers if isinstance(answer, NoiseBudget)]
     refused = [answer for answer in answers if isinstance(answer, ModelError)]
@@ -68,6 +65,6 @@ def _show_value(request: NoiseRequest, graph: Graph) -> int:
     if wrong:
         raise click.UsageError(f"{', '.join(wrong)}: with --until there is one value, and no spectrum; leave it out")
     with progress(request.as_json) as bar:
-        value = deviation_over_runs(graph, request.output, until=request.until, progress=bar)
+        value = request.call(deviation_over_runs, graph, progress=bar)
     print_answer(request.as_json, value.as_data, [value_text(value)])
     return DONE

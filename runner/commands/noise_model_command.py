@@ -5,8 +5,8 @@ import click
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.noise.data_sheet import noise_blocks_of
+from proofmass.runner.commands.answers import DONE
 from proofmass.runner.commands.declarations.analysis import NoiseModelRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import quantity
 
 

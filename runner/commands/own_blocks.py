@@ -23,7 +23,7 @@ def own_blocks(path: Path | None) -> "dict[str, type[Block]] | None":
         raise
     except Exception as error:
         message = f"the file of blocks fails: {type(error).__name__}: {getattr(error, 'msg', error)}"
-        raise ModelError([Problem(message=message, file=str(path), line=_line(error, path))]) from error
+        raise Problem(message=message, file=str(path), line=_line(error, path)).error from error
 
 
 def raised_by_own_block(error: Exception) -> ModelError | None:
@@ -37,7 +37,7 @@ def raised_by_own_block(error: Exception) -> ModelError | None:
         return None
     frame, line = frames[-1]
     message = f"{frame.f_code.co_name}() of a block raises {type(error).__name__}: {error}"
-    return ModelError([Problem(message=message, file=frame.f_code.co_filename, line=line)])
+    return Problem(message=message, file=frame.f_code.co_filename, line=line).error
 
 
 def _line(error: Exception, path: Path) -> int:

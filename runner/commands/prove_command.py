@@ -7,9 +7,8 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import is_study, read_variants
-from proofmass.runner.commands.answers import print_answer, print_file
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
@@ -26,23 +25,15 @@ def show_proofs(request: ProveRequest) -> int:
     """Prove the margins of a graph and return the exit code: 1 if one is not proved."""
     source = _source(request)
     with progress(request.quiet or request.as_json, "claim") as bar:
-        proofs = prove(
+        proofs = request.call(
+            prove,
             source,
-            request.loop,
             tolerances=dict(map(read_tolerance, request.tolerances)),
-            gain_margin=request.gain_margin,
-            phase_margin=request.phase_margin,
-            disk_margin=request.disk_margin,
-            delay_margin=request.delay_margin,
-            decay_rate=request.decay_rate,
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
             noise=dict(map(_limits, request.noises)),
-            no_overflow=request.no_overflow,
             rounding=dict(map(_limits, request.roundings)),
             input_ranges=dict(map(_limits, request.input_ranges)),
-            bounds=request.bounds,
-            seconds=request.seconds,
             progress=bar,
             known=_known(request, source),
         )

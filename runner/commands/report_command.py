@@ -3,9 +3,8 @@
 import time
 from pathlib import Path
 
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import DONE, print_json, print_text
 from proofmass.runner.commands.declarations.graphs import ReportRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import working
 from proofmass.runner.commands.study_data import study_data

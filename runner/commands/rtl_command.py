@@ -5,10 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_json, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_files, print_json, print_text
 from proofmass.runner.commands.declarations.graphs import RtlRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.rtl.bench.bench import bench_files
@@ -66,7 +64,7 @@ def write_rtl(request: RtlRequest) -> int:
     proofs = list(prove_machine(planned, machine, verilog)) if request.prove else []
     checks = _Checks(played, proofs, _resources(machine, verilog, request.family))
     report = report_data(graph, machine, vectors.clocks, checks.as_data())
-    names = [*files, *_write_report(graph, report, request.out)]
+    names = [*files, *(path.name for path in save_report(graph, report, request.out))]
     if request.as_json:
         print_json(report)
     else:
@@ -82,10 +80,6 @@ def _write(files: Mapping[str, str], out: Path) -> None:
     out.mkdir(parents=True, exist_ok=True)
     for name, text in files.items():
         (out / name).write_text(text, encoding="utf-8")
-
-
-def _write_report(graph: Graph, report: dict[str, Any], out: Path) -> list[str]:
-    return [path.name for path in save_report(graph, report, out)]
 
 
 def _resources(machine: Machine, verilog: str, family: ChipFamily | None) -> dict[str, Resources]:

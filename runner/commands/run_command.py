@@ -10,9 +10,15 @@ import click
 from proofmass.graphs.checks.clocking import notes_of_a_run
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_files, print_interruption, print_picture, print_problem, print_text
+from proofmass.runner.commands.answers import (
+    DONE,
+    print_files,
+    print_interruption,
+    print_picture,
+    print_problem,
+    print_text,
+)
 from proofmass.runner.commands.declarations.graphs import RunRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import PREPARING, progress, working
 from proofmass.runner.commands.run_files import need_for, usual_format, write_run
@@ -68,13 +74,8 @@ def _profiled(graph: Graph, request: RunRequest, reading: float) -> "tuple[Resul
     if request.out is not None:
         request.out.mkdir(parents=True, exist_ok=True)
     with progress(request.quiet or request.as_json) as bar:
-        options = RunOptions(
-            **request.some("duration", "samples", "seed"),
-            engine="compiled",
-            folder=request.out,
-            progress=bar,
-            resume=False if request.out else None,
-        )
+        resume = False if request.out else None
+        options = request.call(RunOptions, engine="compiled", folder=request.out, progress=bar, resume=resume)
         result, profiled = profile(graph, options)
     return result, profiled.with_phase("read", reading, first=True)
 
@@ -113,11 +114,8 @@ def _simulated(graph: Graph, request: RunRequest) -> Result:
         request.out.mkdir(parents=True, exist_ok=True)
         if is_interrupted(request.out) and not request.restart:
             click.echo(f"continues the interrupted run in {request.out}; --restart starts at tick 0", err=True)
-    options = RunOptions(
-        **request.some("duration", "samples", "seed", "engine"),
-        folder=request.out,
-        resume=True if request.resume else False if request.restart else None,
-    )
+    resume = True if request.resume else False if request.restart else None
+    options = request.call(RunOptions, folder=request.out, resume=resume)
     with working(request.quiet or request.as_json, PREPARING):
         planned = plan(graph)
         ticks = ticks_of(planned, options)

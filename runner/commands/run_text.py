@@ -4,7 +4,6 @@ import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any
 
-from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.rates import write_rate
 from proofmass.runner.commands.answers import print_json, print_text
@@ -43,8 +42,7 @@ def run_lines(result: Result) -> Iterator[str]:
     integration = result.provenance.get("integration")
     if integration:
         yield f"continuous blocks {_shortened(integration)}"
-    rows = [_row(row, result[row["signal"]].shown_in) for row in result.summary()]
-    if rows:
+    if rows := list(result.shown_rows()):
         yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
         yield f"SHA-256 of the traces: {result.digest}"
     yield from _overflows(result)
@@ -88,15 +86,6 @@ def profile_lines(profile: "Profile") -> Iterator[str]:
     why = ", since a processor overlaps them" if alone > profile.tick else ", its start and end included"
     yield f"each part alone, {alone:.1f} ns together; the loop takes {profile.tick:.1f} ns a tick{why}"
     yield f"timed over {profile.ticks:,} ticks; the clock's own {profile.clock:.1f} ns are taken off each part"
-
-
-def _row(row: dict[str, Any], shown_in: str) -> tuple[str, ...]:
-    """Numbers of a signal to six digits, in the unit that suits their size or that its probe says."""
-    factor, unit = display(row["unit"], shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
-    numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in _HEAD[3:7]]
-    last = row.get("last", "")
-    text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last * factor:.6g}" if last != "" else ""
-    return row["signal"], "" if unit == "1" else unit, f"{row['rows']:,}", *numbers, text
 
 
 def _overflows(result: Result) -> Iterator[str]:

@@ -4,9 +4,8 @@ import json
 from pathlib import Path
 
 from proofmass.graphs.schema.schema import graph_schema, study_file_schema
-from proofmass.runner.commands.answers import write_or_print
+from proofmass.runner.commands.answers import DONE, write_or_print
 from proofmass.runner.commands.declarations.graphs import SchemaRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.own_blocks import own_blocks
 
 SCHEMA_FILE, STUDY_SCHEMA_FILE = "proofmass-graph.json", "proofmass-study.json"  # in the first lines of files

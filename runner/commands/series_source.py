@@ -2,7 +2,7 @@
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.build import read_probe
@@ -54,7 +54,7 @@ def _simulated(request: OfSignal) -> Series:
         raise click.UsageError("give --duration or --samples, not both")
     graph = one_probe(graph_of(request.source, request.own, request.changes), request.probe)
     with progress(request.as_json) as bar:
-        result = simulate(graph, **request.some("duration", "samples", "seed", "engine"), progress=bar)
+        result = request.call(simulate, graph, progress=bar)
     return of_trace(result[graph.probes[0].signal])
 
 
@@ -63,8 +63,7 @@ def one_probe(graph: Graph, signal: str) -> Graph:
     if not signal and len(graph.probes) != 1:
         names = ", ".join(probe.signal for probe in graph.probes)
         hint = "add --probe BLOCK.PORT"
-        problem = Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint)
-        raise ModelError([problem])
+        raise Problem(message="which signal is meant must be said", key="probe", got=names, hint=hint).error
     try:
         probe = read_probe(signal) if signal else graph.probes[0]
     except UnitError:

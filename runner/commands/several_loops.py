@@ -17,8 +17,7 @@ from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.several.over import MarginsOver, margins_over, margins_over_age, spread_evenly
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
 from proofmass.runner.analysis.several.together import Together, margins_together
-from proofmass.runner.commands.answers import print_answer, print_picture
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_picture
 from proofmass.runner.output.text_table import text_table
 
 POINTS = 9

@@ -5,9 +5,8 @@ import click
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.rates import read_rate
-from proofmass.runner.commands.answers import print_answer, print_file, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_file, print_picture
 from proofmass.runner.commands.declarations.design import SigmaDeltaRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.design.modulators.modulator import design_modulator
 from proofmass.runner.design.modulators.plot import plot_modulator
 from proofmass.runner.design.modulators.text import modulator_text
@@ -19,10 +18,7 @@ def show_modulator(request: SigmaDeltaRequest) -> int:
         read_rate(request.rate)
     except Refusal as error:
         raise click.UsageError(f"--rate {request.rate}: {error}; {error.hint}") from None
-    of = design_modulator(
-        **request.some("order", "oversampling", "gain", "zeros", "form", "centre", "levels", "feeds", "pulse"),
-        swing=request.swing if request.swing > 0.0 else None,
-    )
+    of = request.call(design_modulator, swing=request.swing if request.swing > 0.0 else None)
     graph = write_graph(of.graph(request.rate), as_written=True) if request.target is not None else ""
     print_answer(request.as_json, of.as_data, [modulator_text(of)])
     if request.target is not None:

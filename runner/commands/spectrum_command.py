@@ -7,9 +7,8 @@ from proofmass.runner.analysis.spectrum.plot import plot_spectrum
 from proofmass.runner.analysis.spectrum.text import TONE_WINDOW, spectrum_text, tone_text
 from proofmass.runner.analysis.spectrum.tones import Tones, tones
 from proofmass.runner.analysis.spectrum.welch import Spectrum, spectrum
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture
 from proofmass.runner.commands.declarations.analysis import SpectrumRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.series_source import band_of, quantity, signal_of
 
 
@@ -24,7 +23,7 @@ def show_spectrum(request: SpectrumRequest) -> int:
     slope = density.slope(band) if band else None
     more: dict[str, Any] = {"rms": density.rms(band), "band_hz": band, "slope_db_per_decade": slope}
     more |= {"tone": figures.as_data() if figures else None}
-    lines = [spectrum_text(density, band, slope), tone_text(figures, whole) if figures else "no tone stands out"]
+    lines = [spectrum_text(density, band, slope), tone_text(figures, whole)]
     print_answer(request.as_json, lambda: density.as_data() | more, lines)
     print_picture(lambda: plot_spectrum(density, figures, band), request.picture, request.as_json)
     return DONE

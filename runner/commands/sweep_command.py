@@ -5,9 +5,8 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.answers import print_answer, print_files
+from proofmass.runner.commands.answers import DONE, print_answer, print_files
 from proofmass.runner.commands.declarations.graphs import RunRequest
-from proofmass.runner.commands.exit_codes import DONE
 from proofmass.runner.commands.swept_values import sweeps
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.sweeps import plot_sweep, save_sweep_csv, sweep_lines
@@ -17,7 +16,7 @@ from proofmass.runner.run.sweep import Sweep, sweep
 def run_sweep(graph: Graph, request: RunRequest) -> int:
     """Run a graph at each point, show its measures, write table and curves, and return the exit code."""
     names = _measures(graph, request.measures)
-    result = sweep(graph, sweeps(request.swept), **request.some("zipped", "duration", "samples", "seed", "engine"))
+    result = request.call(sweep, graph, sweeps(request.swept))
     engine = result.results[0].provenance["engine"]
     head = f"{graph.name}: {count(len(result.results), 'point')}, {engine} engine"
     data = {"graph": graph.name, "units": result.measures, "points": result.rows(names)}
@@ -32,7 +31,7 @@ def _measures(graph: Graph, wanted: Sequence[str]) -> list[str]:
     names = [*graph.measures, *graph.derived]
     if not names:
         hint = 'add [measures] to the graph: bias = { signal = "adc.code", statistic = "mean" }'
-        raise ModelError([Problem(message="the graph has no measures: a sweep would show nothing", hint=hint)])
+        raise Problem(message="the graph has no measures: a sweep would show nothing", hint=hint).error
     problems = [
         Problem(message="there is no such measure", key=name, hint=did_you_mean(name, names, "the measures"))
         for name in wanted

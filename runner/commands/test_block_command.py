@@ -5,9 +5,8 @@ from pathlib import Path
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
-from proofmass.runner.commands.answers import print_json, print_text
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import TestBlockRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.contract.contract import Report, check_block
 from proofmass.runner.output.counts import count
@@ -35,7 +34,7 @@ def _chosen(file: Path, names: Sequence[str]) -> list[type[Block]]:
     own = own_blocks(file) or {}
     if not own:
         hint = "a block is a class: class MyBlock(Block): ..."
-        raise ModelError([Problem(message="there is no block in the file", file=str(file), hint=hint)])
+        raise Problem(message="there is no block in the file", file=str(file), hint=hint).error
     missing = [
         Problem(message="there is no such block", file=str(file), key=name, hint=did_you_mean(name, own, "its blocks"))
         for name in names

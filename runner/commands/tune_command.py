@@ -8,14 +8,13 @@ from pathlib import Path
 
 import click
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_editor import edit_file
 from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.tuning.reader import tuning_of_table
 from proofmass.graphs.tuning.tuning import Tuning
-from proofmass.runner.commands.answers import print_answer, print_file, print_picture
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file, print_picture
 from proofmass.runner.commands.declarations.design import TuneRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
@@ -69,6 +68,6 @@ def _write(tuned: Tuned, request: TuneRequest) -> None:
     """Write the graph file with the tuned parameters; comments stay."""
     if not tuned.met and not tuned.interrupted:
         message = "nothing was written: no parameters meet all hard goals"
-        raise ModelError([Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound")])
+        raise Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound").error
     assert request.target is not None
     write_whole(request.target, edit_file(request.graph, tuned.changes))

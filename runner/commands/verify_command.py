@@ -1,12 +1,11 @@
 """The command `verify`: requirements and golden results of a graph."""
 
-from proofmass.graphs.files.toml_reader import graph_of_file, read_table
+from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.build import Study
-from proofmass.graphs.studies.study_reader import STUDY, graph_of_study, is_study, study_of_table
-from proofmass.runner.commands.answers import print_answer, print_file, print_text
+from proofmass.graphs.studies.study_reader import STUDY, graph_in, is_study, study_of_table
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL, print_answer, print_file, print_text
 from proofmass.runner.commands.declarations.comparison import VerifyRequest
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
 from proofmass.runner.commands.graph_options import changed
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.output.counts import count
@@ -33,11 +32,8 @@ def verify_graph(request: VerifyRequest) -> int:
 def _read(request: VerifyRequest) -> tuple[Graph, Study | None]:
     """The graph of the file with its changes, and the study in it or of it."""
     own, (data, place) = own_blocks(request.own), read_table(request.graph)
-    if not is_study(data):
-        graph = changed(graph_of_file(data, place, own, request.graph), request.changes)
-        return graph, study_of_table(data, place, graph) if STUDY in data else None
-    graph = changed(graph_of_study(data, place, own), request.changes)
-    return graph, study_of_table(data, place, graph)
+    graph = changed(graph_in(data, place, own, request.graph), request.changes)
+    return graph, study_of_table(data, place, graph) if is_study(data) or STUDY in data else None
 
 
 def _write(request: VerifyRequest, name: str, findings: list[Finding]) -> None:

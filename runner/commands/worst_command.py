@@ -10,9 +10,8 @@ from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
-from proofmass.runner.commands.answers import print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, INTERRUPTED, print_answer, print_picture
 from proofmass.runner.commands.declarations.design import WorstRequest
-from proofmass.runner.commands.exit_codes import DONE, INTERRUPTED
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
@@ -28,11 +27,11 @@ def show_worst(request: WorstRequest) -> int:
     """Show worst cases and return the exit code."""
     (source, left_out), quantities = _source(request), dict(_quantities(request))
     with progress(request.quiet or request.as_json, "point") as bar:
-        cases = worst(
+        cases = request.call(
+            worst,
             source,
             quantities or None,
             tolerances=dict(map(read_tolerance, request.tolerances)),
-            **request.some("at", "corners", "samples"),
             seed=request.seed or 0,
             progress=bar,
         )

@@ -245,7 +245,7 @@ def _numbers(variable: Any, start: int, end: int) -> AnyArray:
 
 
 def _refused(folder: Path, message: str, hint: str = "") -> ModelError:
-    return ModelError([Problem(message=message, file=str(folder), hint=hint)])
+    return Problem(message=message, file=str(folder), hint=hint).error
 
 
 def _margins_of_loops(graph: Graph) -> tuple[dict[str, dict[str, float | str | None]], str]:

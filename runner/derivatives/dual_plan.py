@@ -13,7 +13,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.continuous.exact_hold import TERMS, balance, hold
 from proofmass.runner.derivatives.ball import Ball, ball_exponential
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
@@ -39,7 +39,7 @@ def differentiated(plan: Plan) -> Plan:
                 starts[name], filled = dual_start(plan, name, parameters[name])
                 buffers |= filled
         except (ArithmeticError, ValueError, TypeError, AttributeError) as error:
-            raise ModelError([plan.graph.placed(_no_derivative(name, error))]) from error
+            raise plan.graph.placed(_no_derivative(name, error)).error from error
     return replace(plan, constants=constants, starts=starts, buffers=buffers)
 
 
@@ -174,7 +174,6 @@ def _in_larger(values: Matrix, slope: Matrix, width: int, period: float) -> Matr
 def _no_derivative(name: str, error: Exception) -> Problem:
     return Problem(
         message="its constants have no derivative by its parameters",
-        key=f"blocks.{name}",
         got=str(error),
         hint="margins without --sensitivity need none; else move the parameter off this value",
         path=("blocks", name),

@@ -12,7 +12,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, with_errors
@@ -48,7 +48,7 @@ class DualTicks(Interpreter):
     ) -> None:
         for loop in plan.schedule.loops:
             if not set(inputs).isdisjoint(loop.nodes):
-                raise ModelError([plan.graph.placed(_within(loop))])
+                raise plan.graph.placed(_within(loop)).error
         self._inputs, self._watched, self._cut, self._by_parameters = inputs, outputs, cut, by_parameters
         self._blocks = blocks
         self._injections = Counter[Endpoint]()
@@ -161,7 +161,6 @@ class DualTicks(Interpreter):
 def _within(loop: AlgebraicLoop) -> Problem:
     return Problem(
         message="lies in a loop that Newton's method solves: its value follows from the others",
-        key="integration.algebraic_loops",
         got=", ".join(map(".".join, loop.nodes)),
         expected="an output that is not solved together with others",
         hint=f"open the loop elsewhere, or put a UnitDelay behind {'.'.join(loop.tears[0])}",

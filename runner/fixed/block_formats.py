@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block, BufferPort, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.fixed.step_formats import Format, Formats, SteadyValue
 
 NO_RANGES: Mapping[str, Format] = {}
@@ -41,7 +41,7 @@ def function_formats(
         if meaning.number is float:
             hint = "count ticks, or make the signal outside and wire it in through a FixedQuantiser"
             message = f"{argument} is a floating-point number, and the block works in fixed point"
-            raise ModelError([Problem(message=message, key=name, hint=hint)])
+            raise Problem(message=message, key=name, hint=hint).error
         match meaning:
             case Meaning.STATE:
                 formats[argument] = state_formats(block, ranges)

@@ -14,7 +14,7 @@ import numpy as np
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.instance import format_of, unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.host.arrays import AnyArray
@@ -150,7 +150,11 @@ def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
     written = write_tick(plan, (), measured=True)
     called = sorted(external.symbol for external in externals(written.program).values())
     if called:
-        raise ModelError([_foreign(called)])
+        raise Problem(
+            message=f"the graph calls {', '.join(called)} of the C library, which browsers compute to other bits",
+            key="--live",
+            hint="use the functions of proofmass.blocks.arithmetic.elementary in your blocks",
+        ).error
     numbers = tuple(varied)
     written = write_tick(plan, numbers, measured=True)
     if externals(written.program):
@@ -194,14 +198,6 @@ def _module(program: Program) -> WasmModule:
 def _calls_libm(plan: Plan, node: Endpoint) -> bool:
     """Return whether the constants that follow from a parameter need functions that no browser has to the bit."""
     return bool(externals(write_tick(plan, [node], measured=True).program))
-
-
-def _foreign(called: list[str]) -> Problem:
-    return Problem(
-        message=f"the graph calls {', '.join(called)} of the C library, which browsers compute to other bits",
-        key="--live",
-        hint="use the functions of proofmass.blocks.arithmetic.elementary in your blocks",
-    )
 
 
 def scale_key(unit: str, shown_in: str) -> str:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from pathlib import Path
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_editor import edited
 from proofmass.runner.output.export import write_whole
 
@@ -28,7 +28,7 @@ class Saving:
             after = edited(before.decode(), changes, str(self.path)).encode()
         except ValueError as error:
             hint = "cure the file first; the sliders stay as they are"
-            raise ModelError([Problem(message=f"not TOML: {error}", file=str(self.path), hint=hint)]) from None
+            raise Problem(message=f"not TOML: {error}", file=str(self.path), hint=hint).error from None
         write_whole(self.path, after)
         self._done = [*self._done, (before, after)][-_MOST:]
 
@@ -39,7 +39,6 @@ class Saving:
         before, after = self._done[-1]
         if self.path.read_bytes() != after:
             hint = "undo in your editor; the page goes on from the file as it is"
-            message = "has changed since it was saved from the page"
-            raise ModelError([Problem(message=message, file=str(self.path), hint=hint)])
+            raise Problem(message="has changed since it was saved from the page", file=str(self.path), hint=hint).error
         write_whole(self.path, before)
         del self._done[-1]

@@ -77,7 +77,7 @@ def spectra_tab(graph: Graph) -> TabAnswer:
             figures = tones(whole)
         except ModelError:
             figures = None
-        texts += [spectrum_text(density, None, None), tone_text(figures, whole) if figures else "no tone stands out"]
+        texts += [spectrum_text(density, None, None), tone_text(figures, whole)]
         pictures.append(_picture(plot_spectrum(density, figures), f"spectrum of {name}"))
     return TabAnswer("\n\n".join(texts), tuple(pictures))
 

@@ -7,7 +7,7 @@ Long traces are read and written piece by piece. Errors of the disk are raised a
 import csv
 import io
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, BinaryIO
@@ -15,7 +15,7 @@ from typing import Any, BinaryIO
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.json_text import json_text
 from proofmass.runner.run.result import Result, Trace, pieces
@@ -100,7 +100,7 @@ def save_csv(result: Result, folder: str | Path) -> list[Path]:
             expected=f"at most {LARGEST_CSV:.0e} numbers in a file",
             hint="write netCDF or Parquet, or record one row in many: { signal = ..., every = 10 }",
         )
-        raise ModelError([result.graph.placed(problem)])
+        raise result.graph.placed(problem).error
     paths = _paths(folder, "csv", len(axes))
     for path, traces in zip(paths, axes, strict=True):
         with whole_file(path) as file:
@@ -116,26 +116,36 @@ def save_parquet(result: Result, folder: str | Path) -> list[Path]:
 
     Each field says its unit and doc as `unit` and `doc` in its metadata; graph, seed and versions are in the schema's.
     """
+    axes = list(result.axes().values())
+    paths = _paths(folder, "parquet", len(axes))
+    for path, traces in zip(paths, axes, strict=True):
+        kinds = ["float64", *(str(t.values.dtype) for t in traces for _ in range(t.entries))]
+        write_parquet(path, _head(traces), kinds, result.attributes(), _columns(traces))
+    return paths
+
+
+def write_parquet(
+    path: str | Path,
+    heads: Iterable[tuple[str, str, str]],
+    kinds: Sequence[str],
+    attributes: Mapping[str, str],
+    pieces_of_columns: Iterable[Sequence[Any]],
+) -> None:
+    """Write columns, piece by piece: name, unit and doc of each, its type by the name that Arrow has for it."""
     need("pyarrow")
     # start-up time: only files in this format need it
     import pyarrow
     import pyarrow.parquet
 
-    axes = list(result.axes().values())
-    paths = _paths(folder, "parquet", len(axes))
-    for path, traces in zip(paths, axes, strict=True):
-        types = [np.dtype(float), *(t.values.dtype for t in traces for _ in range(t.entries))]
-        schema = pyarrow.schema(
-            [
-                pyarrow.field(name, pyarrow.from_numpy_dtype(kind), metadata={"unit": unit, "doc": doc})
-                for (name, unit, doc), kind in zip(_head(traces), types, strict=True)
-            ],
-            metadata=result.attributes(),
-        )
-        with whole_file(path) as file, pyarrow.parquet.ParquetWriter(file, schema) as writer:
-            for columns in _columns(traces):
-                writer.write_batch(pyarrow.record_batch([pyarrow.array(column) for column in columns], schema=schema))
-    return paths
+    fields = [
+        pyarrow.field(name, pyarrow.type_for_alias(kind), metadata={"unit": unit, "doc": doc})
+        for (name, unit, doc), kind in zip(heads, kinds, strict=True)
+    ]
+    schema = pyarrow.schema(fields, metadata=attributes)
+    with whole_file(path) as file, pyarrow.parquet.ParquetWriter(file, schema) as writer:
+        for columns in pieces_of_columns:
+            arrays = [pyarrow.array(column, field.type) for column, field in zip(columns, fields, strict=True)]
+            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
 
 
 def save_summary(result: Result, path: str | Path) -> Path:

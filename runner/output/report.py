@@ -9,7 +9,7 @@ from pathlib import Path
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.shown_units import as_written, display, in_print, pretty
+from proofmass.blocks.declaration.shown_units import as_written, in_print, pretty
 from proofmass.graphs.drawing.layers import Link, signal_order
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.flatten import FlatGraph, flatten
@@ -90,14 +90,11 @@ def _plots(result: Result) -> str:
 
 def _summary(result: Result) -> str:
     rows = []
-    for row in result.summary():
-        doc, largest = small(result[row["signal"]].doc), max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0)))
-        factor, unit = display(row["unit"], result[row["signal"]].shown_in, largest)
-        row["last"] = math.nan if "entries" in row else row.get("last", math.nan)
-        cells = [f"{row.get(key, math.nan) * factor:.6g}" for key in ("mean", "std", "min", "max", "last")]
-        entries = f" of {row['entries']}" if "entries" in row else ""
-        texts = [cell.replace("nan", "") for cell in (f"{row['rows']:,}{entries}", *cells)]
-        rows.append((Html(f"{broken(row['signal'])}<br>{doc}"), "" if unit == "1" else unit, *texts))
+    for signal, unit, number, *cells, last in result.shown_rows():
+        trace = result[signal]
+        vector = trace.values.ndim > 1
+        texts = f"{number} of {trace.entries}" if vector else number, *cells, "" if vector else last
+        rows.append((Html(f"{broken(signal)}<br>{small(trace.doc)}"), unit, *texts))
     heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "last")
     return table(heads, rows, numbers=range(2, 8)) if rows else "<p>No probes.</p>"
 

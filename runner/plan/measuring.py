@@ -77,8 +77,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
     if measure.until is not None and measure.end(clock) < clock.first(measure.start) + least:
         got, expected = f"until {float(measure.until):g} s", f"{least} or more samples"
         path = (MEASURES, name.removeprefix(f"{MEASURES}."), "until")
-        problem = Problem(message="too short", key=".".join(path), got=got, expected=expected, path=path)
-        raise ModelError([graph.placed(problem)])
+        raise graph.placed(Problem(message="too short", got=got, expected=expected, path=path)).error
     try:
         return measure.reducer(unit, clock)
     except ModelError as error:
@@ -86,8 +85,7 @@ def _hidden_block(graph: FlatGraph, name: str, measure: Measure, unit: str, cloc
         own = first.path[-1] if first.path else first.key.rpartition(".")[2]
         times = STATISTICS[measure.statistic].times
         key = own if own in dict(measure.options) else next(iter(times), "from")
-        problem = replace(first, key=f"{name}.{key}", path=(*name.split("."), key))
-        raise ModelError([graph.placed(problem)]) from None
+        raise graph.placed(replace(first, key=f"{name}.{key}", path=(*name.split("."), key))).error from None
 
 
 def planned_measures(graph: FlatGraph, scheduled: Schedule) -> tuple[PlannedMeasure, ...]:
@@ -174,7 +172,6 @@ def refuse_late(plan: Plan, ticks: int) -> None:
     problems = [
         Problem(
             message="the run ends before the measure begins",
-            key=f"measures.{m.name}.from",
             got=f"a run of {ticks} ticks of {write_rate(plan.schedule.base_rate)}",
             expected=f"more than {m.first} ticks",
             hint="run longer, or measure from an earlier time",

@@ -106,7 +106,7 @@ class WiredPlan:
         return ticks
 
     def _refused(self, problem: Problem) -> ModelError:
-        return ModelError([self.graph.placed(problem)])
+        return self.graph.placed(problem).error
 
     def stride(self, node: Endpoint) -> int:
         """Base ticks from one value of an output to its next."""

@@ -69,7 +69,6 @@ def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]
             message=str(error),
             file=str(path) if error.line else "",
             line=error.line,
-            key=f"blocks.{name}.{error.parameter}",
             got=str(path) if file else "",
             hint=error.hint,
             path=("blocks", name, error.parameter),

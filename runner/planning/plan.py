@@ -131,7 +131,6 @@ def _made(
             problems.append(
                 Problem(
                     message=f"its constants cannot be computed: {error}",
-                    key=f"blocks.{name}",
                     got=repr(block),
                     hint="take a wider format, or a smaller parameter"
                     if kind.has_formats()

@@ -192,8 +192,8 @@ class _Choice:
     def _refused(self, message: str, hint: str) -> ModelError:
         first = self.group.blocks[0]
         named = ", ".join(self.group.blocks)
-        problem = Problem(message=f"{named}: {message}", key=f"blocks.{first}", hint=hint, path=("blocks", first))
-        return ModelError([self.plan.graph.placed(problem)])
+        problem = Problem(message=f"{named}: {message}", hint=hint, path=("blocks", first))
+        return self.plan.graph.placed(problem).error
 
 
 def spectral_radius(matrix: Matrix) -> float:

@@ -4,7 +4,6 @@ A wire that a run chooses, a deviate that is drawn, and a number that is rounded
 in each tick. All lanes tell what they are alike; each has the slope there, and may be the direction of one of them.
 """
 
-import math
 from collections.abc import Callable
 from typing import NamedTuple
 
@@ -181,4 +180,3 @@ OF_NOISE: dict[str, TangentRule] = {
     origin_of(rounding.nearest_even_level): _level(_within, 0, True),
     origin_of(rounding.two_level): _level(_within, 1, False),
 }
-NO_MODEL = math.nan

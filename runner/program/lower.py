@@ -8,10 +8,10 @@ import ast
 import hashlib
 import inspect
 import types
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable, Iterator, Sequence
 from typing import Any, NamedTuple
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.source import SourceError, tree_of
 from proofmass.blocks.language.refusals import RefusedError, problem_at, refuse
 from proofmass.blocks.language.scope import unchanged
@@ -20,7 +20,6 @@ from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Program
 from proofmass.runner.program.lower_expressions import FAULT, WiderError
 from proofmass.runner.program.lower_statements import LoweredStatements
-from proofmass.runner.program.scopes import changing
 from proofmass.runner.program.shared import outline
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
 
@@ -84,8 +83,7 @@ def _lowered(
     """Return the function for arguments like these; `own` keeps those that take functions of the program."""
     function = inspect.unwrap(callable_)
     if not isinstance(function, types.FunctionType):
-        message = f"a {type(function).__name__} is not a function"
-        raise ModelError([Problem(message=message, hint="write it with `def`")])
+        raise Problem(message=f"a {type(function).__name__} is not a function", hint="write it with `def`").error
     key = (function, shape_of(arguments))
     functions = own if has_functions(arguments) else _kept
     before = functions.get(key)
@@ -114,11 +112,10 @@ def _read(
             except WiderError as error:
                 wider[error.name] = error.kind
     except SourceError as error:
-        hint = "write it into a file"
-        raise ModelError([problem_at(function, None, str(error), hint)]) from None
+        raise problem_at(function, None, str(error), "write it into a file").error from None
     except RefusedError as refused:
         hint = refused.hint or "rewrite it, or run in plain Python: --engine python"
-        raise ModelError([problem_at(function, refused.node, refused.message, hint)]) from None
+        raise problem_at(function, refused.node, refused.message, hint).error from None
 
 
 class _Reader(LoweredStatements):
@@ -191,3 +188,53 @@ def _collect(function: Function, functions: dict[str, Function]) -> None:
         _collect(called, functions)
     assert function.name not in functions, f"two functions are called {function.name}"
     functions[function.name] = function
+
+
+ScopePlace = tuple[int, ...]  # of a list of statements within those that it lies in
+
+
+def changing(tree: ast.FunctionDef) -> frozenset[str]:
+    """Names that need a variable: set more than once, or read where they may not have been set.
+
+    >>> tree = ast.parse("def f(a):\\n b = a\\n if a:\\n  c = b\\n  a = c\\n return a").body[0]
+    >>> sorted(changing(tree))
+    ['a']
+    """
+    arguments = (*tree.args.posonlyargs, *tree.args.args, *tree.args.kwonlyargs)
+    stored: dict[str, list[ScopePlace]] = {argument.arg: [()] for argument in arguments}
+    read: dict[str, list[ScopePlace]] = {}
+    for name, place, stores in _uses(tree.body, (), iter(range(1, 1 << 30))):
+        (stored if stores else read).setdefault(name, []).append(place)
+    return frozenset(
+        name
+        for name, places in stored.items()
+        if len(places) > 1 or any(reader[: len(places[0])] != places[0] for reader in read.get(name, ()))
+    )
+
+
+def _uses(body: list[ast.stmt], place: ScopePlace, numbers: Iterator[int]) -> Iterator[tuple[str, ScopePlace, bool]]:
+    """Names that statements use, where, and whether they are set there."""
+    for statement in body:
+        inner = {name: value for name, value in ast.iter_fields(statement) if _is_body(value)}
+        for name, value in ast.iter_fields(statement):
+            if name in inner:
+                own = (*place, next(numbers))
+                if name == "body" and isinstance(statement, ast.For):
+                    yield from _names(statement.target, own)
+                yield from _uses(value, own, numbers)
+            elif not (isinstance(statement, ast.For) and name == "target"):
+                for part in value if isinstance(value, list) else [value]:
+                    if isinstance(part, ast.AST):
+                        yield from _names(part, place)
+        if isinstance(statement, ast.AugAssign) and isinstance(statement.target, ast.Name):
+            yield statement.target.id, place, False
+
+
+def _is_body(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and isinstance(value[0], ast.stmt)
+
+
+def _names(node: ast.AST, place: ScopePlace) -> Iterator[tuple[str, ScopePlace, bool]]:
+    for part in ast.walk(node):
+        if isinstance(part, ast.Name):
+            yield part.id, place, isinstance(part.ctx, ast.Store)

@@ -77,9 +77,7 @@ def profile(graph: Graph, options: RunOptions) -> tuple[Result, Profile]:
     """Run a graph as machine code and return what came out, with where the time went; raises `ModelError`."""
     if not can_profile():
         message = "parts of a tick are timed on x86-64 only"
-        raise ModelError(
-            [Problem(message=message, key="profile", got=platform.machine(), hint="run without --profile")]
-        )
+        raise Problem(message=message, key="profile", got=platform.machine(), hint="run without --profile").error
     phases: dict[str, float] = {}
     began = time.perf_counter()
 

@@ -25,7 +25,6 @@ def recording_notes(plan: Plan, end: Fraction | None) -> Iterator[Problem]:
             yield plan.graph.placed(
                 Problem(
                     message=message,
-                    key=f"blocks.{name}.file",
                     got=str(getattr(block, "file", "")),
                     hint=hint,
                     note=True,

@@ -337,14 +337,18 @@ class Result(Plotted):
     def _repr_html_(self) -> str:
         heads = ("signal", "unit", "rows", "mean", "std", "min", "max", "")
         below = [f"{name} = {measure.text()}" for name, measure in self.measures.items()]
-        return html_table(heads, map(self._html_row, self.summary()), repr(self)[1:-1], below)
+        rows = ((*texts, sparkline(self[texts[0]].values)) for *texts, _ in self.shown_rows())
+        return html_table(heads, rows, repr(self)[1:-1], below)
 
-    def _html_row(self, row: dict[str, Any]) -> list[str]:
-        trace = self[row["signal"]]
-        factor, unit = display(trace.unit, trace.shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
-        numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in ("mean", "std", "min", "max")]
-        shown = "" if unit == "1" else unit
-        return [trace.signal, shown, f"{row['rows']:,}", *numbers, sparkline(trace.values)]
+    def shown_rows(self) -> Iterator[tuple[str, ...]]:
+        """Yield name, unit, rows, mean, std, min, max and last value of each signal as texts, in a unit that suits."""
+        for row in self.summary():
+            trace = self[row["signal"]]
+            factor, unit = display(trace.unit, trace.shown_in, max(abs(row.get("min", 0.0)), abs(row.get("max", 0.0))))
+            numbers = [f"{row[key] * factor:.6g}" if key in row else "" for key in ("mean", "std", "min", "max")]
+            last = row.get("last", "")
+            text = f"[{len(last)} entries]" if isinstance(last, list) else f"{last * factor:.6g}" if last != "" else ""
+            yield trace.signal, "" if unit == "1" else unit, f"{row['rows']:,}", *numbers, text
 
 
 def _bytes(values: AnyArray) -> bytes:

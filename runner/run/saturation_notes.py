@@ -31,7 +31,6 @@ def saturation_notes(result: Result) -> Iterator[Problem]:
             yield flat.placed(
                 Problem(
                     message="the code stood at the end of its range",
-                    key=f"blocks.{owner}",
                     got=f"{rows:,} of {len(values):,} rows at {end:,} or beyond",
                     hint="raise its reference, or lower the gain before it",
                     note=True,

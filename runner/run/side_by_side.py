@@ -49,7 +49,7 @@ def whole_lanes(lanes: int) -> int:
     (0, 2, 16, 64)
     """
     if not 0 <= lanes <= MOST:
-        raise ModelError([Problem(message="out of range", key="lanes", got=str(lanes), expected=f"0 to {MOST}")])
+        raise Problem(message="out of range", key="lanes", got=str(lanes), expected=f"0 to {MOST}").error
     return max(2, 1 << (lanes - 1).bit_length()) if lanes else 0
 
 

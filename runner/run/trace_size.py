@@ -4,7 +4,7 @@ import math
 import shutil
 from pathlib import Path
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.plan.planned import Plan
 
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
@@ -38,13 +38,12 @@ def refuse_full(planned: Plan, ticks: int, folder: Path) -> None:
     if size > free:
         problem = Problem(
             message="the traces do not fit on the disk",
-            key="probes",
             got=f"{size / 2**30:,.1f} GiB",
             expected=f"at most {free / 2**30:,.1f} GiB, which {above} has left",
             hint="run for a shorter time, thin a probe: every = 1000, or write to another folder",
             path=("probes",),
         )
-        raise ModelError([planned.graph.placed(problem)])
+        raise planned.graph.placed(problem).error
 
 
 def refuse_large(planned: Plan, ticks: int, largest: int = IN_MEMORY) -> None:
@@ -53,10 +52,9 @@ def refuse_large(planned: Plan, ticks: int, largest: int = IN_MEMORY) -> None:
     if size > largest:
         problem = Problem(
             message="the traces are too large for memory",
-            key="probes",
             got=f"{size / 2**20:,.0f} MiB",
             expected=f"at most {largest >> 20} MiB without a folder",
             hint="say --out FOLDER to write them as they come, or thin a probe: every = 1000",
             path=("probes",),
         )
-        raise ModelError([planned.graph.placed(problem)])
+        raise planned.graph.placed(problem).error

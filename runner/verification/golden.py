@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.loops import MARGIN_MEASURES
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.run.provenance import graph_hash
@@ -50,7 +50,7 @@ def record(measurements: Measurements, path: Path) -> int:
     entries = {name: {"value": _written(value), "unit": unit} for name, value, unit in quantities(measurements)}
     if not entries:
         hint = "add [measures] or [loops] to the graph"
-        raise ModelError([Problem(message="there is nothing to record", file=str(path), hint=hint)])
+        raise Problem(message="there is nothing to record", file=str(path), hint=hint).error
     data = {"graph_hash": graph_hash(measurements.graph), "tolerance": {"relative": RELATIVE}, "quantities": entries}
     write_whole(path, json.dumps(data, indent=2) + "\n")
     return len(entries)
@@ -68,7 +68,7 @@ def read_golden(path: Path) -> Golden:
     except (ValueError, KeyError, TypeError, AttributeError) as error:
         hint = "record it again: proofmass verify GRAPH --record"
         message = f"is not a file of golden results: {type(error).__name__} {error}"
-        raise ModelError([Problem(message=message, file=str(path), hint=hint)]) from None
+        raise Problem(message=message, file=str(path), hint=hint).error from None
     return golden
 
 

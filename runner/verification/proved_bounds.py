@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import VERDICTS
 from proofmass.graphs.studies.study import Study
@@ -25,10 +25,10 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
     try:
         check_certificate(certificate)
     except FalseCertificateError as error:
-        raise ModelError([_refused(str(error))]) from None
+        raise _refused(str(error)).error from None
     data = json.loads(certificate)
     if data["graph_sha256"] != graph_digest(study.graph):
-        raise ModelError([_refused("is that of another graph")])
+        raise _refused("is that of another graph").error
     return list(_bounds(data["claims"], study, measures))
 
 

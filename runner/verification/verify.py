@@ -162,14 +162,14 @@ class Measurements:
         name, yields = quantity.limit or ALL_LIMITS, self.result.yields()
         if name not in yields:
             message, expected = f"the study has no limit {name}", ", ".join(yields) or "[study.limits]"
-            raise ModelError([Problem(message=message, key=TABLE, got=str(quantity), expected=expected)])
+            raise Problem(message=message, key=TABLE, got=str(quantity), expected=expected).error
         return yields[name]
 
     def _needed_study(self, what: str) -> Study:
         if self.study is None:
             hint = "add [study] with spread and limits to the file, or name the study's file"
-            problem = Problem(message=f"{what} is required, and there is no study", key=TABLE, hint=hint, path=(TABLE,))
-            raise ModelError([self.graph.placed(problem)])
+            problem = Problem(message=f"{what} is required, and there is no study", hint=hint, path=(TABLE,))
+            raise self.graph.placed(problem).error
         return self.study
 
 

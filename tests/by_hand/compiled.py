@@ -11,8 +11,8 @@ from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Kind, Storage, 
 from proofmass.runner.program.lower import call, outcome, program
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import leaves, mapped, rebuilt, shape_of
-from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.machine_code import Settings, load
+from tests.by_hand.verify_program import verify
 
 KINDS: dict[Any, Kind] = {float: FLOAT, int: INTEGER, bool: TRUTH}
 

@@ -4,13 +4,13 @@ from pathlib import Path
 
 import pytest
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.library import library_files
-from proofmass.graphs.files.toml_reader import read_graph, read_table
+from proofmass.graphs.files.toml_reader import parsed, read_graph, read_table
 from proofmass.graphs.model.exports import runs_alone
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.studies.study_reader import is_study
-from proofmass.graphs.tuning.check_file import check_file, check_text
+from proofmass.graphs.tuning.check_file import CheckedFile, check_file, check_table
 
 _FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
 LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
@@ -97,6 +97,14 @@ output_unit = "V"
 kind = "AnalogToDigital"
 bits = 16
 """
+
+
+def check_text(text: str, file: str = "<text>", folder: str = ".") -> CheckedFile:
+    """The graph of a text, and what is wrong with it; file names in it start from `folder`."""
+    try:
+        return check_table(*parsed(text, file, folder), None, None)
+    except ModelError as error:
+        return CheckedFile(None, list(error.problems))
 
 
 def problems_of(text: str, file: str = "model.toml", folder: str = ".") -> list[Problem]:

@@ -12,9 +12,9 @@ from proofmass.runner.program.integer_step import call_step
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.lower import program
 from proofmass.runner.program.structure import Lowered, leaves, rebuilt, shape_of
-from proofmass.runner.program.verify import verify
 from tests.by_hand.evaluate_program import evaluate
 from tests.by_hand.lowered import example, flat
+from tests.by_hand.verify_program import verify
 
 
 class Code:

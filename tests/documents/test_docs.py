@@ -13,7 +13,8 @@ from docs.papers import pn_self_calibration
 from docs.papers.quartz_accelerometer import tables
 from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.library import library_files
-from proofmass.graphs.files.toml_reader import TOP_KEYS, read_graph_text
+from proofmass.graphs.files.toml_reader import read_graph_text
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.runner.command_line import main
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.run.simulate import simulate

@@ -13,7 +13,8 @@ from docs.site.reference_keys import keys_page
 from docs.site.reference_python import groups, python_page
 from docs.site.stage import BrokenLinkError, _rewritten, navigation, repository_pages, stage
 from proofmass.blocks.declaration.catalog import all_blocks
-from proofmass.graphs.model.keys import STUDY_KEYS, TOP_KEYS
+from proofmass.graphs.model.keys import STUDY_KEYS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.runner.command_line import cli
 from proofmass.runner.output.typeset import unwrapped
 

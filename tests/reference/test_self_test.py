@@ -4,9 +4,9 @@ import mpmath
 import numpy as np
 import pytest
 
+from benchmarks.self_test import GRAPH, judge
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.runner.commands.demo import GRAPH, judge
 from proofmass.runner.run.simulate import simulate
 
 

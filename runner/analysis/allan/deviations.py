@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from scipy.stats import chi2
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
@@ -106,28 +106,22 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
     series = as_series(signal, rate, unit)
     count = len(series.values)
     if count < FEWEST:
-        problem = Problem(
+        raise Problem(
             message="the signal is too short for an Allan deviation",
             key=series.name or "signal",
             got=f"{count} values",
             expected=f"at least {FEWEST}",
             hint="run longer, or skip less",
-        )
-        raise ModelError([problem])
+        ).error
     if not np.ptp(series.values) > 0.0:
-        raise ModelError([Problem(message="the signal does not move", key=series.name or "signal")])
+        raise Problem(message="the signal does not move", key=series.name or "signal").error
     levels = fitted(series)
-    x = _integral(series)
+    x = integral(series)
     curves = {statistic: _curve(statistic, x, series.period, levels) for statistic in AllanStatistic}
     return Allan(series.name, series.unit, series.period, count, curves, levels)
 
 
-def deviation_at(statistic: AllanStatistic, values: Array, factor: int) -> float:
-    """One deviation of a signal at an averaging time of so many values."""
-    return float(np.sqrt(_variance(statistic, _integral(Series(np.asarray(values, dtype=float), 1.0)), factor)))
-
-
-def _integral(series: Series) -> Array:
+def integral(series: Series) -> Array:
     """The running integral, in units of the signal times its period, one value more than the signal."""
     values = series.values - np.mean(series.values)
     return np.concatenate([[0.0], np.cumsum(values)])
@@ -136,15 +130,15 @@ def _integral(series: Series) -> Array:
 def _curve(statistic: AllanStatistic, x: Array, period: float, levels: Levels) -> Curve:
     factors = _factors(statistic, len(x) - 1)
     taus = factors * period
-    variance = np.array([_variance(statistic, x, int(m)) for m in factors])
+    variances = np.array([variance(statistic, x, int(m)) for m in factors])
     kinds = dominating(levels, taus)
     degrees = np.array([freedom(statistic, len(x), int(m), a) for m, a in zip(factors, kinds, strict=True)])
     side = CONFIDENCE / 2.0
-    low, high = (np.sqrt(variance * degrees / chi2.ppf(0.5 + s, degrees)) for s in (side, -side))
-    return Curve(statistic, taus, np.sqrt(variance), low, high, degrees)
+    low, high = (np.sqrt(variances * degrees / chi2.ppf(0.5 + s, degrees)) for s in (side, -side))
+    return Curve(statistic, taus, np.sqrt(variances), low, high, degrees)
 
 
-def _variance(statistic: AllanStatistic, x: Array, m: int) -> float:
+def variance(statistic: AllanStatistic, x: Array, m: int) -> float:
     """The variance at an averaging time of m values, in units of the signal."""
     if statistic is AllanStatistic.HADAMARD:
         third = x[3 * m :] - 3.0 * x[2 * m : -m] + 3.0 * x[m : -2 * m] - x[: -3 * m]

@@ -17,7 +17,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from proofmass.blocks.arithmetic.rounding import two_level
-from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
@@ -107,7 +106,7 @@ def with_gains(about: Linearisation, noise: Noisy, outputs: list[Endpoint]) -> N
         try:
             records = recorded(plan, about.memory(), upstream, deciding, span, kept)
         except TickError as error:
-            raise ModelError([failed(plan, error)]) from error
+            raise failed(plan, error).error from error
         kept[key] = {n: tuple(_one_bit(*pair, n in looped) for pair in several) for n, several in records.items()}
     return dict(sorted({**noise, **kept[key]}.items()))
 

@@ -119,10 +119,10 @@ def _renamed(flat: FlatGraph, signal: str, gains: Mapping[str, float]) -> str:
 def _block(flat: FlatGraph, name: str) -> Block:
     if name not in flat.blocks:
         hint = did_you_mean(name, flat.blocks, "the blocks")
-        raise ModelError([Problem(message="there is no such block", key=name, hint=hint)])
+        raise Problem(message="there is no such block", key=name, hint=hint).error
     return flat.blocks[name]
 
 
 def _refused(flat: FlatGraph, name: str, message: str, got: str, hint: str = "") -> ModelError:
-    problem = Problem(message=message, key=f"blocks.{name}", got=got, hint=hint, path=("blocks", name))
-    return ModelError([flat.placed(problem)])
+    problem = Problem(message=message, got=got, hint=hint, path=("blocks", name))
+    return flat.placed(problem).error

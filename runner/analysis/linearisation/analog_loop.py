@@ -150,7 +150,7 @@ def analog_map_at(
     try:
         constants, wires = _Instant(plan, begin, upstream, (), (), False, by_parameters).known()
     except TickError as error:
-        raise ModelError([plan.graph.placed(_not_linear(error.at, str(error.value)))]) from error
+        raise plan.graph.placed(_not_linear(error.at, str(error.value))).error from error
     held = [getattr(begin.states[block], field) for block, field in group.states]
     moving = [j for j, kind in enumerate(group.kinds) if kind is float]
     seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]
@@ -163,7 +163,7 @@ def analog_map_at(
         if stages.unsolved:
             raise NoSolutionError(stages.unsolved)
     except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
-        raise ModelError([plan.graph.placed(_not_linear(stages.at, str(error)))]) from error
+        raise plan.graph.placed(_not_linear(stages.at, str(error))).error from error
     rows = [*(rates[j] for j in moving), *stages.back.values()]
     matrix = np.zeros((len(rows), len(moving) + len(nodes) + 1))
     by_name: dict[str, Array] = {}
@@ -176,7 +176,7 @@ def analog_map_at(
                 by_name.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
         if not np.isfinite(matrix[row]).all():
             whose = group.states[moving[row]][0] + ".derivative" if row < len(moving) else ""
-            raise ModelError([plan.graph.placed(_not_linear(whose or ".".join(nodes[row - len(moving)]), NO_SLOPE))])
+            raise plan.graph.placed(_not_linear(whose or ".".join(nodes[row - len(moving)]), NO_SLOPE)).error
     undefined = tuple(sorted(name for name, slope in by_name.items() if not np.isfinite(slope).all()))
     return PeriodMap(
         tuple((*group.states[j], -1) for j in moving),
@@ -219,7 +219,6 @@ def _not_linear(at: str, got: str) -> Problem:
     name, _, what = at.rpartition(".")
     return Problem(
         message=f"cannot be linearised: {what} has no derivative here",
-        key=f"blocks.{name}",
         got=got,
         expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="linearise at another time",

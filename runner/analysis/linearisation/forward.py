@@ -6,7 +6,6 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.analysis.linearisation.rings import Rings
@@ -67,7 +66,7 @@ class Forward:
                     name_fault(self._plan, self._plan.graph.seed, 0, before(), following)
             except TickError as error:
                 self.tick = last + 1  # no run goes on from here
-                raise ModelError([failed(self._plan, error)]) from error
+                raise failed(self._plan, error).error from error
             seconds = time.perf_counter() - began
             self.tick = following
             if seconds < _CHUNK / 2:

@@ -148,11 +148,11 @@ class Linearisation:
             return self.analog_loop(group, [node], by_parameters)
         values = Ends((node,), (node,), cut=True).common_period(self.plan) // self.plan.stride(node)
         if values > MOST_VALUES:
-            raise ModelError([self.plan.graph.placed(too_many(node, values))])
+            raise self.plan.graph.placed(too_many(node, values)).error
         whole = self.map([node], [node], cut=True, by_parameters=by_parameters)
         system = of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
         if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
-            raise ModelError([self.plan.graph.placed(_no_gain(node))])
+            raise self.plan.graph.placed(_no_gain(node)).error
         return system
 
     def analog_loop(self, group: Group, nodes: Sequence[Endpoint], by_parameters: bool = False) -> OpenLoop:
@@ -253,7 +253,7 @@ class OperatingPoints:
             found = starting[0] if bounded else (about, loop(about))
             if self.at == AUTO and not bounded and _starts_up(found[1]):
                 starting.append(found)
-                raise ModelError([self.plan.graph.placed(_no_gain(node))])
+                raise self.plan.graph.placed(_no_gain(node)).error
             return found
 
         try:
@@ -333,7 +333,7 @@ def tick_of_time(plan: Plan, at: At) -> int:
         return int(read_duration(at) * plan.schedule.base_rate)
     except Refusal as error:
         hint = f'write a time, as "20 ms", "{AUTO}", "{SETTLED}" or "{PERIODIC}"'
-        raise ModelError([Problem(message=str(error), key="at", got=str(at), hint=hint)]) from None
+        raise Problem(message=str(error), key="at", got=str(at), hint=hint).error from None
 
 
 def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLoop:

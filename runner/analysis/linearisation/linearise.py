@@ -102,8 +102,7 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     groups = find_loops(planned)
     if not groups:
         hint = "margins need a loop: wire the output of a controller back to what it controls"
-        problem = Problem(message="the graph has no loop", key="wires", hint=hint, path=("wires",))
-        raise ModelError([planned.graph.placed(problem)])
+        raise planned.graph.placed(Problem(message="the graph has no loop", hint=hint, path=("wires",))).error
     cuts = [cut for part in groups for cut in (part.open_at[:1] or part.together)]
     if not cuts:
         raise ModelError([planned.graph.placed(_no_cut(part)) for part in groups])
@@ -118,8 +117,7 @@ def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     if "." in name:
         return name, node_of(planned, name)
     hint = did_you_mean(name, loops, "the loops") if loops else "name an output instead, as in dac.voltage"
-    problem = Problem(message="there is no such loop", key="loops", got=name, hint=hint, path=("loops",))
-    raise ModelError([planned.graph.placed(problem)])
+    raise planned.graph.placed(Problem(message="there is no such loop", got=name, hint=hint, path=("loops",))).error
 
 
 def node_of(planned: Plan, signal: str) -> Endpoint:
@@ -127,10 +125,10 @@ def node_of(planned: Plan, signal: str) -> Endpoint:
     flat = inside(planned.graph.root, signal)
     found = find_output(planned.graph, flat)
     if isinstance(found, Missing):
-        raise ModelError([Problem(message=found.message, key=signal, hint=found.hint)])
+        raise Problem(message=found.message, key=signal, hint=found.hint).error
     if found[1].shape or found[1].dtype is bool:
         message = "not an output that is one number"
-        raise ModelError([Problem(message=message, key=signal, hint="choose an output of type float or int")])
+        raise Problem(message=message, key=signal, hint="choose an output of type float or int").error
     return split(flat)
 
 

@@ -3,7 +3,7 @@
 import math
 from collections.abc import Collection, Sequence
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
@@ -57,5 +57,5 @@ def period_of_blocks(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> 
     if ticks > LONGEST_PERIOD:
         message = "the blocks tick together too rarely to be linearised over one common period"
         expected, hint = f"at most {LONGEST_PERIOD:,} base ticks", "make the rates ratios of small numbers"
-        raise ModelError([Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint)])
+        raise Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint).error
     return ticks

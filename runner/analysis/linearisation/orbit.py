@@ -355,7 +355,6 @@ class OrbitSearch:
         period, longest = time_text(self._period), time_text(self._most * self._period)
         return Problem(
             message=f"the operating point does not repeat in {period}, the period of the schedule",
-            key=f"blocks.{name}",
             got=f"{part} changes by {step:.2g} of its swing from one period to the next{crossed}",
             expected=f"an orbit that closes in {period}, or in up to {longest}"
             if turning

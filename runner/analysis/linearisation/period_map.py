@@ -240,7 +240,7 @@ def period_map(
         except TickError as error:
             name, _, what = error.at.rpartition(".")
             if name in counted or name not in moving:
-                raise ModelError([plan.graph.placed(_not_linear(name, what, str(error.value)))]) from error
+                raise plan.graph.placed(_not_linear(name, what, str(error.value))).error from error
             counted.add(name)
             continue
         maps, each = None, 1
@@ -257,7 +257,7 @@ def period_map(
         values_of_wire = len(maps.d) if maps else 0
         if values_of_wire > MOST_VALUES or (code is not None and maps is None and not noise):
             number = values_of_wire or ticks // plan.stride(inputs[0])
-            raise ModelError([plan.graph.placed(too_many(inputs[0], number))])
+            raise plan.graph.placed(too_many(inputs[0], number)).error
         if stepped and maps is None:
             stepped = False
             continue
@@ -331,7 +331,7 @@ def _read(
         matrix[np.ix_(own, own)] = ticks.lifted()
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
-        raise ModelError([engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE))])
+        raise engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE)).error
     ends = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
     ends += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
@@ -358,7 +358,6 @@ def too_many(node: Endpoint, values: int) -> Problem:
 def _not_linear(name: str, what: str, got: str) -> Problem:
     return Problem(
         message=f"cannot be linearised: {what} has no derivative here",
-        key=f"blocks.{name}",
         got=got,
         expected="arithmetic, comparisons and functions of math on values that signals change",
         hint="open the loop so that this block lies outside, or linearise at another time",

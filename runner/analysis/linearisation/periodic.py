@@ -66,14 +66,14 @@ def periodic_point(course: Course) -> PeriodicPoint:
     plan = course.plan
     common = math.lcm(*plan.schedule.divisors.values())
     if common > LONGEST:
-        raise ModelError([plan.graph.placed(_too_long(plan, common))])
+        raise plan.graph.placed(_too_long(plan, common)).error
     search = _Shooting(course, common)
     best = ""
     for periods in search.candidates():
         point, best = search.newton(periods, best)
         if point is not None:
             return point
-    raise ModelError([plan.graph.placed(_none(plan, search, best))])
+    raise plan.graph.placed(_none(plan, search, best)).error
 
 
 class _Shooting:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.derivatives.dual import dual, plain
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS
@@ -87,7 +87,7 @@ def seed_wires(plan: Plan, begin: Memory, names: set[str]) -> list[Entry]:
     for name in sorted(names & plan.schedule.phases.keys()):
         for port, declared in type(plan.blocks[name]).outputs.items():
             if declared.shape:
-                raise ModelError([plan.graph.placed(_vector_held(name, port))])
+                raise plan.graph.placed(_vector_held(name, port)).error
             if declared.dtype is not bool:
                 entry = (name, port, HELD)
                 begin.wires[name, port] = begin.wires[name, port] + dual(0.0, {entry: 1.0}, SIGNALS)
@@ -98,7 +98,6 @@ def seed_wires(plan: Plan, begin: Memory, names: set[str]) -> list[Entry]:
 def _vector_held(name: str, port: str) -> Problem:
     return Problem(
         message="cannot be linearised: a vector of a block with a clock offset is held from period to period",
-        key=f"blocks.{name}.clock_offset",
         got=f"{name}.{port}",
         expected="outputs that are numbers",
         hint="take the offset out, or open the loop so that this block lies outside",

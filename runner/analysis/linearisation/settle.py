@@ -17,7 +17,6 @@ from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Memory, start
-from proofmass.runner.plan.planned import Plan
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
@@ -26,7 +25,7 @@ FEWEST, MOST = 64, 1 << 20  # base ticks
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     plan = course.plan
-    names = sorted(_in_loops(plan))
+    names = sorted(set[str]().union(*loops(plan_graph(plan))))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
     memory, periods, still, got = start(plan), 0, 0, ""
     largest, before = dict[Entry, float](), dict(_numbers(memory, names))
@@ -35,7 +34,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         try:
             memory = course.at(ticks * periods, progress, MOST)
         except ModelError as error:
-            raise ModelError([plan.graph.placed(_restless(error.problems[0].message))]) from error
+            raise plan.graph.placed(_restless(error.problems[0].message)).error from error
         now = dict(_numbers(memory, names))
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
         change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
@@ -48,12 +47,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
             share = f"{change[worst]:.2g} of its largest value"
             got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
         before = now
-    raise ModelError([plan.graph.placed(_restless(got))])
-
-
-def _in_loops(plan: Plan) -> set[str]:
-    """Return the blocks that act on themselves, directly or through others."""
-    return set[str]().union(*loops(plan_graph(plan)))
+    raise plan.graph.placed(_restless(got)).error
 
 
 def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Entry, float]]:

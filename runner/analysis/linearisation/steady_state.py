@@ -7,7 +7,7 @@ after a difference, the phase of an oscillation.
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -31,7 +31,7 @@ class SteadyState:
         a, b, c, _, step, _, at_input = self._parts(self._map.matrix)
         lasting = Lasting(a)
         if lasting.passes(np.column_stack([b, step - b * at_input]), c):
-            raise ModelError([planned.graph.placed(self._does_not_settle(target, lasting))])
+            raise planned.graph.placed(self._does_not_settle(target, lasting)).error
         rest = lasting.others
         self._inverse = rest @ np.linalg.inv(np.eye(len(a)) - rest @ a)
         self._by_input = self._inverse @ b

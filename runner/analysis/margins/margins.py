@@ -29,10 +29,9 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict
 from proofmass.runner.analysis.margins import lifted, lifted_modes, scalar
 from proofmass.runner.analysis.margins.delays import delay_margin
-from proofmass.runner.analysis.margins.figures import Figures, decibels
+from proofmass.runner.analysis.margins.figures import Figures, decibels, least_gain_margin
 from proofmass.runner.analysis.margins.frequencies import check_by_sweep
 from proofmass.runner.analysis.margins.modes import Mode, seen
-from proofmass.runner.analysis.margins.stretches import over_stretches, ranges
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 
@@ -187,3 +186,32 @@ def least_of(instants: Sequence[Margins]) -> Margins:
     if len(stable) < len(instants):
         notes.append("it is unstable at some instants in that time, as if it stood still there")
     return replace(worst, system=replace(worst.system, map=replace(worst.system.map, notes=tuple(notes))))
+
+
+def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figures]:
+    """Return a stable loop with a note on the range of its margins, and its figures with the least of them."""
+    others = [OpenLoop(other.between()) for other in system.map.others]
+    limits = [lifted.limits(gains) for gains in (figures.stable_gains, *map(lifted.stable_gains, others))]
+    reductions, margins = zip(*limits, strict=True)
+    turns = [figures.phase_margin, *map(lifted.critical_turn, others)]
+    phases = [math.inf if turn is None else turn for turn in turns]
+    gain, phase = min(margins), min(phases)
+    worst = figures.with_values(
+        gain_margin=gain if math.isfinite(gain) else None,
+        gain_reduction=max(reductions) or None,
+        phase_margin=phase if math.isfinite(phase) else None,
+    )
+    told = ranges([least_gain_margin(*pair) for pair in limits], phases)
+    notes = (*system.map.notes, f"the least of their margins is shown: {told}") if told else system.map.notes
+    return replace(system, map=replace(system.map, notes=notes)), worst
+
+
+def ranges(gains: Sequence[float], turns: Sequence[float]) -> str:
+    """Return the ranges of gain margins, in dB, and phase margins, in radians, that have limits, in words."""
+    told = {"gain margin": _range(gains, "dB"), "phase margin": _range([math.degrees(turn) for turn in turns], "deg")}
+    return " and ".join(f"{name} {text}" for name, text in told.items() if text)
+
+
+def _range(values: Sequence[float], unit: str) -> str:
+    """Return the least and the largest, or nothing if there is no limit."""
+    return f"{min(values):.2f} to {max(values):.2f} {unit}" if math.isfinite(max(values)) else ""

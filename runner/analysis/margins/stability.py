@@ -40,9 +40,7 @@ def margins(graph: GraphSource, loop: str = "", *, at: At = AUTO) -> Margins:
     if len(loops) > 1:
         expected, hint = "the name of one", f'margins(graph, "{next(iter(loops))}")'
         message, got = "the graph has several loops", ", ".join(loops)
-        raise ModelError(
-            [planned.graph.placed(Problem(message=message, key="loops", got=got, expected=expected, hint=hint))]
-        )
+        raise planned.graph.placed(Problem(message=message, key="loops", got=got, expected=expected, hint=hint)).error
     return next(iter(loops.values()))
 
 

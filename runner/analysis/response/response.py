@@ -10,7 +10,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.named_arguments import named_arguments
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
@@ -215,7 +215,7 @@ def response_of_map(
     """Return the linear response of a map from one output to another."""
     wires = WireResponse.of(whole)
     if not any(part.any() for part in (wires.matrices[1], wires.matrices[3])):
-        raise ModelError([planned.graph.placed(_unreached(source, target))])
+        raise planned.graph.placed(_unreached(source, target)).error
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else _shown(wires)
     units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
     return Response(

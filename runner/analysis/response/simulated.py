@@ -14,7 +14,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.blocks.signals.sum import Sum
@@ -183,7 +183,7 @@ def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | Non
     except UnitError as error:
         hint = error.hint if unit != "1" else "the input has no unit"
     message = "the stimulus needs an amplitude" if amplitude is None else "is not an amplitude"
-    raise ModelError([Problem(message=message, key="amplitude", got=got, expected=expected, hint=hint)])
+    raise Problem(message=message, key="amplitude", got=got, expected=expected, hint=hint).error
 
 
 def _periods_to_settle(radius: float) -> int:
@@ -212,4 +212,4 @@ def _refuse(planned: Plan, source: Endpoint) -> None:
     elif port.dtype is not float:
         problem = Problem(message="a stimulus cannot be added to codes", key=signal, got=port.dtype.__name__, hint=hint)
     if problem:
-        raise ModelError([planned.graph.placed(problem.at(*planned.graph.find(("blocks", source[0]))))])
+        raise planned.graph.placed(problem.at(*planned.graph.find(("blocks", source[0])))).error

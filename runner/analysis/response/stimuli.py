@@ -12,7 +12,7 @@ from typing import Literal, get_args
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
 from proofmass.runner.host.arrays import Array
 
@@ -60,7 +60,7 @@ def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> l
     low, high = _band(of, wires, bandwidth)
     periods = max(4, math.ceil(1.0 / (low * wires.period) - 1e-9))
     if periods * wires.entries > _LONGEST:
-        raise ModelError([_too_low(low, wires)])
+        raise _too_low(low, wires).error
     if of.kind == "prbs":
         periods = (1 << max(3, (periods + 1).bit_length())) - 1
     span = periods * wires.period
@@ -114,21 +114,20 @@ def _band(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> tuple[f
         return _BELOW * middle, min(_ABOVE * middle, _HIGHEST * top)
     low, high = of.band
     if not 0.0 < low < high < top * (1.0 + 1e-9):
-        problem = Problem(
+        raise Problem(
             message=f"the band does not suit a {of.kind}",
             key="band",
             got=f"{low:g} Hz to {high:g} Hz",
             expected=f"above 0 Hz, up to {top:g} Hz",
             hint=f"a sine may go up to {wires.top:g} Hz" if wires.top > top else "",
-        )
-        raise ModelError([problem])
+        ).error
     return low, high
 
 
 def _refuse(of: Stimulus) -> None:
     if of.kind not in KINDS:
         hint = did_you_mean(of.kind, KINDS, "the stimuli")
-        raise ModelError([Problem(message="there is no such stimulus", key="simulate", got=of.kind, hint=hint)])
+        raise Problem(message="there is no such stimulus", key="simulate", got=of.kind, hint=hint).error
 
 
 def _too_low(low: float, wires: WireResponse) -> Problem:

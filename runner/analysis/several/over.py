@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
@@ -77,7 +77,7 @@ def margins_over_age(study: Study, *, loop: str = "", at: At = AUTO) -> MarginsO
     """
     if not study.drift:
         hint = 'add [drift] with "reference.value" = { ramp = "20 ppm/year", relative = true }, and [epochs]'
-        raise ModelError([study.placed(Problem(message="nothing drifts in the study", key="drift", hint=hint))])
+        raise study.placed(Problem(message="nothing drifts in the study", key="drift", hint=hint)).error
     rows: list[dict[str, float]] = [{} for _ in study.epochs]
     for name, drift in study.drift.items():
         aged = drift.aged(study.nominal(name), study.epochs, 0, 0, 0, normal=lambda *_: 0.0)
@@ -96,7 +96,7 @@ def _over(
     at: At,
 ) -> MarginsOver:
     if len(values) > MOST:
-        raise ModelError([Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}")])
+        raise Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}").error
     planned = plan(graph.changed(probes=()))
     adjustable = Adjustable(planned.graph)
     if loop:

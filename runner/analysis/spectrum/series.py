@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
 from proofmass.runner.host.arrays import Array
@@ -49,7 +49,7 @@ class Series:
         """Refuse values whose squares are beyond the range of doubles."""
         problem = refused_scatter(self.values, self.name)
         if problem:
-            raise ModelError([problem])
+            raise problem.error
 
     @property
     def rate(self) -> float:
@@ -66,9 +66,7 @@ class Series:
         first = max(0, math.ceil(seconds / self.period - 1e-9))
         if first >= len(self.values):
             message, length = "nothing is left of the signal", f"{self.duration:.6g} s of signal"
-            raise ModelError(
-                [Problem(message=message, key="skip", got=f"{seconds:.6g} s", expected=f"less than {length}")]
-            )
+            raise Problem(message=message, key="skip", got=f"{seconds:.6g} s", expected=f"less than {length}").error
         return replace(self, values=self.values[first:])
 
 
@@ -87,7 +85,7 @@ def of_trace(trace: Trace) -> Series:
     """The series of a probe; raises `ModelError` for a vector."""
     if trace.values.ndim > 1:
         message, hint = "is a vector, not one number", "probe an output of type float or int"
-        raise ModelError([Problem(message=message, key=trace.signal, hint=hint)])
+        raise Problem(message=message, key=trace.signal, hint=hint).error
     return Series(np.asarray(trace.values, dtype=float), float(trace.period), trace.signal, trace.unit)
 
 
@@ -111,10 +109,9 @@ def read_series(file: str | Path, column: str = "") -> Series:
         time, value = read_columns(path, lambda names: (0, _index(names, column)))
         return Series(np.array(value.values), _step(time), value.name, value.unit or "1")
     except RecordingError as error:
-        problem = Problem(
+        raise Problem(
             message=str(error), file=str(path), line=error.line, key="column" if column else "", hint=error.hint
-        )
-        raise ModelError([problem]) from None
+        ).error from None
 
 
 def _index(names: Any, column: str) -> int:

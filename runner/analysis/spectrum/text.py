@@ -37,8 +37,10 @@ def _median(of: Spectrum, lines: Any) -> float:
     return float(np.median(of.amplitude_density[lines]))
 
 
-def tone_text(measured: Tones, of: Spectrum) -> str:
-    """The figures of a tone for people."""
+def tone_text(measured: Tones | None, of: Spectrum) -> str:
+    """The figures of a tone for people, if there is one."""
+    if measured is None:
+        return "no tone stands out"
     unit = f" {of.unit}" if of.unit != "1" else ""
     lines = [
         f"tone at {measured.frequency:.9g} Hz ({of.window} window over all values)",

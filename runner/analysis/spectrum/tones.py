@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.spectrum.welch import Spectrum
 from proofmass.runner.analysis.spectrum.windows import half_lobe
 from proofmass.runner.host.arrays import Array
@@ -83,7 +83,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     harmonic = _near(of, [_folded(f, of.rate) for f in multiples], lobe) & ~main_lobe & inside
     rest = inside & ~main_lobe & ~harmonic
     if not rest.any():
-        raise ModelError([_no_room(of)])
+        raise _no_room(of).error
     step = of.step
     floor = float(np.mean(of.density[rest]))
     noise = float(np.sum(np.where(rest, of.density, _beneath(of, rest, lobe))[of.within(band)])) * step
@@ -93,7 +93,7 @@ def tones(of: Spectrum, *, tone: float = 0.0, band: tuple[float, float] | None =
     beside = np.where(inside & ~main_lobe, power, -1.0)
     spur = int(np.argmax(beside))
     if not signal > 0.0:
-        raise ModelError([_no_tone(of)])
+        raise _no_tone(of).error
     sndr = _decibels(signal, noise + distortion)
     return Tones(
         frequency=frequency,
@@ -130,10 +130,10 @@ def _middle(of: Spectrum, power: Array, lobe: int, tone: float, band: tuple[floa
     if tone:
         lines = np.abs(of.frequencies - tone) <= (lobe + 1) * of.step
     if not lines.any() or len(of.frequencies) < _ROOM * (lobe + 1):
-        raise ModelError([_no_room(of)])
+        raise _no_room(of).error
     middle = int(np.argmax(np.where(lines, power, -1.0)))
     if not power[middle] > 0.0 or not (tone or _stands_out(power, middle, lobe)):
-        raise ModelError([_no_tone(of)])
+        raise _no_tone(of).error
     return middle
 
 

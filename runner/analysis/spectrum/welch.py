@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.runner.analysis.spectrum.series import as_series
 from proofmass.runner.analysis.spectrum.windows import terms, window
@@ -100,7 +100,12 @@ class Spectrum(Told, Plotted):
         """Return by how many dB the density rises a decade in a band, by least squares over logarithmic frequency."""
         lines = self.within(band) & (self.density > 0.0)
         if np.sum(lines) < 2:
-            raise ModelError([_empty_band(band, self.step)])
+            raise Problem(
+                message="fewer than two lines of the spectrum lie in the band",
+                key="band",
+                got=f"{band[0]:g} Hz to {band[1]:g} Hz",
+                expected=f"a band wider than the lines, which are {self.step:.4g} Hz apart",
+            ).error
         decades = np.log10(self.frequencies[lines])
         weight = 1.0 / self.frequencies[lines]  # every decade counts alike
         apart = decades - np.average(decades, weights=weight)
@@ -145,16 +150,21 @@ def spectrum(
     series = as_series(signal, rate, unit)
     count = len(series.values)
     if count < FEWEST:
-        raise ModelError([_short(count, series.name)])
-    length = count if segment == 0 else segment or _usual_segment(count)
+        raise Problem(
+            message="the signal is too short for a spectrum",
+            key=series.name or "signal",
+            got=f"{count} values",
+            expected=f"at least {FEWEST}",
+            hint="run longer, or skip less",
+        ).error
+    length = count if segment == 0 else segment or max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
     if not FEWEST <= length <= count:
-        problem = Problem(
+        raise Problem(
             message="a segment of this length does not fit",
             key="segment",
             got=str(length),
             expected=f"{FEWEST} to the {count:,} values of {series.name or 'the signal'}, or 0 for all of them",
-        )
-        raise ModelError([problem])
+        ).error
     density, segments = _mean_density(series.values, length, window, series.rate)
     frequencies = np.arange(length // 2 + 1, dtype=np.float64) * np.float64(series.rate / length)
     mean = float(np.mean(series.values))
@@ -178,26 +188,3 @@ def _mean_density(values: Array, length: int, name: str, rate: float) -> tuple[A
     if length % 2 == 0:
         total[-1] *= 0.5
     return total, len(starts)
-
-
-def _usual_segment(count: int) -> int:
-    return max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
-
-
-def _short(count: int, name: str) -> Problem:
-    return Problem(
-        message="the signal is too short for a spectrum",
-        key=name or "signal",
-        got=f"{count} values",
-        expected=f"at least {FEWEST}",
-        hint="run longer, or skip less",
-    )
-
-
-def _empty_band(band: tuple[float, float], step: float) -> Problem:
-    return Problem(
-        message="fewer than two lines of the spectrum lie in the band",
-        key="band",
-        got=f"{band[0]:g} Hz to {band[1]:g} Hz",
-        expected=f"a band wider than the lines, which are {step:.4g} Hz apart",
-    )

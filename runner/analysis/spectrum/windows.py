@@ -8,7 +8,7 @@ Albrecht, Proc. ICASSP 2001, 3045.)
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.runner.host.arrays import Array
 
 WINDOWS: dict[str, tuple[float, ...]] = {
@@ -29,7 +29,7 @@ def terms(name: str) -> tuple[float, ...]:
     """The coefficients of a window; raises `ModelError` for an unknown name."""
     if name not in WINDOWS:
         hint = did_you_mean(name, WINDOWS, "window")
-        raise ModelError([Problem(message="there is no such window", key="window", got=name, hint=hint)])
+        raise Problem(message="there is no such window", key="window", got=name, hint=hint).error
     return WINDOWS[name]
 
 

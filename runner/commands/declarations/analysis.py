@@ -136,9 +136,8 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     graph: Path = file_argument(library=True)
     input: str = argument()
     output: str = argument()
-    stimulus: Any = option(
+    simulate: Any = option(
         "Also run the graph with this stimulus added to the input, and compare.",
-        "--simulate",
         type=click.Choice(["sine", "multitone", "chirp", "prbs"]),
     )
     amplitude: str | None = option('Peak value of the stimulus, as "10 mV".', metavar="QUANTITY")

@@ -1,4 +1,4 @@
-"""The commands that check, run and draw graphs, and run studies."""
+"""The commands that check, run, draw and show graphs, and run studies."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -249,6 +249,31 @@ class ReportRequest(Answered, does="report_command.report_study"):
     proof: Path | None = file_option("Show what this certificate of prove has proved of the same graph.", "--proof")
 
 
+class LiveRequest(Request, does="live_command.serve_live"):
+    """Show a graph in the browser, and update it after every save.
+
+    The page has a slider for each parameter; traces, spectra, measures, margins and noise follow. It is served to this
+    machine alone. Mistakes in the file are shown with their lines, above the last good run.
+
+    \b
+    proofmass live library:closed_loop_accelerometer
+    proofmass live library:closed_loop_accelerometer --no-browser
+    proofmass live library:scale_factor_drift --study library:margin_tolerance_study
+    """
+
+    graph: Path = file_argument(library=True)
+    changes: tuple[str, ...] = SET
+    probes: tuple[str, ...] = PROBES
+    study: Path | None = option(
+        "Run this study meanwhile (default: that of the graph file, if it has one).",
+        type=LibraryFile(dir_okay=False, path_type=Path),
+        metavar="FILE",
+    )
+    edit: bool = flag("Let the page save its sliders into the file, which it does not write otherwise.")
+    browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
+    own: Path | None = OWN
+
+
 class RtlRequest(Changed, does="rtl_command.write_rtl"):
     """Write the digital part of a graph as Verilog.
 
@@ -309,6 +334,7 @@ GRAPHS = (
     DrawRequest,
     MontecarloRequest,
     ReportRequest,
+    LiveRequest,
     RtlRequest,
     SchemaRequest,
 )

@@ -1,10 +1,11 @@
 """Commands as rows: a field of a request is an argument or option, from which click, its help and the call derive."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from decimal import Decimal, InvalidOperation
+from inspect import signature
 from pathlib import Path
-from typing import Any, ClassVar, NamedTuple, dataclass_transform
+from typing import Any, ClassVar, NamedTuple, TypeVar, dataclass_transform
 
 import click
 
@@ -13,6 +14,8 @@ from proofmass.graphs.files.library import LIBRARY, file_of, library_files
 from proofmass.graphs.model.limits import LARGEST_SEED
 from proofmass.runner.commands.declarations.completion import graphs, outputs, parameters
 from proofmass.runner.run.engine_table import engine_choices
+
+Returned = TypeVar("Returned")
 
 
 class Row(NamedTuple):
@@ -47,9 +50,10 @@ class Request:
     def check(self) -> None:
         """Raise `click.UsageError` where options do not go together."""
 
-    def some(self, *names: str) -> dict[str, Any]:
-        """Return the values of some fields, for a function that calls them so too."""
-        return {name: vars(self)[name] for name in names}
+    def call(self, function: Callable[..., Returned], *first: object, **others: object) -> Returned:
+        """Call a function with every field that is named as a parameter of it; `first` and `others` come before."""
+        names = list(signature(function).parameters)[len(first) :]
+        return function(*first, **{name: vars(self)[name] for name in names if name in vars(self)} | others)
 
     @classmethod
     def rows(cls) -> Iterator[tuple[str, Row]]:

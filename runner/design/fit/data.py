@@ -85,8 +85,7 @@ def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:
         columns = read_columns(path, lambda names: _choose(names, temperature, output))
         values = [np.asarray(column.values) for column in columns]
     except RecordingError as error:
-        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise Problem(message=str(error), file=str(path), line=error.line, hint=error.hint).error from None
     return _readings(path.name, columns, values)
 
 
@@ -101,7 +100,7 @@ def run_cycle(graph: Graph, temperature: str, output: str, **options: Any) -> Re
     }
     for message, found in wrong.items():
         if found:
-            raise ModelError([Problem(message=message, file=graph.place.file, key=output)])
+            raise Problem(message=message, file=graph.place.file, key=output).error
     columns = [Column(trace.signal, trace.unit, array("d")) for trace in traces]
     return _readings(graph.name, columns, [np.asarray(trace.values, dtype=np.float64) for trace in traces])
 

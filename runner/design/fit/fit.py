@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.design.fit.alternation import TOLERANCE, alternate, convergence_rate
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.projection import DOUBLE, best, prony
@@ -93,7 +93,7 @@ def fit(
     optimum = best(DOUBLE, scaled.x, scaled.v, [guess] if guess else [])
     wrong = undetermined(readings, scaled, optimum)
     if wrong is not None and not scaled.reaches(scaled.exponents(optimum.at.exponents)):
-        raise ModelError([wrong])
+        raise wrong.error
     a, b = scaled.unscaled(optimum)
     projected = _exponentials(readings, "variable projection", a, b, optimum.iterations, optimum.converged)
     begin = start or scaled.exponents(guess or optimum.at.exponents)

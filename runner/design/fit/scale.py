@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.design.fit.alternation import LARGEST_ARGUMENT
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.projection import Optimum
@@ -55,12 +55,11 @@ class ScaledReadings:
         """Raise `ModelError` if they cannot."""
         steepest = max(exponents, key=abs)
         if not self.reaches(exponents):
-            problem = Problem(
+            raise Problem(
                 message="the temperatures are too far from zero for such steep exponentials",
                 got=f"exponent {steepest:g} at {self.largest:g}",
                 hint=hint,
-            )
-            raise ModelError([problem])
+            ).error
 
 
 def half_widths(jacobian: AnyArray, residual: AnyArray) -> list[float]:

@@ -52,11 +52,10 @@ def _reasons(readings: Readings, scaled: ScaledReadings, optimum: Optimum) -> It
     forward, backward = roughness(x, v), roughness(v, x)
     if forward > ROUGH and forward > ROUGHER * backward:
         names = shown(readings.output_name), shown(readings.temperature_name)
-        hint = f"for the other order say --temperature {names[0]} --output {names[1]}"
         yield _problem(
             "the temperature follows the output more closely than the output the temperature: the columns look swapped",
             readings.output_name,
-            hint,
+            f"for the other order say --temperature {names[0]} --output {names[1]}",
         )
     simpler = next((family for family in (CONSTANT, SINGLE, DOUBLE_ROOT) if enough(family)), None)
     if simpler is not None and len(v) - DOUBLE.coefficients < FEW:

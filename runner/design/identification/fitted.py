@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import scipy.special
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
@@ -63,20 +63,14 @@ class OutputFit:
 class Fitted(Told, Plotted):
     """The result of a fit.
 
-    >>> import numpy
-    >>> from proofmass import Graph, fit
-    >>> from proofmass.blocks import LowPass, Step
-    >>> graph = Graph(
-    ...     name="a lag",
-    ...     rate="1 kHz",
-    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
-    ...     wires=["step.output -> lag.input"],
-    ... )
-    >>> times = numpy.arange(200) / 1e3
-    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
-    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
-    >>> fitted.determined, round(fitted.graph.blocks["lag"].corner_frequency, 6)
-    (True, 12.0)
+    >>> from proofmass import fit, read_graph, simulate
+    >>> graph = read_graph("library:template")
+    >>> damped = graph.with_parameters({"sensor.damping": "4e-3 kg/s"})
+    >>> trace = simulate(damped, duration="10 ms")["sensor.displacement"]
+    >>> data = {"time": trace.times, "place": trace.values}
+    >>> fitted = fit(graph, data, outputs={"sensor.displacement": "place"}, free=["sensor.damping"])
+    >>> fitted.determined, round(fitted.graph.blocks["sensor"].damping, 6)
+    (True, 0.004)
     """
 
     source: Graph  # the graph before
@@ -191,32 +185,26 @@ def fit(
     `graph` has values to start from. `gaps` are refused, or recordings are split there. `seed` is that of further
     starts, and `progress` is called with the runs that are done and the most there may be.
 
-    >>> import numpy
-    >>> from proofmass import Graph, fit
-    >>> from proofmass.blocks import LowPass, Step
-    >>> graph = Graph(
-    ...     name="a lag",
-    ...     rate="1 kHz",
-    ...     blocks={"step": Step(start_time=0.0), "lag": LowPass(corner_frequency="10 Hz")},
-    ...     wires=["step.output -> lag.input"],
-    ... )
-    >>> times = numpy.arange(200) / 1e3
-    >>> data = {"time": times, "volts": 1.0 - numpy.exp(-2.0 * numpy.pi * 12.0 * times)}  # a lag of 12 Hz
-    >>> fitted = fit(graph, data, outputs={"lag.output": "volts"}, free=["lag.corner_frequency"])
+    >>> from proofmass import fit, read_graph, simulate
+    >>> graph = read_graph("library:template")
+    >>> damped = graph.with_parameters({"sensor.damping": "4e-3 kg/s"})
+    >>> trace = simulate(damped, duration="10 ms")["sensor.displacement"]
+    >>> data = {"time": trace.times, "place": trace.values}
+    >>> fitted = fit(graph, data, outputs={"sensor.displacement": "place"}, free=["sensor.damping"])
     >>> round(fitted.estimates[0].value, 6), fitted.estimates[0].unit
-    (12.0, 'Hz')
+    (0.004, 'kg/s')
     """
     if loss not in LOSSES:
         hint = did_you_mean(loss, LOSSES, "the losses")
-        raise ModelError([Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint)])
+        raise Problem(message="there is no such loss", key="loss", got=shown(loss), hint=hint).error
     graph = graph_from(graph)
     wanted = _signals(graph, inputs), _signals(graph, outputs)
     if not wanted[1]:
         hint = 'name what was recorded: outputs={"readout.voltage": "voltage"}'
-        raise ModelError([Problem(message="names no output", key="outputs", hint=hint)])
+        raise Problem(message="names no output", key="outputs", hint=hint).error
     unknowns = [*parameters_of(graph, free), *_shifts(wanted[1], offsets, delays)]
     if not unknowns and not levels:
-        raise ModelError([Problem(message="leaves nothing free", key="free", hint="name a parameter")])
+        raise Problem(message="leaves nothing free", key="free", hint="name a parameter").error
     recordings, notes = recordings_of(data, *wanted, gaps)
     models = [RecordingModel(graph, recording, interpolated) for recording in recordings]
     if any(model.between_ticks for model in models):
@@ -240,7 +228,7 @@ def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[
         for signal in signals:
             if signal not in units:
                 hint = did_you_mean(signal, units, "the outputs")
-                raise ModelError([Problem(message="is not an output of the fit", key=signal, hint=hint)])
+                raise Problem(message="is not an output of the fit", key=signal, hint=hint).error
             name = f"{kind} {signal}"
             unknowns.append(Unknown(name, name, units[signal] if kind == OFFSET else "s", 0.0))
     return unknowns
@@ -250,7 +238,7 @@ def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
     rows = sum(int(mask.sum()) for masks in solver.masks for mask in masks)
     if rows <= len(unknowns):
         message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
-        raise ModelError([Problem(message=message, key="data", got=str(rows), expected=expected)])
+        raise Problem(message=message, key="data", got=str(rows), expected=expected).error
 
 
 def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed: int) -> tuple[Solution, int, bool]:

@@ -20,11 +20,10 @@ _ALIKE = 0.02  # difference of parts that count as equal
 
 @dataclass(frozen=True)
 class Certainty:
-    """Standard errors and correlations of the unknowns, and combinations that are not determined."""
+    """Standard errors and correlations of the unknowns, and what is said of combinations that are not determined."""
 
     errors: AnyArray  # infinite where an unknown is not determined
     correlation: AnyArray
-    unidentified: tuple[tuple[str, ...], ...]  # unknowns of combinations that are not determined
     findings: tuple[str, ...]
 
 
@@ -39,15 +38,14 @@ def certainty(jacobian: AnyArray, values: AnyArray, unknowns: Sequence[Unknown])
     vague = [i for i in range(len(unknowns)) if i not in determined]
     covariance = (turned[determined].T / singular[determined] ** 2) @ turned[determined]
     errors = np.sqrt(np.maximum(np.diag(covariance), 0.0)) * sizes
-    groups, findings = list[tuple[str, ...]](), list[str]()
+    findings = []
     for i in vague:
         vector = turned[i]
         members = [int(k) for k in np.argsort(-np.abs(vector)) if abs(vector[k]) >= _PART]
         errors[members] = math.inf
-        groups.append(tuple(unknowns[k].written for k in members))
         findings.append(_said(vector, members, unknowns, float(singular[i])))
     spread = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    return Certainty(errors, covariance / np.outer(spread, spread), tuple(groups), tuple(findings))
+    return Certainty(errors, covariance / np.outer(spread, spread), tuple(findings))
 
 
 def _said(vector: AnyArray, members: Sequence[int], unknowns: Sequence[Unknown], singular: float) -> str:

@@ -99,7 +99,7 @@ def _with_recorded(
         name = next(n for n in (f"recorded_input_{number}{'x' * k}" for k in range(99)) if n not in graph.blocks)
         if not any(wire.source == signal for wire in wires):
             hint = "name the output of a source whose wires are to carry the recording"
-            raise ModelError([graph.placed(Problem(message="no wire begins there", key=signal, hint=hint))])
+            raise graph.placed(Problem(message="no wire begins there", key=signal, hint=hint)).error
         blocks[name] = RecordedSignal(unit=units[signal], interpolated=interpolated)
         driving = split(signal)[0]
         if driving in rates:

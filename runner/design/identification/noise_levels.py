@@ -61,9 +61,9 @@ def noise_levels(
         name = inside(graph, graph.exports.get(written, written))
         target = find_any(flat, name)
         if isinstance(target, Missing):
-            raise ModelError([Problem(message=target.message, key=written, hint=target.hint)])
+            raise Problem(message=target.message, key=written, hint=target.hint).error
         if not isinstance(target[1], Parameter) or target[1].kind is not float:
-            raise ModelError([Problem(message="is not a level of noise", key=written, hint="name a parameter")])
+            raise Problem(message="is not a level of noise", key=written, hint="name a parameter").error
         block, parameter = split(name)
         before = float(getattr(flat.blocks[block], parameter))
         shares = {
@@ -74,7 +74,7 @@ def noise_levels(
         of_block, others = shares[signal], budgets[signal].rms ** 2 - shares[signal]
         if of_block <= 0.0 or before <= 0.0:
             message, hint = "makes no noise in the recorded outputs", "give it a value above zero to begin with"
-            raise ModelError([Problem(message=message, key=written, got=f"{before:g}", hint=hint)])
+            raise Problem(message=message, key=written, got=f"{before:g}", hint=hint).error
         squares, free = left[signal]
         variance = squares / free if free > 0.0 else 0.0
         rest = variance - others

@@ -13,7 +13,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
+from proofmass.blocks.declaration.problem import Problem, Refusal
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.runner.analysis.spectrum.series import refused_scatter
 from proofmass.runner.design.identification.tables import RecordedTable, read_table_file
@@ -85,13 +85,13 @@ def _table(source: Any, wanted: list[str], name: str) -> RecordedTable:
         return RecordedTable(name, {key: np.asarray(values, dtype=float) for key, values in named.items()}, units)
     if not isinstance(source, Mapping) or not source:
         message, hint = "is not a recording", 'give a file, or {"time": times, "force": values, ...}'
-        raise ModelError([Problem(message=message, key=name, got=type(source).__name__, hint=hint)])
+        raise Problem(message=message, key=name, got=type(source).__name__, hint=hint).error
     named = {"time": source["time"], **source} if "time" in source else dict(source)
     columns = {str(key): np.asarray(values, dtype=float) for key, values in named.items()}
     lengths = {key: values.shape for key, values in columns.items()}
     if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
         message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in lengths.items())
-        raise ModelError([Problem(message=message, key=name, got=got)])
+        raise Problem(message=message, key=name, got=got).error
     return RecordedTable(name, columns, {})
 
 
@@ -109,16 +109,16 @@ def _stretches(
         if len(missing):
             message = f"the input {wanted.column} misses {len(missing)} of {len(times)} values"
             got, hint = f"the first in row {missing[0] + 1}", "an input must be known at all times: fill the values in"
-            raise ModelError([Problem(message=message, file=table.source, key=wanted.column, got=got, hint=hint)])
+            raise Problem(message=message, file=table.source, key=wanted.column, got=got, hint=hint).error
     for wanted in outputs:
         missing = np.flatnonzero(~np.isfinite(measured[wanted.signal]))
         if len(missing) == len(times):
-            raise ModelError([Problem(message="holds no values", file=table.source, key=wanted.column)])
+            raise Problem(message="holds no values", file=table.source, key=wanted.column).error
         if len(missing):
             notes.append(f"{len(missing)} of {len(times)} values of {wanted.column} are missing and are not compared")
         beyond = refused_scatter(measured[wanted.signal], wanted.column)
         if beyond:
-            raise ModelError([replace(beyond, file=table.source)])
+            raise replace(beyond, file=table.source).error
     if times[0]:
         notes.append(f"starts at {times[0]:.6g} s, which is taken for 0")
     step = float(np.median(np.diff(times)))
@@ -129,7 +129,7 @@ def _stretches(
         message, hint = f"has {count(len(cuts), 'gap')}", "--gaps split runs the pieces one by one, each from rest"
         expected = f"steps of at most {GAP * step:.6g} s"
         problem = Problem(message=message, file=table.source, key=first, got=some + more, expected=expected, hint=hint)
-        raise ModelError([problem])
+        raise problem.error
     ends = [0, *(int(i) + 1 for i in cuts), len(times)]
     stretches = []
     for low, high in pairwise(ends):
@@ -147,7 +147,7 @@ def _stretches(
         )
     if not stretches:
         message = f"holds {len(times)} rows"
-        raise ModelError([Problem(message=message, file=table.source, expected=f"at least {FEWEST} without a gap")])
+        raise Problem(message=message, file=table.source, expected=f"at least {FEWEST} without a gap").error
     rows, seconds = sum(len(r.times) for r in stretches), sum(r.duration for r in stretches)
     pieces = f" in {len(stretches)} pieces" if len(stretches) > 1 else ""
     notes.append(f"{rows:,} rows{pieces}, {seconds:.6g} s at {stretches[0].rate:.6g} Hz")
@@ -160,11 +160,10 @@ def _converted(table: RecordedTable, name: str, unit: str) -> AnyArray:
         if not same_dimension(unit_given, unit):
             hint = f"a column without a unit is taken to be in {unit}"
             message = "is in a unit that does not fit"
-            problem = Problem(message=message, file=table.source, key=name, got=unit_given, expected=unit, hint=hint)
-            raise ModelError([problem])
+            raise Problem(message=message, file=table.source, key=name, got=unit_given, expected=unit, hint=hint).error
         factor = float(convert_exactly(f"1 {unit_given}", unit))
     except Refusal as error:
-        raise ModelError([error.problem(name, unit_given).at(table.source, 0)]) from None
+        raise error.problem(name, unit_given).at(table.source, 0).error from None
     return values if factor == 1.0 else np.asarray(values * factor)
 
 
@@ -184,4 +183,4 @@ def _refuse_times(source: str, name: str, times: AnyArray) -> None:
             hint = "sort the rows, or remove those that repeat a time"
             problem = Problem(message="its time does not grow", file=source, key=name, got=got, hint=hint)
     if problem is not None:
-        raise ModelError([problem])
+        raise problem.error

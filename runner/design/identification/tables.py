@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.recording import Column, RecordingError, read_columns, split_unit
 
@@ -33,7 +33,7 @@ class RecordedTable:
         if name in self.columns:
             return self.columns[name]
         hint = did_you_mean(name, self.columns, "its columns")
-        raise ModelError([Problem(message=f"has no column {name}", file=self.source, key=name, hint=hint)])
+        raise Problem(message=f"has no column {name}", file=self.source, key=name, hint=hint).error
 
 
 def read_table_file(path: Path, wanted: list[str]) -> RecordedTable:
@@ -43,12 +43,11 @@ def read_table_file(path: Path, wanted: list[str]) -> RecordedTable:
             return _read_text(path)
         return _read_pairs(path, wanted)
     except RecordingError as error:
-        problem = Problem(message=str(error), file=str(path), line=error.line, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise Problem(message=str(error), file=str(path), line=error.line, hint=error.hint).error from None
     except FileNotFoundError:
-        raise ModelError([Problem(message="there is no such file", file=str(path))]) from None
+        raise Problem(message="there is no such file", file=str(path)).error from None
     except (OSError, UnicodeDecodeError) as error:
-        raise ModelError([Problem(message=f"cannot be read: {error}", file=str(path))]) from None
+        raise Problem(message=f"cannot be read: {error}", file=str(path)).error from None
 
 
 def _read_text(path: Path) -> RecordedTable:

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.electronics.comparator import Comparator
 from proofmass.blocks.filters.discrete_matrix_state_space import DiscreteMatrixStateSpace
 from proofmass.blocks.filters.matrix_state_space import MatrixStateSpace
@@ -69,7 +69,7 @@ def modulator_graph(structure: Structure, k: Coefficients, levels: int, band: tu
     if structure.pulse not in (None, _FULL):
         hint = "design with a pulse of (0, 1), or wire a converter of this pulse yourself"
         got = " to ".join(f"{end:g}" for end in structure.pulse or ())
-        raise ModelError([Problem(message="has no graph", key="pulse", got=got, expected="0 to 1", hint=hint)])
+        raise Problem(message="has no graph", key="pulse", got=got, expected="0 to 1", hint=hint).error
     numbers: dict[str, float] = {}
     letters = {f"{letter}{i}": value for letter in "abcg" for i, value in enumerate(getattr(k, letter), 1)}
 

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.rates import Rate
 from proofmass.runner.design.modulators.graph import modulator_graph
@@ -118,7 +118,7 @@ def design_modulator(
         wanted = synthesised(order, oversampling, gain, zeros, centre)
     except Refusal as error:
         problem = Problem(message=str(error), key=error.key, got=error.got, expected=error.expected, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise problem.error from None
     structure = Structure(form, order, pulse)
     transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds)
     sizes = tuple(10.0 ** (decibel / 20.0) for decibel in DECIBELS)

@@ -5,12 +5,12 @@ differences between runs that lie side by side in lanes and share their noise.
 """
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Refusal
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.changes import changed_blocks
 from proofmass.graphs.model.graph import Endpoint, Graph, split
@@ -34,13 +34,15 @@ from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
 from proofmass.runner.design.quantities.noise_figures import read_noise
 from proofmass.runner.design.quantities.response_figures import read_response
-from proofmass.runner.design.quantities.yields import YieldRuns
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.measuring import derived_values
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.side_by_side import SideBySide, lane_counts
 from proofmass.runner.studies.draws.drawing import on_arrays
+from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns
+from proofmass.runner.studies.whole.study import run_sensors
 
 STABLE = "stability of"  # before the name of a loop
 QuantityReadings = dict[str, Reading | None]  # None where a loop is unstable or a run failed
@@ -216,3 +218,33 @@ def _figure(margins: Margins, system: OpenLoop, figure: str, free: Mapping[str, 
     if slopes:
         return read_figure(margins, system, figure, free)
     return Reading(value_of_figure(margins, figure), {})
+
+
+class YieldRuns:
+    """Runs a study again and again, about other values of its graph."""
+
+    def __init__(self, study: Study | None, limits: Iterable[str]) -> None:
+        """Raise `ModelError` where there is no study, or no such limit in it."""
+        problems = []
+        if study is None or not study.limits:
+            hint = "add [study] with spread and limits to the file"
+            problems.append(Problem(message="a yield is wanted, and there is no study with limits", hint=hint))
+        else:
+            for limit in set(limits) - {""} - study.limits.keys():
+                hint = did_you_mean(limit, study.limits, "the limits")
+                problems.append(Problem(message="the study has no such limit", key="yield", got=limit, hint=hint))
+        if problems or study is None:
+            raise ModelError([study.graph.placed(problem) if study else problem for problem in problems])
+        self.study = study
+        self._sensors: dict[tuple[str, ...], SensorRuns] = {}
+
+    def yields(self, values: Mapping[str, float]) -> Mapping[str, float] | None:
+        """Return the yield of each limit, and of all by an empty name; None where the graph cannot have the values."""
+        names = tuple(values)
+        try:
+            if names not in self._sensors:
+                self._sensors[names] = SensorRuns(self.study.at(values))
+            found = run_sensors(self._sensors[names].at(values)).yields()
+        except (ModelError, Refusal, ArithmeticError):
+            return None
+        return {**found, "": found[ALL_LIMITS]} if found else None

@@ -46,7 +46,7 @@ def box_of(source: Graph | Study, tolerances: Mapping[str, Any]) -> "ToleranceBo
     if not box.ranges:
         why = "; ".join(f"{name}: {reason}" for name, reason in box.left_out.items())
         hint = 'say --tolerance "torquer.gain=5 %", or name a study with [spread]'
-        problems.append(Problem(message="nothing varies", key="tolerances", got=why, hint=hint, path=("tolerances",)))
+        problems.append(Problem(message="nothing varies", got=why, hint=hint, path=("tolerances",)))
     if problems:
         raise ModelError([graph.placed(problem) for problem in problems])
     return box
@@ -111,8 +111,7 @@ class ToleranceBox:
             ends = self.values(-row), self.values(row)
             if not all(self._adjustable.takes(name, value) for end in ends for name, value in end.items()):
                 got, path = f"{wanted.low:g} to {wanted.high:g}", ("tolerances", wanted.written)
-                message = "the block does not take all of its range"
-                yield Problem(message=message, key=".".join(path), got=got, path=path)
+                yield Problem(message="the block does not take all of its range", got=got, path=path)
 
     def _values(self, place: AnyArray) -> dict[str, float]:
         deviates, values = self._deviates(place), dict[str, float]()

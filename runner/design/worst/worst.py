@@ -197,7 +197,7 @@ def worst_of(
         except InterruptedSearch:
             interrupted = True
     if not search.cases:
-        raise ModelError([Problem(message="interrupted before anything was evaluated", key="worst")])
+        raise Problem(message="interrupted before anything was evaluated", key="worst").error
     return WorstCases(
         ranges=tuple(ranges),
         cases=tuple(_case(search, side, wanted[side.quantity], len(sides[side.quantity]) > 1) for side in searched),
@@ -239,7 +239,7 @@ def _refuse_moment(at: str) -> None:
     try:
         read_moment(at)
     except Refusal as error:
-        raise ModelError([error.problem("at", at)]) from None
+        raise error.problem("at", at).error from None
 
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:

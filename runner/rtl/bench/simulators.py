@@ -15,7 +15,7 @@ from tempfile import TemporaryDirectory
 from typing import Any, Literal
 
 from proofmass.blocks.declaration.libraries import installed
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.rtl.bench.cocotb_bench import cocotb_name
 from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.text.machine_verilog import top_name
@@ -95,7 +95,7 @@ def play(simulator: Simulator, machine: Machine, files: Mapping[str, str]) -> Pl
         seconds = time.perf_counter() - started
     ends = _ENDS.search(output)
     if ends is None:
-        raise ModelError([Problem(message=f"{simulator} did not play the bench to its end", got=_last_error(output))])
+        raise Problem(message=f"{simulator} did not play the bench to its end", got=_last_error(output)).error
     passed, wrong, clocks = ends.groups()
     return Played(simulator, int(passed or clocks), int(wrong or 0), _first(machine, output), seconds)
 
@@ -121,7 +121,7 @@ def _commands(simulator: Simulator, name: str) -> _Commands:
     if simulator == "cocotb":
         if not installed("cocotb"):
             message = "cocotb is not installed: it makes benches in Python"
-            raise ModelError([Problem(message=message, hint="pip install cocotb")])
+            raise Problem(message=message, hint="pip install cocotb").error
         return _Commands((), [sys.executable, cocotb_name(name)])
     return _Commands([compiler, "-g2001", "-o", "bench", *sources], [player, "-n", "bench"])
 
@@ -131,7 +131,7 @@ def _run(simulator: str, command: Sequence[str], folder: str, *, may_fail: bool 
     ended = subprocess.run(command, cwd=folder, env=environment, capture_output=True, text=True, check=False)
     said = ended.stdout + ended.stderr
     if ended.returncode and not may_fail:
-        raise ModelError([Problem(message=f"{simulator} refuses the Verilog", got=_last_error(said))])
+        raise Problem(message=f"{simulator} refuses the Verilog", got=_last_error(said)).error
     return said
 
 

@@ -7,7 +7,7 @@ after a reset. So the machine does the same as the graph, later. In a loop of bl
 from collections.abc import Mapping
 from itertools import pairwise
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.rtl.machine.modules import Module
 
@@ -23,7 +23,7 @@ def block_stages(modules: Mapping[str, Module], drivers: Mapping[Endpoint, Endpo
     for path in late:
         loop = _loop(path, before)
         if loop:
-            raise ModelError([_refused(path, loop, drivers)])
+            raise _refused(path, loop, drivers).error
     moved = bool(late)
     while moved:
         moved = False
@@ -55,7 +55,6 @@ def _refused(path: str, loop: list[str], drivers: Mapping[Endpoint, Endpoint]) -
         wires.append(f"{'.'.join(source)} -> {'.'.join(target)}")
     return Problem(
         message="a pipeline cut in a loop of blocks: each round would take longer than in the simulation",
-        key=f"blocks.{path}",
         got=", ".join(wires[::-1]),
         expected="cuts in blocks whose outputs do not come back to them",
         hint="leave out the cut, or keep the stages in the state of the block, so that the simulation has them too",

@@ -99,7 +99,7 @@ class BlockModules:
         return Word(formats[source[1]].lowest, formats[source[1]].highest)
 
     def _refuse(self, path: str, message: str, hint: str) -> NoReturn:
-        raise ModelError([Problem(message=message, key=f"blocks.{path}", hint=hint, path=("blocks", path))])
+        raise Problem(message=message, hint=hint, path=("blocks", path)).error
 
 
 def _snake(kind: str) -> str:

@@ -59,13 +59,11 @@ def _chosen(planned: Plan, only: Sequence[str]) -> list[str]:
         problem = Problem(message="no such block", key=f"blocks.{name}", got=name, expected=expected, hint=hint)
         if name in planned.blocks:
             message, got = "is not a digital block, and cannot become hardware", type(planned.blocks[name]).__name__
-            problem = Problem(
-                message=message, key=f"blocks.{name}", got=got, expected=expected, hint=hint, path=("blocks", name)
-            )
+            problem = Problem(message=message, got=got, expected=expected, hint=hint, path=("blocks", name))
         problems.append(planned.graph.placed(problem))
     if not able:
         hint = "put a FixedQuantiser behind what is analogue, and blocks whose names begin with Fixed behind that"
-        problem = Problem(message="the graph has no digital blocks", key="blocks", hint=hint, path=("blocks",))
+        problem = Problem(message="the graph has no digital blocks", hint=hint, path=("blocks",))
         problems.append(planned.graph.placed(problem))
     paths = sorted({path for paths in chosen.values() for path in paths})
     problems += [planned.graph.placed(_late(path)) for path in paths if path in planned.schedule.phases]
@@ -78,7 +76,6 @@ def _late(path: str) -> Problem:
     """A clock offset, which hardware of one clock has not."""
     return Problem(
         message="has a clock offset, and cannot become hardware",
-        key=f"blocks.{path}.clock_offset",
         expected="blocks that tick together at tick 0",
         hint="take the offset out, or delay the samples of the block by a FixedDelay",
         path=("blocks", path, "clock_offset"),
@@ -159,11 +156,10 @@ class _Composer:
             if module.pipeline.latency:
                 problem = Problem(
                     message="a pipeline cut, and outputs at several rates",
-                    key=f"blocks.{path}",
                     hint=f"take the blocks of one rate, as with --block {path}, or keep the stages in the state",
                     path=("blocks", path),
                 )
-                raise ModelError([self.planned.graph.placed(problem)])
+                raise self.planned.graph.placed(problem).error
 
     def _named(self, port: VerilogPort, signal: str) -> str:
         """The name of a net; for a single block, the name of its port."""

@@ -85,13 +85,12 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
             operation.name for operation in below if operation.kind == "input" and operation.name in flow.registers
         ]
         inside = [text for text in texts if cut in _below(flow, [flow.following[flow.registers[text]]])]
-        hint = "cut what does not come back to it, or keep the stages in the state and let the loop be longer"
         raise TraceError(
             f"a pipeline cut in the feedback of {' and '.join(sorted(inside))}",
             cut.place,
             got="a register that would compute with its own value of a tick before",
             expected="cuts in paths that do not come back to the register that they start from",
-            hint=hint,
+            hint="cut what does not come back to it, or keep the stages in the state and let the loop be longer",
             key=name,
         )
 

@@ -79,12 +79,12 @@ def _refuse(name: str, text: str, operations: list[Operation], before: Interval)
     furthest = max(operations, key=_reach)
     while furthest.kind in ("select", "narrow"):
         furthest = max(furthest.operands[furthest.kind == "select" :], key=_reach)
-    hint = "hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a format"
     raise TraceError(
         f"{text} grows without bound",
         furthest.place,
         got=f"[{furthest.low}, {furthest.high}] after a step from [{before[0]}, {before[1]}]",
         expected="a range that no step leaves",
-        hint=hint,
+        hint="hold it with clip() or a mask, or let it start again behind an `if`; or make it a FixedValue with a "
+        "format",
         key=f"{name}: {text}",
     )

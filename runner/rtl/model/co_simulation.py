@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.rtl.machine.compose import compose
@@ -26,7 +26,7 @@ class CoSimulation(CompiledLoop):
                 f"{machine.latency} ticks",
             )
             hint = "run it with --engine python, and the hardware in its bench"
-            raise ModelError([Problem(message=message, got=got, hint=hint)])
+            raise Problem(message=message, got=got, hint=hint).error
         self._model = VerilogModel(reference_of(plan, machine), machine_text(machine))
         paths = {instance.path for instance in machine.instances}
         beside = replace(plan, digital={name: block for name, block in plan.digital.items() if name not in paths})

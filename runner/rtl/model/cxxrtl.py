@@ -18,7 +18,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.host.arrays import Integers
 from proofmass.runner.host.cache import keep, kept
 from proofmass.runner.program.form import INTEGER, External
@@ -48,7 +48,7 @@ class VerilogModel:
         wide = [name for name, word in words.items() if word.width > 64]
         if wide:
             message = "the model takes and gives numbers of at most 64 bits"
-            raise ModelError([Problem(message=message, key=reference.name, got=", ".join(wide))])
+            raise Problem(message=message, key=reference.name, got=", ".join(wide)).error
         self._key, self._library = _library(reference, verilog)
         self._library.model_new.restype = ctypes.c_void_p
         self.address: int = self._library.model_new()
@@ -97,7 +97,7 @@ def _library(reference: Reference, verilog: str) -> tuple[str, ctypes.CDLL]:
     command = compiler()
     if command is None:
         hint = "install g++ or clang++, or name one in CXX"
-        raise ModelError([Problem(message=f"there is no C++ compiler: it makes {_PURPOSE}", hint=hint)])
+        raise Problem(message=f"there is no C++ compiler: it makes {_PURPOSE}", hint=hint).error
     wrapper = "\n".join(_wrapper(reference)) + "\n"
     parts = [verilog, wrapper, version("pyosys"), command, *_FLAGS]
     key = hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
@@ -128,7 +128,7 @@ def _built(reference: Reference, verilog: str, wrapper: str, compiler: str) -> b
         if ended.returncode:
             errors = [line for line in ended.stderr.splitlines() if "error" in line]
             got = errors[0] if errors else ended.stderr[-200:]
-            raise ModelError([Problem(message="the C++ compiler refuses the model", key=reference.name, got=got)])
+            raise Problem(message="the C++ compiler refuses the model", key=reference.name, got=got).error
         return (folder / "model.so").read_bytes()
 
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.rtl.tools.yosys import run_yosys
 
 _DECLARED = re.compile(r"\(declare-fun (\|[^|]+\|) \(\|[^|]+\|\) (.+)\)(?: ;.*)?$")
@@ -50,7 +50,7 @@ def read_implementation(verilog: str, top: str) -> Implementation:
         otherwise = (Path(folder) / "otherwise.txt").read_text().split()
         if otherwise:
             message, expected = "registers of another clock", "the rising edge of clock moves every register"
-            raise ModelError([Problem(message=message, key=top, got=", ".join(otherwise), expected=expected)])
+            raise Problem(message=message, key=top, got=", ".join(otherwise), expected=expected).error
         return _read((Path(folder) / "module.smt2").read_text(), top)
 
 

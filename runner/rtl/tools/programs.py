@@ -5,7 +5,7 @@ import shutil
 import sys
 from pathlib import Path
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 
 _BESIDE = str(Path(sys.executable).parent)  # folder of pip's programs; the environment need not be active
 
@@ -24,5 +24,5 @@ def need_program(*programs: str, purpose: str, hint: str) -> str:
     """Return the path of the first program found; raises `ModelError` with what to install."""
     path = found(*programs)
     if path is None:
-        raise ModelError([Problem(message=f"{programs[0]} is not installed: it {purpose}", hint=hint)])
+        raise Problem(message=f"{programs[0]} is not installed: it {purpose}", hint=hint).error
     return path

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 
 _PROGRAM = """\
 import sys
@@ -26,4 +26,4 @@ def run_yosys(folder: Path, commands: Sequence[str]) -> None:
     if ended.returncode:
         said = [line for line in (ended.stdout + ended.stderr).splitlines() if line.strip()]
         error = next((line for line in said if "ERROR" in line), said[-1] if said else f"exit {ended.returncode}")
-        raise ModelError([Problem(message="Yosys refuses the Verilog", got=error, hint=f"the command: {commands[-1]}")])
+        raise Problem(message="Yosys refuses the Verilog", got=error, hint=f"the command: {commands[-1]}").error

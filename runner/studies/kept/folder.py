@@ -42,9 +42,7 @@ def find_folder(path: Path, own: Own | None = None) -> Path:
                 ledgers.append(ledger)
     if not ledgers:
         hint = f"run it: proofmass montecarlo {path} --out FOLDER; or name the folder"
-        raise ModelError(
-            [Problem(message="no folder of this study is beside the file or here", file=str(path), hint=hint)]
-        )
+        raise Problem(message="no folder of this study is beside the file or here", file=str(path), hint=hint).error
     return max(ledgers, key=lambda ledger: ledger.stat().st_mtime).parent
 
 
@@ -61,7 +59,7 @@ def kept_result(folder: Path, own: Own | None = None) -> StudyResult:
     for name in (FILE, STUDY_FILE):
         if not (folder / name).is_file():
             hint = f"create one: proofmass montecarlo STUDY.toml --out {folder}"
-            raise ModelError([Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint)])
+            raise Problem(message=f"holds no study: {name} is missing", file=str(folder), hint=hint).error
     study = read_study(folder / STUDY_FILE, own)
     measures = SensorRuns(study, "python").measures
     names = (measure.name for measure in measures)

@@ -172,7 +172,7 @@ class Ledger:
         return self._refused("is damaged", got, _REPAIR)
 
     def _refused(self, message: str, got: str, hint: str) -> ModelError:
-        return ModelError([Problem(message=message, file=str(self.path), got=got, hint=hint)])
+        return Problem(message=message, file=str(self.path), got=got, hint=hint).error
 
 
 def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, str], below: int) -> None:
@@ -187,7 +187,7 @@ def repair(path: Path, measures: Sequence[str], epochs: int, facts: dict[str, st
         damaged.close()
     if not len(found.numbers):
         hint = "name another folder, or remove the file: its runs are run again"
-        raise ModelError([Problem(message="holds no whole run of this study", file=str(path), hint=hint)])
+        raise Problem(message="holds no whole run of this study", file=str(path), hint=hint).error
     partial.unlink(missing_ok=True)
     anew = Ledger(partial, measures, epochs, facts)
     anew.keep([found.chosen(np.unique(found.numbers, return_index=True)[1])])

@@ -20,7 +20,7 @@ from proofmass.graphs.studies.study import AFTER_CALIBRATION, Study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.measuring import derived_values, planned_derived, refuse_late, value_of
 from proofmass.runner.plan.memory import Engine, Memory, start
-from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.planned import Plan, PlannedMeasure
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import bytes_of_a_run
@@ -31,7 +31,6 @@ from proofmass.runner.run.faults import failed, name_fault
 from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
-from proofmass.runner.studies.runs.changes_per_run import change_measures, change_values
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
 from proofmass.runner.targets.content import content_of
 
@@ -319,3 +318,33 @@ def _sound(answer: _Answer | ModelError) -> _Answer:
     if isinstance(answer, ModelError):
         raise answer
     return answer
+
+
+def change_measures(study: Study, measures: tuple[PlannedMeasure, ...]) -> tuple[PlannedMeasure, ...]:
+    """Return the changes of measures that a study asks for, as measures that nothing reads in the loop."""
+    units = {measure.name: (measure.unit, measure.shown_in) for measure in measures}
+    found = []
+    for name, change in study.changes.items():
+        unit, shown_in = ("1", "") if change.relative else units[change.measure]
+        found.append(PlannedMeasure(name, change.measure, change.text, unit, ("", ""), False, 0, shown_in))
+    return tuple(found)
+
+
+def change_values(study: Study, names: list[str], values: AnyArray, calibrated: AnyArray, after: AnyArray) -> AnyArray:
+    """Return the changes of runs at all epochs, in the order of the study.
+
+    `values` are by run, epoch and measure of `names`; `after` those of the runs that follow the calibrations, where
+    `calibrated`, by run and epoch, says that one took place.
+    """
+    changed = np.empty((*values.shape[:2], len(study.changes)))
+    for place, change in enumerate(study.changes.values()):
+        column = names.index(change.measure)
+        now = values[:, :, column]
+        reference = np.repeat(now[:, change.reference(study.epochs)][:, None], now.shape[1], axis=1)
+        if change.since_calibration:
+            for epoch in range(1, now.shape[1]):
+                before = slice(None), epoch - 1
+                reference[:, epoch] = np.where(calibrated[before], after[(*before, column)], reference[before])
+        with np.errstate(all="ignore"):
+            changed[..., place] = (now - reference) / reference if change.relative else now - reference
+    return changed

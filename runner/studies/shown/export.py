@@ -9,8 +9,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from proofmass.blocks.declaration.libraries import need
-from proofmass.runner.output.export import save_dataset, whole_csv, whole_file
+from proofmass.runner.output.export import save_dataset, whole_csv, write_parquet
 from proofmass.runner.studies.draws.drawn_table import EPOCH, FAULT, RUN, DrawnTable, drawn_columns
 from proofmass.runner.studies.outcome.result import StudyResult
 
@@ -52,22 +51,9 @@ def save_study_csv(result: StudyResult, path: str | Path) -> Path:
 
 def save_study_parquet(result: StudyResult, path: str | Path) -> Path:
     """One Parquet file; unit and doc of each column in its metadata, study, seed and versions in those of the file."""
-    need("pyarrow")
-    # start-up time: only files in this format need it
-    import pyarrow
-    import pyarrow.parquet
-
     heads = columns(result)
-    kinds = [pyarrow.int64(), pyarrow.int64(), *[pyarrow.float64()] * (len(heads) - 3), pyarrow.string()]
-    fields = [
-        pyarrow.field(head.name, kind, metadata={"unit": head.unit, "doc": head.doc})
-        for head, kind in zip(heads, kinds, strict=True)
-    ]
-    schema = pyarrow.schema(fields, metadata=result.attributes())
-    with whole_file(path) as file, pyarrow.parquet.ParquetWriter(file, schema) as writer:
-        for piece in _pieces(result):
-            arrays = [pyarrow.array(column, kind) for column, kind in zip(piece, kinds, strict=True)]
-            writer.write_batch(pyarrow.record_batch(arrays, schema=schema))
+    kinds = ["int64", "int64", *["float64"] * (len(heads) - 3), "string"]
+    write_parquet(path, heads, kinds, result.attributes(), _pieces(result))
     return Path(path)
 
 

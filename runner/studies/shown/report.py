@@ -3,6 +3,7 @@
 import math
 import shlex
 from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
 from html import escape
 from pathlib import Path
 
@@ -12,7 +13,9 @@ from proofmass.blocks.declaration.catalog import own_file
 from proofmass.blocks.declaration.shown_units import in_print, pretty, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_tables import Limit
 from proofmass.graphs.studies.study_writer import write_study
+from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import Html, broken, facts, folded, paragraphs, picture, save_page, small, table
 from proofmass.runner.plan.planned import PlannedMeasure
@@ -27,13 +30,23 @@ from proofmass.runner.studies.shown.proved import ProvedBound, bounds_of, proved
 from proofmass.runner.studies.shown.report_lifetimes import calibrations_section, lifetimes_section
 from proofmass.runner.studies.shown.report_sections import at_each, ends_text, percent_text
 from proofmass.runner.studies.shown.sensitivities import Influence, sobol_indices
-from proofmass.runner.studies.shown.worst import BEYOND, WorstRun, failed_runs, worst_runs
 
 FILE = "report.html"
 _CHANGE = "change ≤"
 _WORST = 5
 _FAILED = 10
 _LEADING = 3  # factors of a measure at one age
+BEYOND = "beyond its limit"
+
+
+@dataclass(frozen=True)
+class WorstRun:
+    """A run at an epoch, and why it is named."""
+
+    run: int
+    epoch: int
+    value: float  # of the measure; NaN where the run failed
+    why: str
 
 
 def save_study_report(
@@ -287,3 +300,41 @@ def _repeat(result: StudyResult) -> str:
         f"<p>In the folder of this report; <code>{STUDY_FILE}</code> is the study below.</p>"
         f"<pre>{escape(_command(result, '--out', '.'))}</pre>\n" + folded(STUDY_FILE, f"<pre>{escape(text)}</pre>")
     )
+
+
+def failed_runs(result: StudyResult, most: int) -> list[WorstRun]:
+    """Return the first runs that failed."""
+    return [WorstRun(run, epoch, math.nan, text) for (run, epoch), text in list(result.faults.items())[:most]]
+
+
+def worst_runs(result: StudyResult, measure: str, most: int) -> list[WorstRun]:
+    """Return runs, each once, by distance beyond the limits of a measure, or from its median if it has no limit."""
+    values = result[measure]
+    if not np.isfinite(values).any():
+        return []
+    limit = result.study.limits.get(measure)
+    distances = _from_median(values) if limit is None else _beyond(values, limit, result.study.epochs)
+    distances = np.where(np.isfinite(values), distances, -np.inf)
+    epochs = distances.argmax(axis=1)
+    farthest = distances[np.arange(len(epochs)), epochs]
+    order = [row for row in np.argsort(-farthest, kind="stable")[:most] if np.isfinite(farthest[row])]
+    return [_named(result, measure, int(row), int(epochs[row]), float(farthest[row]), limit) for row in order]
+
+
+def _named(result: StudyResult, measure: str, row: int, epoch: int, distance: float, limit: Limit | None) -> WorstRun:
+    where = "from the median" if limit is None else BEYOND if distance > 0.0 else "within its limit"
+    return WorstRun(int(result.numbers[row]), epoch, float(result[measure][row, epoch]), f"{abs(distance):.4g} {where}")
+
+
+def _from_median(values: AnyArray) -> AnyArray:
+    return np.asarray(np.abs(values - np.nanmedian(values, axis=0)))
+
+
+def _beyond(values: AnyArray, limit: Limit, ages: Sequence[float]) -> AnyArray:
+    """Return the distance of each value beyond the nearest limit; negative inside, NaN at epochs that do not count."""
+    counted = limit.counted(ages)
+    beyond = np.maximum(limit.at_least - values, values - limit.at_most)
+    if math.isfinite(limit.change):
+        first = values[:, counted : counted + 1]
+        beyond = np.maximum(beyond, np.abs(values - first) - limit.change * np.abs(first))
+    return np.where(np.arange(len(ages)) < counted, np.nan, beyond)

@@ -70,7 +70,6 @@ def study_notes(study: Study) -> Iterator[Problem]:
     if 0.0 < study.epochs[-1] < DAY:
         problem = Problem(
             message=f"the last age is {age_text(study.epochs[-1])}",
-            key="epochs",
             hint='ages without a unit are seconds: write "10 year", "1000 h"',
             note=True,
             path=("epochs",),
@@ -87,7 +86,6 @@ def _uncalibrated(study: Study) -> Iterator[Problem]:
         if name in study.flat.measures and limit.counted(study.epochs) == 0:
             problem = Problem(
                 message="counts the first epoch too, which has no calibration before it",
-                key=f"limits.{name}",
                 hint=f'from = "{written_age(study.epochs[1])}" counts from the next epoch on',
                 note=True,
                 path=("limits", name),
@@ -103,7 +101,6 @@ def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
         blocks = solver.group.blocks
         problem = Problem(
             message=f"{', '.join(blocks)}: a tick takes {solver.substeps:,} steps of {solver.method}",
-            key=f"blocks.{blocks[0]}",
             got=f"{solver.substeps * planned.ticks():,} in the run" if end is not None else "",
             hint='choose method = "radau", a lower accuracy or a higher rate, or look for a parameter that is far off',
             note=True,

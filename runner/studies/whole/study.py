@@ -7,7 +7,7 @@ import os
 import threading
 import time
 from collections import deque
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Iterable
 from concurrent.futures import Future, ThreadPoolExecutor
 from pathlib import Path
 from typing import TypeVar
@@ -22,6 +22,7 @@ from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError, interrupts
 from proofmass.runner.plan.measuring import Measured
+from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.run.engine_table import ENGINES, EngineName
 from proofmass.runner.run.provenance import provenance
@@ -149,10 +150,9 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     study = study if isinstance(study, Study) else read_study(study)
     for what, value, count in (("run", run, study.runs * study.points), ("epoch", epoch, len(study.epochs))):
         if not 0 <= value < count:
-            problem = Problem(
+            raise Problem(
                 message=f"there is no such {what}", key=what, got=shown(value), expected=f"0 to {count - 1}"
-            )
-            raise ModelError([problem])
+            ).error
     values = study.drawn(run)[epoch]
     if any(study.calibrated(run)[:epoch]):
         values = SensorRuns(study, engine).parameters(run, epoch)
@@ -163,8 +163,7 @@ def replay(study: Study | str | Path, run: int, epoch: int = 0, engine: EngineNa
     (values_of,) = SensorRuns(study, engine).margins_of([planned]) if study.margins else ((),)
     if isinstance(values_of, ModelError):
         raise values_of
-    found = zip(margin_measures(planned, study.margins), values_of, strict=True)
-    margins = {m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in) for m, value in found}
+    margins = _measured(margin_measures(planned, study.margins), values_of)
     return dataclasses.replace(result, measures={**result.measures, **margins, **_changes(study, run, epoch, engine)})
 
 
@@ -174,12 +173,12 @@ def _changes(study: Study, run: int, epoch: int, engine: EngineName) -> dict[str
         return {}
     sensors = SensorRuns(study, engine)
     row = sensors.runs([run], threading.Event()).values[0, epoch]
-    named = zip(sensors.measures, row.tolist(), strict=True)
-    return {
-        m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in)
-        for m, value in named
-        if m.name in study.changes
-    }
+    return {name: of for name, of in _measured(sensors.measures, row.tolist()).items() if name in study.changes}
+
+
+def _measured(measures: Iterable[PlannedMeasure], values: Iterable[float]) -> dict[str, Measured]:
+    pairs = zip(measures, values, strict=True)
+    return {m.name: Measured(value, m.unit, m.signal, m.statistic, m.shown_in) for m, value in pairs}
 
 
 def with_numbers(study: AnyStudy, runs: int | None, seed: int | None) -> AnyStudy:

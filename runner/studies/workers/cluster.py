@@ -9,7 +9,7 @@ from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
 from proofmass.blocks.declaration.libraries import cure
-from proofmass.blocks.declaration.problem import ModelError, Problem, shown
+from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.runner.run.faults import RunError
 
 LOCAL = "local"
@@ -50,7 +50,7 @@ def local_workers(where: str) -> int | None:
     if name == LOCAL and number.isdecimal() and 1 <= int(number) <= MOST_WORKERS:
         return int(number)
     expected = f"local, local:1 to local:{MOST_WORKERS}, or tcp://HOST:PORT"
-    raise ModelError([Problem(message="is not a cluster", key="dask", got=shown(where), expected=expected)])
+    raise Problem(message="is not a cluster", key="dask", got=shown(where), expected=expected).error
 
 
 def _local_cluster(distributed: Any, count: int) -> Any:

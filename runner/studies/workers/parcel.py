@@ -88,7 +88,7 @@ def _own_files(study: Study) -> list[Path]:
     for kind, file in files.items():
         if file is None:
             message, hint = "a block declared here cannot travel to workers", "put it into a file: --blocks FILE.py"
-            raise ModelError([Problem(message=message, key="blocks", got=kind.__name__, hint=hint)])
+            raise Problem(message=message, key="blocks", got=kind.__name__, hint=hint).error
     return sorted({file for file in files.values() if file})
 
 
@@ -98,7 +98,7 @@ def _refuse_unreadable(text: str) -> None:
         parsed(text, "", ".")
     except ModelError as error:
         message, hint = "the study and its graph are too large for workers", "run it here, without --dask"
-        raise ModelError([Problem(message=message, key="dask", got=error.problems[0].message, hint=hint)]) from None
+        raise Problem(message=message, key="dask", got=error.problems[0].message, hint=hint).error from None
 
 
 def _digest(facts: dict[str, str]) -> str:

@@ -5,7 +5,7 @@ import pytest
 from scipy import signal
 
 from proofmass.blocks.arithmetic.prototypes import Prototype
-from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, filtered, moved, warped
+from proofmass.blocks.arithmetic.sections import Delays, Sections, designed, output, update, warped
 
 POLES = Prototype(3.0, 1.0, 0.7, 0.0, 1.1, 0.9, 0.0, 1.2, 1.5, 0.0, 1.3, 3.0, 0.0)
 
@@ -22,8 +22,8 @@ def test_any_sections_against_sosfilt(order: int, high: bool) -> None:
     x, outputs = Delays(*[0.0] * 8), []
     u = np.random.default_rng(1).normal(size=300).tolist()
     for value in u:
-        outputs.append(filtered(c, x, value))
-        x = moved(c, x, value)
+        outputs.append(output(c, x, value))
+        x = update(c, x, value)
     assert outputs == pytest.approx(signal.sosfilt(rows(c), u), abs=1e-12)
 
 

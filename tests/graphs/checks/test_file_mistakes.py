@@ -7,8 +7,7 @@ import pytest
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.rates import read_rate, write_rate
 from proofmass.graphs.studies.study_reader import read_study_text
-from proofmass.graphs.tuning.check_file import check_text
-from tests.by_hand.graph_texts import LIBRARY, problems_of
+from tests.by_hand.graph_texts import LIBRARY, check_text, problems_of
 
 TEMPLATE = library_file("template.toml").read_text(encoding="utf-8")
 SLOW = ("bits = 16", 'bits = 16\nrate = "7 kHz"')

@@ -7,7 +7,7 @@ import pytest
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.files.library import library_file
-from proofmass.graphs.tuning.check_file import check_text
+from tests.by_hand.graph_texts import check_text
 
 TEMPLATE = (
     library_file("template.toml")

@@ -3,8 +3,7 @@
 import pytest
 
 from proofmass.blocks import Gain, Step
-from proofmass.graphs.drawing.diagram import svg
-from proofmass.graphs.drawing.opened import with_tabs
+from proofmass.graphs.drawing.diagram import svg, with_tabs
 from proofmass.graphs.drawing.picture import TAB, picture_of
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten

@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.catalog import all_blocks, facts
 from proofmass.blocks.declaration.declare import block
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.graphs.model.keys import TOP_KEYS
+from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.schema.schema import graph_schema
 from proofmass.runner.commands.schema_command import SCHEMA_FILE, STUDY_SCHEMA_FILE
 from tests.by_hand.graph_schema import SCHEMA, STUDY_SCHEMA, STUDY_VALIDATOR, of_kind, validator_of

@@ -301,7 +301,7 @@ def test_limits_count_from_an_age_on(tmp_path: Path, capsys: pytest.CaptureFixtu
 
 
 def test_a_change_is_relative_to_the_first_epoch_that_counts(tmp_path: Path) -> None:
-    from proofmass.runner.studies.shown.worst import worst_runs
+    from proofmass.runner.studies.shown.report import worst_runs
     from proofmass.runner.studies.whole.study import run_study
 
     text = LIMITED.replace("at_least = -0.1, at_most = 0.1FROM", 'change = 0.5, from = "1 year"')

@@ -9,7 +9,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.study_reader import read_study, read_variants
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.variants_command import compared, write_comparison
+from proofmass.runner.commands.montecarlo_command import compared, write_comparison
 from proofmass.runner.studies.shown.curves import variant_pictures
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY

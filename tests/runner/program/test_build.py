@@ -9,8 +9,8 @@ from proofmass.runner.program.build import Builder
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Immediate, Return
 from proofmass.runner.program.lower import program
 from proofmass.runner.program.operations import EVALUATE
-from proofmass.runner.program.verify import verify
 from tests.by_hand.evaluate_program import evaluate
+from tests.by_hand.verify_program import verify
 
 
 def test_a_function_whose_end_can_be_reached_returns_zeros_there() -> None:

@@ -3,9 +3,9 @@
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.measure_formulas import measure_formulas
-from proofmass.runner.program.verify import verify
 from proofmass.runner.run.simulate import simulate
 from tests.by_hand.evaluate_program import evaluate
+from tests.by_hand.verify_program import verify
 from tests.runner.plan.test_derived_measures import GRAPH, TEXT
 
 

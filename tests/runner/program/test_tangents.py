@@ -17,9 +17,9 @@ from proofmass.runner.program.build import Builder
 from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.lower_calls import LIBRARY
 from proofmass.runner.program.structure import leaves
-from proofmass.runner.program.verify import verify
 from proofmass.runner.targets.machine_code import load
 from tests.by_hand.evaluate_program import evaluate
+from tests.by_hand.verify_program import verify
 
 KINDS = {float: form.FLOAT, int: form.INTEGER}
 

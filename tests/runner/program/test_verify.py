@@ -29,8 +29,8 @@ from proofmass.runner.program.form import (
     View,
     While,
 )
-from proofmass.runner.program.verify import MalformedProgramError, verify
 from tests.by_hand.programs import Writer, program
+from tests.by_hand.verify_program import MalformedProgramError, verify
 
 YES = Immediate(TRUTH, True)
 SINE = External("sin", (FLOAT,), FLOAT)

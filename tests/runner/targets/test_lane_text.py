@@ -9,13 +9,13 @@ import pytest
 from proofmass.runner.program.form import FLOAT, INTEGER, Program, Storage, Value
 from proofmass.runner.program.listing import listing
 from proofmass.runner.program.varying import ALL
-from proofmass.runner.program.verify import verify
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.lane_text import LanesOf, lane_text
 from proofmass.runner.targets.native_lanes import aligned
 from tests.by_hand.hostile_operations import operations_arrays, operations_program
 from tests.by_hand.programs import Writer, program
 from tests.by_hand.random_programs import RandomProgram, random_arrays
+from tests.by_hand.verify_program import verify
 
 FAST = machine_code.Settings(level=1, wide=True)
 

@@ -13,7 +13,6 @@ import numpy as np
 import pytest
 
 from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, External, Function, Program, Value
-from proofmass.runner.program.verify import verify
 from proofmass.runner.targets import machine_code
 from proofmass.runner.targets.llvm_text import llvm_text
 from tests.by_hand.hostile_operations import (
@@ -27,6 +26,7 @@ from tests.by_hand.hostile_operations import (
 )
 from tests.by_hand.programs import Writer, program
 from tests.by_hand.small_programs import SMALL, Case, of_libm
+from tests.by_hand.verify_program import verify
 
 LEVELS = (machine_code.Settings(level=0), machine_code.ALONE, machine_code.Settings(rows=True, wide=True))
 

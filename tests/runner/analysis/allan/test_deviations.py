@@ -7,10 +7,11 @@ import pytest
 
 from proofmass import allan
 from proofmass.blocks.declaration.problem import ModelError
-from proofmass.runner.analysis.allan.deviations import deviation_at, dominating
+from proofmass.runner.analysis.allan.deviations import dominating
 from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import NAMES, Level, Levels, density_terms
 from tests.by_hand.amounts import amounts
+from tests.by_hand.deviations import deviation_at
 
 PUBLISHED = {  # NIST SP 1065, table 31; averages of 1, 10 and 100 values
     AllanStatistic.ALLAN: (2.922319e-01, 9.159953e-02, 3.241343e-02),

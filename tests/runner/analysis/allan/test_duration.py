@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from proofmass import ModelError, allan
-from proofmass.runner.analysis.allan.deviations import deviation_at
 from proofmass.runner.analysis.allan.duration import duration
 from proofmass.runner.analysis.allan.freedom import AllanStatistic
+from tests.by_hand.deviations import deviation_at
 
 RATE = 10.0
 

@@ -1,6 +1,7 @@
 """What the commands take: help for every option, and requests that hold exactly what is declared."""
 
 import inspect
+import json
 from importlib import import_module
 from typing import get_type_hints
 
@@ -8,9 +9,11 @@ import click
 import pytest
 
 from proofmass.graphs.model.limits import LARGEST_SEED
-from proofmass.runner.command_line import REQUESTS, cli
+from proofmass.runner.command_line import REQUESTS, cli, command_of
 from proofmass.runner.commands.declarations.analysis import NoiseModelRequest
-from proofmass.runner.commands.declarations.options import Request
+from proofmass.runner.commands.declarations.design import SigmaDeltaRequest
+from proofmass.runner.commands.declarations.options import Request, option
+from proofmass.runner.design.modulators.modulator import design_modulator
 from proofmass.runner.rtl.bench.simulators import Simulator
 from proofmass.runner.rtl.tools.synth import ChipFamily
 
@@ -39,6 +42,31 @@ def test_what_a_command_does_takes_its_request(kind: type[Request]) -> None:
     module, _, function = kind.does.partition(".")
     does = getattr(import_module(f"proofmass.runner.commands.{module}"), function)
     assert [parameter.annotation for parameter in inspect.signature(does).parameters.values()] == [kind]
+
+
+def test_a_field_named_as_a_parameter_needs_no_other_line(capsys: pytest.CaptureFixture[str]) -> None:
+    class Tried(SigmaDeltaRequest, does=SigmaDeltaRequest.does):
+        samples: int = option("Simulate this many values.", type=int, default=1024)
+
+    peaks = []
+    for words in (["--samples", "2048"], []):
+        command_of(Tried).main([*words, "--order", "1", "--json"], standalone_mode=False)
+        peaks.append(json.loads(capsys.readouterr().out)["peak"]["ratio"])
+    assert peaks == [design_modulator(1, 64.0, samples=samples).peak[1] for samples in (2048, 1024)]
+    assert peaks[0] != peaks[1]
+
+
+def test_what_a_call_is_given_comes_before_the_fields() -> None:
+    class Few(Request):
+        gain: float = option("Gain.")
+        zeros: str = option("Zeros.")
+
+    def used(order: int, gain: float, zeros: str = "", poles: str = "none") -> tuple[int, float, str, str]:
+        return order, gain, zeros, poles
+
+    few = Few(gain=2.0, zeros="all")
+    assert few.call(used, 3) == (3, 2.0, "all", "none")
+    assert few.call(used, 3, 5.0, zeros="few") == (3, 5.0, "few", "none")
 
 
 def test_a_request_is_frozen() -> None:

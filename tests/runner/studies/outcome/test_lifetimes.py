@@ -12,7 +12,7 @@ from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.studies.outcome.intervals import part_interval
 from proofmass.runner.studies.outcome.lifetimes import ALL_LIMITS, lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
-from proofmass.runner.studies.shown.lifetime_rows import lifetime_rows, yield_rows
+from proofmass.runner.studies.shown.export_answers import lifetime_rows, yield_rows
 from proofmass.runner.studies.shown.report import save_study_report
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY

@@ -1,6 +1,6 @@
 """The PN self-test, run and judged: the impulse response from the correlation cells beside the analytic one.
 
-    python -m proofmass.runner.commands.demo [OUT]
+    python -m benchmarks.self_test [OUT]
 
 Analytic: the device held over a chip and sampled at the chips, y = C x, has h[k] = C A^(k-1) B (A, B by SciPy's matrix
 exponential). Correlated with a maximal-length sequence of N chips the sums are (N+1) h[k] - sum of h: the second term
@@ -18,7 +18,7 @@ import numpy as np
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.commands.exit_codes import DONE, WRONG_MODEL
+from proofmass.runner.commands.answers import DONE, WRONG_MODEL
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.run_files import write_run
 from proofmass.runner.commands.run_text import show_run
