@@ -18,6 +18,7 @@ CURES = {  # a word of the reason, in small letters: what is missing, and what b
     "chromium": ("Chromium", "apt-get install chromium"),
     "playwright": ("Playwright", "pip install playwright"),
     "c++ compiler": ("a C++ compiler", "apt-get install g++"),
+    "ptxas": ("the assembler of PTX", "pip install nvidia-cuda-nvcc-cu12"),
     "objdump": ("objdump", "apt-get install binutils"),
     "pyosys": ("pyosys", 'pip install "proofmass[rtl]"'),
     "bitwuzla": ("bitwuzla", 'pip install "proofmass[rtl]"'),

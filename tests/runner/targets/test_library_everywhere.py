@@ -1,4 +1,4 @@
-"""Each graph of the library has the same bits as machine code, as C and as WebAssembly."""
+"""Each graph of the library has the same bits as machine code, as C and as WebAssembly, and can be written as PTX."""
 
 from pathlib import Path
 from typing import Any
@@ -6,17 +6,23 @@ from typing import Any
 import numpy as np
 import pytest
 
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_files
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.program.form import Program, Storage, Value
 from proofmass.runner.program.listing import listing
+from proofmass.runner.targets.gpu import ptx_text
+from proofmass.runner.targets.lane_text import LanesOf
+from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.wasm import wasm_module
 from tests.by_hand.gcc import compiled_by_gcc, needs_gcc, run_in_c
 from tests.by_hand.graph_texts import ALONE, OF_SAME_PARTS
 from tests.by_hand.node import needs_node, run_in_node
+from tests.by_hand.ptxas import assembled, needs_ptxas
 from tests.by_hand.verify_program import verify
 
 TICKS = 500
@@ -101,3 +107,33 @@ def test_webassembly_has_the_bits_of_machine_code(name: str, plans: dict[str, Co
     if module.libm:
         pytest.skip(f"functions of another libm: {', '.join(module.libm)}")
     assert same(arrays, behind(made))
+
+
+def runs_of(made: CompiledPlan) -> tuple[Program, LanesOf]:
+    """The program of a plan, and what is another for each run."""
+    program, planned = made.written.program, made.plan
+    run = next(p for p in program.entry.parameters if isinstance(p, Value) and p.name == "run")
+    recorded = {f"{block}__{port}" for block, port in planned.recorded}
+    shared = frozenset(p for p in program.entry.parameters if isinstance(p, Storage) and p.name in recorded)
+    return program, LanesOf(frozenset({run}), shared, {})
+
+
+@needs_ptxas
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("name", GRAPHS)
+def test_ptx_can_be_assembled(name: str, plans: dict[str, CompiledPlan], tmp_path: Path) -> None:
+    program, of_entry = runs_of(compiled(name, plans))
+    if not externals(program):
+        assert assembled(ptx_text(program, of_entry), tmp_path).startswith(b"\x7fELF")
+
+
+@pytest.mark.exhaustive(but=8)
+@pytest.mark.parametrize("name", GRAPHS)
+def test_ptx_can_be_written(name: str, plans: dict[str, CompiledPlan]) -> None:
+    program, of_entry = runs_of(compiled(name, plans))
+    called = {external.symbol for external in externals(program).values()}
+    if called:
+        with pytest.raises(ModelError, match=f"a GPU has no function {sorted(called)[0]}"):
+            ptx_text(program, of_entry)
+    else:
+        assert ".entry" in ptx_text(program, of_entry)
