@@ -28,6 +28,7 @@ from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.rates import write_rate
 
 _MARGIN = 20
+_PORT = "value"  # of a tab
 _LEGEND = 20  # pixels of one line
 
 Mark = tuple[str, int, str]  # of a legend: drawing, its width, words
@@ -283,9 +284,6 @@ def _lined(marks: Sequence[Mark], width: int) -> list[list[tuple[int, str]]]:
         lines[-1].append((x, f'{mark}<text class="soft small" x="{size + 6}" y="1">{text(words)}</text>'))
         x = end + 20
     return lines if lines[0] else []
-
-
-_PORT = "value"
 
 
 def with_tabs(flat: FlatGraph, graph: Graph, picture: Picture, path: str) -> Picture:

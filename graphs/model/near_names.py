@@ -15,6 +15,7 @@ from proofmass.graphs.model.limits import NAME
 _OF_SIGNALS = ("not a wire", "not a probe", "not an output")
 _WORD = re.compile(r"[^\s.'\"{}=,>-]+")
 _LONGEST = 200  # characters of a text that is searched for a name
+_SHOWN = 3  # wires in a hint
 
 
 def with_nearest(
@@ -55,9 +56,6 @@ def _blocks_of(wire: object) -> Iterator[str]:
             name = end.strip().partition(".")[0]
             if NAME.fullmatch(name):
                 yield name
-
-
-_SHOWN = 3  # wires in a hint
 
 
 class _End(NamedTuple):

@@ -46,6 +46,8 @@ from proofmass.runner.studies.shown.text import study_text
 from proofmass.runner.studies.whole.ready import study_notes
 from proofmass.runner.studies.whole.study import replay, run_study, with_numbers
 
+PAGE, DATA = "variants.html", "variants.json"  # of several variants
+
 
 def run_montecarlo(request: MontecarloRequest) -> int:
     """Run a study, or replay one of its runs, and return the exit code."""
@@ -145,9 +147,6 @@ def write_study(
         say(f"writing {name}, {number} of {len(steps)}")
         names += write()
     return names
-
-
-PAGE, DATA = "variants.html", "variants.json"
 
 
 def folder_of(out: Path, name: str) -> Path:

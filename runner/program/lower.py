@@ -24,6 +24,7 @@ from proofmass.runner.program.shared import outline
 from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
+ScopePlace = tuple[int, ...]  # of a list of statements within those that it lies in
 
 
 class LoweredFunction(NamedTuple):
@@ -188,9 +189,6 @@ def _collect(function: Function, functions: dict[str, Function]) -> None:
         _collect(called, functions)
     assert function.name not in functions, f"two functions are called {function.name}"
     functions[function.name] = function
-
-
-ScopePlace = tuple[int, ...]  # of a list of statements within those that it lies in
 
 
 def changing(tree: ast.FunctionDef) -> frozenset[str]:

@@ -18,6 +18,7 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.influences import StudyInfluences, index_rows, point_columns
 from proofmass.runner.studies.shown.points import parts
 
+NEITHER = (math.nan, math.nan)
 ENDINGS = {"json": "json", "netcdf": "nc", "csv": "csv", "parquet": "parquet"}  # of the files of each form
 ABOUT = {  # description of each file
     "influences": "Effect of one standard deviation of each factor on the measures, by linear regression.",
@@ -73,9 +74,6 @@ def _save_netcdf(result: StudyResult, rows: list[dict[str, Any]], path: Path) ->
 
 def _columns(rows: list[dict[str, Any]]) -> dict[str, list[Any]]:
     return {name: [row[name] for row in rows] for name in rows[0]}
-
-
-NEITHER = (math.nan, math.nan)
 
 
 def yield_rows(result: StudyResult) -> list[dict[str, Any]]:

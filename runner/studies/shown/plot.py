@@ -36,8 +36,19 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-
 LIMIT = "limit"
+MOST_COLUMNS = 4  # points of a sweep beside each other
+LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
+MARKED = 24  # epochs up to which each has a dot
+FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
+_PROVED = "proved within tolerances"
+_WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
+_LETTERS = 16  # of a line below a panel of points
+_BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
+_LINES = 5  # factors whose shares are drawn over the age
+_FEW = 2  # curves up to which the scatter of each is drawn
+
+Points = Iterable[tuple[float, AnyArray]]  # of a curve: a place and the values of all sensors there
 
 
 class Aged(NamedTuple):
@@ -86,20 +97,6 @@ def near(limits: Sequence[float], values: AnyArray) -> list[float]:
         return []
     low, high, span = known.min(), known.max(), np.ptp(known)
     return [limit for limit in limits if math.isfinite(limit) and low - span <= limit <= high + span]
-
-
-MOST_COLUMNS = 4  # points of a sweep beside each other
-LETTERS, SPACE = 110, 7  # of a row of a legend, and what an entry takes beside its own
-MARKED = 24  # epochs up to which each has a dot
-FAN = ((1.0, 99.0, 0.2), (10.0, 90.0, 0.3), (25.0, 75.0, 0.4))  # percentiles and how strongly they are drawn
-_PROVED = "proved within tolerances"
-_WIDTH, _HEIGHT = 9.0, 3.1  # inches of a row of panels
-_LETTERS = 16  # of a line below a panel of points
-_BARS, _SCATTERS, _POINTS = 12, 2, 500  # factors of a tornado, those drawn as points, and how many points
-_LINES = 5  # factors whose shares are drawn over the age
-_FEW = 2  # curves up to which the scatter of each is drawn
-
-Points = Iterable[tuple[float, AnyArray]]  # of a curve: a place and the values of all sensors there
 
 
 def plot_study(result: StudyResult) -> "Figure":
