@@ -16,6 +16,7 @@ from typing import Any
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert_exactly
 from proofmass.graphs.files.part_files import file_inside
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.limits import FILE_BYTES
 
 LARGEST_LIST = 100_000  # numbers
@@ -33,7 +34,7 @@ def numbers_of_file(entry: Mapping[str, Any], folder: str, unit: str) -> list[fl
     """The numbers that an entry names, in a unit; raises `Refusal`."""
     for key in entry:
         if key not in KEYS:
-            raise Refusal(f"unknown key {key}", did_you_mean(key, KEYS, "the keys", entry))
+            raise Refusal(f"unknown key {key}", key_hint(key, KEYS, entry))
     if "column" in entry and "part" in entry:
         raise Refusal("has a column and a part, which do not go together", "a column has a head, a grid has parts")
     path = file_inside(entry["file"], folder)

@@ -7,6 +7,7 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
 from proofmass.graphs.formulas.formula import Formula, is_formula
 from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import FORMULA, MEASURE_FORMULA_KEYS
 from proofmass.graphs.model.limits import NAME
 from proofmass.graphs.model.measures import MEASURES, Measure, read_display_unit, read_measures
@@ -57,7 +58,7 @@ def split_measures(measures: object, derived: Mapping[str, Formula]) -> tuple[An
                 raise Refusal("must be a text that begins with =", 'write formula = "= (plus - minus) / 2"')
             for key in table:
                 if key not in MEASURE_FORMULA_KEYS:
-                    raise Refusal("unknown key", did_you_mean(str(key), MEASURE_FORMULA_KEYS, "the keys", table))
+                    raise Refusal("unknown key", key_hint(str(key), MEASURE_FORMULA_KEYS, table))
             formula = Formula(table[key := FORMULA])
             key = "unit"
             formulas[name] = replace(formula, unit=read_display_unit(table.get("unit", "")))

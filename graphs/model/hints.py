@@ -1,12 +1,35 @@
-"""Words of hints: sizes of ports, and what a TOML parser's complaint means to a beginner."""
+"""Words of hints: sizes of ports, keys that other tools call otherwise, what a TOML parser's complaint means."""
 
 import math
 import re
+from collections.abc import Collection, Mapping
+
+from proofmass.blocks.declaration.problem import did_you_mean
 
 _LONGEST_LINE = 400  # characters
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
 _CURLY_QUOTES = "\u201c\u201d\u2018\u2019"
 _WORD = re.compile(r"[A-Za-z_][\w ./-]*")
+_ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a key, and what other tools call it
+    "normal": ("gaussian", "gauss", "sigma", "std", "stddev", "standard_deviation"),
+    "uniform": ("flat", "rectangular", "range", "half_width", "tolerance"),
+    "lognormal": ("log_normal", "logn"),
+    "triangular": ("triangle",),
+    "truncated": ("truncate", "cutoff", "clip", "cut"),
+    "values": ("choices", "discrete", "list", "options"),
+    "ramp": ("linear", "slope", "rate"),
+    "random_walk": ("walk", "brownian", "wiener"),
+    "logarithmic": ("log", "logarithm"),
+    "arrhenius": ("thermal", "activation"),
+    "spread": ("distributions", "variation", "tolerances"),
+    "drift": ("ageing", "aging"),
+    "epochs": ("ages", "times"),
+    "runs": ("n", "samples", "count", "trials", "sensors"),
+    "from": ("after", "since", "start", "begin"),
+    "until": ("before", "end", "to", "stop"),
+    "at_least": ("min", "minimum", "lower", "low"),
+    "at_most": ("max", "maximum", "upper", "high"),
+}
 
 
 def counted(shape: tuple[int, ...]) -> str:
@@ -52,3 +75,13 @@ def syntax_hint(message: str, line: str) -> str:
     if equals and not value:
         return f"the value is missing: {key} = ... and then a number, or a text in quotes"
     return 'a line gives a key its value, as in bits = 16 or kind = "Gain"'
+
+
+def key_hint(key: str, keys: Collection[str], beside: Collection[str] = ()) -> str:
+    """Return a hint at the key that was meant: the one that other tools call so, or the nearest.
+
+    >>> key_hint("gaussian", ["normal", "uniform"]), key_hint("unifrom", ["normal", "uniform"])
+    ('here that is normal', 'did you mean uniform?')
+    """
+    same = next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")
+    return f"here that is {same}" if same else did_you_mean(key, keys, "the keys", beside)

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.rates import read_duration
 
 CHOICES = {
@@ -77,9 +78,7 @@ def read_integration(table: object) -> Integration:
         raise _problem("must be a table", got=shown(table), hint=hint).error
     settings = {key: value for key, value in table.items() if key in INTEGRATION_KEYS}
     problems = [
-        _problem(
-            "unknown key", str(key), got=shown(key), hint=did_you_mean(str(key), INTEGRATION_KEYS, "the keys", table)
-        )
+        _problem("unknown key", str(key), got=shown(key), hint=key_hint(str(key), INTEGRATION_KEYS, table))
         for key in table
         if key not in settings
     ]

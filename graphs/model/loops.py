@@ -6,8 +6,9 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, shown
 from proofmass.blocks.declaration.units import convert
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import LOOP_KEYS
 from proofmass.graphs.model.rates import read_duration
 
@@ -74,7 +75,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
             message="unknown key",
             key=f"loops.{name}.{key}",
             got=shown(key),
-            hint=did_you_mean(str(key), LOOP_KEYS, "the keys of a loop", table),
+            hint=key_hint(str(key), LOOP_KEYS, table),
             path=("loops", name, str(key)),
         )
         for key in table

@@ -9,6 +9,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, d
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.blocks.declaration.units import same_dimension
 from proofmass.blocks.statistics.last_value import LastValue
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import OWN_MEASURE_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.rates import Clock, read_duration, write_seconds
@@ -140,7 +141,7 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         return
     for key in table:
         if key not in MEASURE_KEYS:
-            near = did_you_mean(str(key), MEASURE_KEYS, "the keys", table)
+            near = key_hint(str(key), MEASURE_KEYS, table)
             yield _problem("unknown key", name, str(key), got=shown(key), hint=near)
     for key in ("signal", "statistic"):
         if key not in table:

@@ -11,6 +11,7 @@ from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown
 from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.names import Missing, find_output
 
 FIGURES = {  # of a loop, with their units
@@ -160,7 +161,7 @@ def checked_quantity(table: Mapping[str, Any], flat: FlatGraph) -> Quantity:
     """Return the quantity of a table that names nothing else; raises `Refusal`."""
     for key in table:
         if key not in QUANTITY_KEYS:
-            hint = did_you_mean(str(key), QUANTITY_KEYS, "the keys", table)
+            hint = key_hint(str(key), QUANTITY_KEYS, table)
             raise Refusal("unknown key", hint, key=str(key), got=shown(key))
     return read_quantity_of(table, flat)
 

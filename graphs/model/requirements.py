@@ -5,7 +5,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import REQUIREMENT_KEYS
 from proofmass.graphs.model.limits import TEXT_LENGTH
 
@@ -59,7 +60,7 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         return
     for key, value in table.items():
         if key not in REQUIREMENT_KEYS:
-            hint = did_you_mean(str(key), REQUIREMENT_KEYS, "the keys", table)
+            hint = key_hint(str(key), REQUIREMENT_KEYS, table)
             yield _problem("unknown key", name, str(key), got=shown(key), hint=hint)
         elif key in ("at_least", "at_most"):
             if isinstance(value, bool) or not isinstance(value, int | float | str):

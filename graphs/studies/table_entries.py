@@ -4,38 +4,10 @@ import math
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
 from proofmass.graphs.model.graph import Place
-
-_ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a key, and what other tools call it
-    "normal": ("gaussian", "gauss", "sigma", "std", "stddev", "standard_deviation"),
-    "uniform": ("flat", "rectangular", "range", "half_width", "tolerance"),
-    "lognormal": ("log_normal", "logn"),
-    "triangular": ("triangle",),
-    "truncated": ("truncate", "cutoff", "clip", "cut"),
-    "values": ("choices", "discrete", "list", "options"),
-    "ramp": ("linear", "slope", "rate"),
-    "random_walk": ("walk", "brownian", "wiener"),
-    "logarithmic": ("log", "logarithm"),
-    "arrhenius": ("thermal", "activation"),
-    "spread": ("distributions", "variation", "tolerances"),
-    "drift": ("ageing", "aging"),
-    "epochs": ("ages", "times"),
-    "runs": ("n", "samples", "count", "trials", "sensors"),
-    "at_least": ("min", "minimum", "lower", "low"),
-    "at_most": ("max", "maximum", "upper", "high"),
-}
-
-
-def key_hint(key: str, keys: Collection[str], beside: Collection[str] = ()) -> str:
-    """Return a hint at the key that was meant: the one that other tools call so, or the nearest.
-
-    >>> key_hint("gaussian", ["normal", "uniform"]), key_hint("unifrom", ["normal", "uniform"])
-    ('here that is normal', 'did you mean uniform?')
-    """
-    same = next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")
-    return f"here that is {same}" if same else did_you_mean(key, keys, "the keys", beside)
+from proofmass.graphs.model.hints import key_hint
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:

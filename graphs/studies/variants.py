@@ -16,6 +16,7 @@ from proofmass.graphs.model.changes import is_rate
 from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.flatten import FlatGraph, flatten, inside
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import STUDY_KEYS
 from proofmass.graphs.model.names import Missing, find_any
 
@@ -59,7 +60,7 @@ def _entries(given: object) -> Iterator[tuple[str, Mapping[str, Any]]]:
             raise Refusal("must be a table", VARIANTS_EXAMPLE, key=f"{VARIANTS}.{name}", got=shown(entry))
         for key, inner in entry.items():
             if key not in KEYS:
-                hint = did_you_mean(str(key), KEYS, "the keys", entry)
+                hint = key_hint(str(key), KEYS, entry)
                 raise Refusal("unknown key", hint, key=f"{VARIANTS}.{name}.{key}", got=shown(key))
             if key not in _SCALARS and not isinstance(inner, Mapping):
                 raise Refusal("must be a table", VARIANTS_EXAMPLE, key=f"{VARIANTS}.{name}.{key}", got=shown(inner))
