@@ -4,7 +4,17 @@ from collections.abc import Collection
 
 import pytest
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, _one_slip, did_you_mean, nearest, shown
+from proofmass.blocks.declaration.problem import (
+    ModelError,
+    Problem,
+    Refusal,
+    _one_slip,
+    collecting,
+    did_you_mean,
+    nearest,
+    shown,
+    under,
+)
 
 FEW, MANY = [f"input_{n:02}" for n in range(14)], [f"input_{n:04}" for n in range(3000)]
 
@@ -161,3 +171,31 @@ def test_one_slip_is_one_wherever_it_is_and_two_are_not() -> None:
         for other in sorted(others - {word}):
             expected = other in slips(word) and min(len(word), len(other)) > 1
             assert _one_slip(word, other) == _one_slip(other, word) == expected, (word, other)
+
+
+def test_the_key_is_the_path_unless_it_is_said() -> None:
+    path = ("blocks", "adc", "bits")
+    assert Problem(message="too many", path=path).key == "blocks.adc.bits"
+    assert Problem(message="too many", key="adc.code", path=path).key == "adc.code"
+    assert Problem(message="too many").key == ""
+    assert Problem(message="too many", path=path).error.problems == (Problem(message="too many", path=path),)
+
+
+def test_what_is_refused_says_under_which_key() -> None:
+    with pytest.raises(Refusal) as raised, under("band", [5, 1], "two frequencies"):
+        raise Refusal("not ascending", "write [1, 5]")
+    error = raised.value
+    assert (str(error), error.key, error.got, error.expected) == ("not ascending", "band", "[5, 1]", "two frequencies")
+    assert error.hint == "write [1, 5]"
+
+
+def test_problems_are_collected_and_other_errors_are_not() -> None:
+    problems: list[Problem] = []
+    with collecting(problems, "5 kg", ("blocks", "mass")):
+        raise Refusal("not a length", "write 5 m")
+    with collecting(problems):
+        raise ModelError([Problem(message="first"), Problem(message="second")])
+    assert [str(problem).splitlines()[0] for problem in problems] == ["blocks.mass: not a length", "first", "second"]
+    assert (problems[0].got, problems[0].hint) == ("'5 kg'", "write 5 m")
+    with pytest.raises(ZeroDivisionError), collecting(problems):
+        raise ZeroDivisionError
