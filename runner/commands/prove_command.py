@@ -18,8 +18,8 @@ from proofmass.runner.design.proof.known import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole
-from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest
-from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, graph_of_certificate
+from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest, graph_of_certificate
+from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
 
 
 def show_proofs(request: ProveRequest) -> int:
@@ -41,6 +41,7 @@ def show_proofs(request: ProveRequest) -> int:
             no_overflow=request.no_overflow,
             rounding=dict(map(_limits, request.roundings)),
             input_ranges=dict(map(_limits, request.input_ranges)),
+            any_change=request.any_change,
             bounds=request.bounds,
             seconds=request.seconds,
             progress=bar,

@@ -6,6 +6,7 @@ bounds of how far the closed loop may lie beyond those, a disc and a matrix T. T
 of 2^-300 with every rounding counted:
 
 1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
+   under any change of the parameters from period to period, that all leaves of a range of factors have one T;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
    radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
 3. of a scale factor D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the limit g.
@@ -16,6 +17,7 @@ What it takes for granted is in the certificate: that the matrices enclose those
 """
 
 import hashlib
+import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -65,11 +67,6 @@ def check_certificate(text: str) -> list[str]:
         raise FalseCertificateError(f"cannot be read: {error}") from None
 
 
-def graph_of_certificate(text: str) -> str:
-    """Return the SHA-256 of the graph that a certificate is about."""
-    return str(json.loads(text)["graph_sha256"])
-
-
 def digest_of(content: Mapping[str, Any]) -> str:
     """Return the SHA-256 of the content of a certificate."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
@@ -81,20 +78,23 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     where = f"{' to '.join([claim['loop']] * (kind != _NOISE) + [claim['open_at']] * of_output)}, {kind}"
     size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
     where += "" if kind == "stable" else f" of at {'most' if most else 'least'} {size}"
-    sides = [(float(one["low"]), float(one["high"])) for one in claim["coordinates"]]
+    where += " under any change" * (changes := bool(claim.get("any_change")))
+    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     _check_ends(claim, where)
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
     if not _covered((*sides, _side(claim["ends"])), boxes):
         raise FalseCertificateError(f"{where}: its boxes do not cover the tolerances")
+    norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
+    apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
+    if changes and (kind in ("delay margin", _REST) or not apart):
+        raise FalseCertificateError(f"{where}: no norm serves all of the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
         if not _has_disc(claim, leaf, box[-1]):
             raise FalseCertificateError(f"{where}: a disc is not that of the claim")
         if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most):
             raise FalseCertificateError(f"{where}: box {number} does not contract, or lies on the other side")
-    where += f": {len(boxes)} box{'es' if len(boxes) > 1 else ''}"
-    for one in claim["coordinates"]:
-        where += f", {'1 / ' * one['inverse']}{one['name']} from {one['low']:g} to {one['high']:g}"
-    return where
+    named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
+    return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:

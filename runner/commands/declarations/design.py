@@ -164,6 +164,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     counterexample: Path | None = file_option(
         "Write the graph of a run in which something overflows, with its inputs.", "--counterexample"
     )
+    any_change: bool = flag("Let parameters change within their tolerances from period to period, however fast.")
     bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"

@@ -3,6 +3,7 @@
 - stable, gain margin, phase margin: the disc is that of radius 1, for all factors between two ends at the wire.
 - decay rate s: it has the radius exp(-s T), for a period of T.
 - disk margin a: the same as stable, for all complex factors (2 + a d) / (2 - a d), |d| <= 1 (`closed_loop`).
+- under any change of the parameters from period to period: one norm serves the whole box.
 - noise x: a norm in which the disc holds bounds the rms too (`noise_norm`).
 - scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
 - delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
@@ -41,6 +42,7 @@ class Claim:
     period: float = 0.0  # s, of the loop
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
+    any_change: bool = False  # the parameters may have others of their values in each period
 
     @property
     def factor(self) -> Factor:
@@ -102,6 +104,10 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
+        return self._words + (" under any change" if self.any_change else "")
+
+    @property
+    def _words(self) -> str:
         if self.kind in QUANTITIES and not math.isfinite(self.limit):
             return f"{self.kind}, {'upper' if self.most else 'lower'} bound"
         if self.kind in QUANTITIES:

@@ -29,7 +29,7 @@ from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, UNITS, Claim
+from proofmass.runner.design.proof.claim import QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.known import KnownProofs
@@ -56,6 +56,7 @@ _Subject = tuple[
     Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
 ]  # a loop or path, and claims about it
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
+_STAY = "it is that of parameters that stay as they are"
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 
@@ -114,6 +115,7 @@ def prove(
     no_overflow: bool = False,
     rounding: Mapping[str, Any] | None = None,
     input_ranges: Mapping[str, Any] | None = None,
+    any_change: bool = False,
     bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
@@ -135,6 +137,9 @@ def prove(
     outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
     Both hold for all that converters into fixed point can give; `input_ranges` has narrower ranges, such as
     "-1..1", of wires into a FixedQuantiser. Coefficients are those of the sensor as it is.
+
+    With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
+    within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
     search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
@@ -167,7 +172,7 @@ def prove(
         (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in loops.items()
     ]
-    claims += quantities
+    claims = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in [*claims, *quantities]]
     proofs = list[MarginProof]()
     digital = list[DigitalProof]()
     of_digital = [""] * no_overflow + [*(rounding or {})]
@@ -258,8 +263,8 @@ def _proofs(
             now, claim = time.monotonic(), replace(wish, period=starting.period)
             search_ends = now + (end - now) / left
             left -= 1
-            if claim.kind == "delay margin" and starting.values > 1:
-                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, _WHOLE_DELAYS), 0.0)
+            if why := _why_open(claim, starting.values):
+                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
                 continue
             if not math.isfinite(claim.limit):
                 yield attempt.bounded(claim, search_ends)
@@ -271,6 +276,13 @@ def _proofs(
             elif bounds and proof.status == "proved" and claim.unit:
                 proof = attempt.tightened(proof, search_ends)
             yield proof
+
+
+def _why_open(claim: Claim, values: int) -> str:
+    """Return why a claim is not searched, "" for one that is."""
+    if claim.any_change and claim.kind in ("delay margin", SCALE_FACTOR):
+        return _STAY
+    return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
 def _starting(planned: Plan, node: Endpoint) -> StartingLoop:

@@ -30,6 +30,7 @@ class Start:
 
     transform: Array
     left: Array | None = None
+    alone: bool = False  # it serves, or none does
 
 
 def norm_at_rest(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:

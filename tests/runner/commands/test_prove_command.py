@@ -114,6 +114,15 @@ def test_a_limit_of_noise(loop: str, capsys: Captured) -> None:
     assert json.loads(capsys.readouterr().out)["rms"] > 0.005
 
 
+def test_parameters_may_change_from_period_to_period(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--any-change", "--out", "proof.json", "--quiet"]
+    assert main([*words, "--json"]) == 0
+    claims = [one["claim"] for one in json.loads(capsys.readouterr().out)["proofs"]]
+    assert claims[:2] == ["stable under any change", "gain margin of at least 6 dB under any change"]
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "main, stable under any change: 1 box" in capsys.readouterr().out
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)
