@@ -37,6 +37,7 @@ def show_proofs(request: ProveRequest) -> int:
             decay_rate=request.decay_rate,
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
+            peak=dict(map(_limits, request.peaks)),
             noise=dict(map(_limits, request.noises)),
             no_overflow=request.no_overflow,
             rounding=dict(map(_limits, request.roundings)),

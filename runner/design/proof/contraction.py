@@ -165,13 +165,15 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
 
 
 def _norm_of_disk(family: Family) -> Norm | None:
-    """Return a norm for all factors of a disk, None where there is none for the mean of the corners.
+    """Return a norm for all factors of a disk or all frequencies, None where there is none for the mean of the corners.
 
     P = A'PA + C'C + (A'PB + C'D) (I - D'D - B'PB)^-1 (B'PA + D'C) has a solution where there is one. Of somewhat larger
     disks and with e I for C'C there is room; the solution for the former alone scales the states, for the latter to
     mean the same for all of them.
     """
     n, still = len(family.centre) - family.still, np.eye(family.still)
+    if not n:
+        return Norm(still, family)
     _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
     scale = scale[:n] / scale[n:].mean()
     a, b, c, d = (family.centre[r, q] for r in (slice(n), slice(n, None)) for q in (slice(n), slice(n, None)))

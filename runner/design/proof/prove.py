@@ -28,12 +28,12 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
+from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
+from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.known import KnownProofs
-from proofmass.runner.design.proof.quantity_claims import noise_claims, scale_factor_claims
+from proofmass.runner.design.proof.quantity_claims import scale_factor_claims, upper_claims
 from proofmass.runner.design.proof.search import BoxMaps, Searched
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
@@ -111,6 +111,7 @@ def prove(
     decay_rate: str = "",
     input: str = "",
     scale_factor: Mapping[str, Any] | None = None,
+    peak: Mapping[str, Any] | None = None,
     noise: Mapping[str, Any] | None = None,
     no_overflow: bool = False,
     rounding: Mapping[str, Any] | None = None,
@@ -129,9 +130,9 @@ def prove(
     given, those that a loop requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as
     "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
 
-    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", and `noise` maps outputs to the most rms
-    that they may have. Without a limit, "", the nearest is looked for that can be proved. Where these are given, loops
-    count only if one is named, or a margin.
+    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs to the largest gain
+    from the `input` at any frequency, and `noise` maps outputs to the most rms that they may have. Without a limit, "",
+    the nearest is looked for that can be proved. Where these are given, loops count only if one is named, or a margin.
 
     With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on. `rounding` maps
     outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
@@ -162,7 +163,11 @@ def prove(
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
-    wanted = [*scale_factor_claims(planned, input, scale_factor or {}), *noise_claims(planned, noise or {})]
+    wanted = [
+        *scale_factor_claims(planned, input, scale_factor or {}),
+        *upper_claims(planned, PEAK, peak or {}, input),
+        *upper_claims(planned, RMS, noise or {}),
+    ]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
     if input_ranges and not no_overflow and not rounding:
         raise ModelError([_of_nothing(", ".join(input_ranges))])
@@ -202,7 +207,8 @@ def _path(planned: Plan, claim: Claim) -> Callable[[], StartingPath | StartingNo
     target = node_of(planned, claim.open_at)
     if claim.kind == RMS:
         return partial(StartingNoise, planned, target)
-    return partial(StartingPath, planned, node_of(planned, claim.loop), target)
+    kind = StartingResponse if claim.kind == PEAK else StartingPath
+    return partial(kind, planned, node_of(planned, claim.loop), target)
 
 
 def prove_margin(

@@ -24,10 +24,12 @@ from proofmass.runner.design.proof.at_rest import keeps_side, none_settles, scal
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, Claim
 from proofmass.runner.design.proof.closed_loop import (
+    DISK,
     NOISE,
     REST,
+    THROUGH,
     Disc,
     Factor,
     Family,
@@ -50,6 +52,7 @@ _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
 _AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
 _AT_THE_LIMIT = "the value of a sensor lies too near the limit"
 _NOT_IN_ONE = "no norm is found that serves all of the tolerances at once"
+_TOGETHER = "a wire has several values in a period: all frequencies that one of them shows at count together"
 _STAYS = "something on the way does not decay, though it may not show"
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
 
@@ -80,7 +83,7 @@ class BoxMaps:
     """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
     def __init__(self, loop: StartingLoop | StartingPath | StartingNoise, parameters: _Parameters) -> None:
-        self._loop, self._parameters = loop, parameters
+        self._loop, self._parameters, self.values = loop, parameters, loop.values
         self._known: dict[Sides, OpenCorners] = {}
 
     def family(self, box: Sides, factor: Factor) -> Family:
@@ -140,10 +143,11 @@ class ProofSearch:
     known: Mapping[Sides, Start] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
-        """Return a point of a box that breaks the claim: its middle if that does not decay, or a corner."""
-        if (norm is None or radius_of(norm.family) >= 1.0) and self.breaks(box):
+        """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
+        for_all = self.claim.factor in (DISK, THROUGH)  # whose poles lie in the circle all the same
+        if (norm is None or radius_of(norm.family) >= 1.0 or (for_all and norm.worst() >= 1.0)) and self.breaks(box):
             return box
-        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in QUANTITIES else None
+        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in AT_CORNERS else None
         return corner if corner is not None and self.breaks(corner) else None
 
     def _broken_among(self, left: Sequence[tuple[Sides, Start | None]], is_late: Callable[[], bool]) -> Sides | None:
@@ -161,6 +165,8 @@ class ProofSearch:
     def _stuck(self) -> str:
         if self.claim.any_change:
             return _NOT_IN_ONE
+        if self.claim.kind == PEAK and self.maps.values > 1:
+            return _TOGETHER
         return _AT_THE_LIMIT if self.claim.kind in QUANTITIES else _AT_THE_BOUNDARY
 
     def _stays(self, box: Sides) -> bool:
