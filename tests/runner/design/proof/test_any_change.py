@@ -90,9 +90,11 @@ def changing(loop: Loop, **more: Any) -> Proofs:
 def test_what_a_change_may_swing_up_is_not_proved() -> None:
     """All sensors within 10 % are stable; a stiffness that changes twice in a swing makes it grow."""
     assert swung(swing(0.1), 0.1) > 1.03
-    (stable, *_) = changing(swing(0.1), seconds=9.0).proofs
+    loop = swing(0.1)
+    assert all(loop.radius(loop.values | {"first.stiffness": 1e4 + 50.0 * k}) < 1.0 for k in range(-20, 21))
+    (stable, *_) = changing(loop, seconds=3.0).proofs
     assert (stable.status, stable.searched.boxes) == ("open", 1)
-    assert stable.searched.why.endswith("at once; with parameters that stay it is proved")
+    assert "all of the tolerances at once; with parameters that stay it is" in stable.searched.why
     assert swung(swing(0.02), 0.02) < 1.0
     found = changing(swing(0.02))
     assert found.proofs[0].status == "proved"
@@ -143,10 +145,11 @@ def test_parts_with_norms_of_their_own_prove_nothing_under_any_change(in_parts: 
 
 
 def test_claims_of_parameters_that_stay_are_none_under_any_change() -> None:
-    """The stiffness within 10 % is proved in parts, with norms of their own; a delay turns by more at a frequency."""
-    swings = prove(swing(0.1).graph(), tolerances={"first.stiffness": "10 %"}, gain_margin="0.1 dB", seconds=6.0)
-    delays = prove(GRAPH, tolerances={"gain.gain": "10 %"}, delay_margin="1 ms")
-    for proofs, place in ((swings, 0), (delays, 3)):
+    """A delay turns by more at a higher frequency, and what never settles has no scale factor."""
+    within = {"gain.gain": "10 %"}
+    delays = prove(GRAPH, tolerances=within, delay_margin="1 ms")
+    factors = prove(GRAPH, tolerances=within, input="step.output", scale_factor={"hold.output": "0.9..1.1"})
+    for proofs, place in ((delays, 3), (factors, 0)):
         assert proofs.proofs[place].status == "proved"
 
         def changing_too(c: Any, kind: str = proofs.proofs[place].claim.kind) -> None:
@@ -164,7 +167,7 @@ def test_products_of_matrices_do_not_contradict_a_proof(seed: int) -> None:
     loop, draw = random_loop(seed), random.Random(seed)
     nominal = loop.radius(loop.values)
     rate = -0.5 * math.log(nominal) * RATE / loop.ticks if nominal < 1.0 else 1.0
-    stable, *_, decays = changing(loop, decay_rate=f"{rate!r} 1/s", seconds=6.0).proofs
+    stable, *_, decays = changing(loop, decay_rate=f"{rate!r} 1/s", seconds=4.0).proofs
     ends = itertools.product((-1.0, 1.0), repeat=len(loop.tolerances))
     places = [*ends, *([draw.uniform(-1.0, 1.0) for _ in loop.tolerances] for _ in range(10))]
     matrices = [
