@@ -156,8 +156,8 @@ class Measurements:
             wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
             return prove(source, tolerances=tolerances, input=quantity.input, scale_factor=wanted).proofs
         if isinstance(quantity, ResponseFigure):
-            wanted = {quantity.output: limits[1]}
-            return prove(source, tolerances=tolerances, input=quantity.input, peak=wanted).proofs
+            peak = {quantity.output: limits[1]}
+            return prove(source, tolerances=tolerances, input=quantity.input, peak=peak).proofs
         if isinstance(quantity, Noise):
             return prove(source, tolerances=tolerances, noise={quantity.output: limits[1]}).proofs
         assert isinstance(quantity, LoopFigure | StabilityVerdict)
