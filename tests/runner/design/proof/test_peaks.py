@@ -108,8 +108,9 @@ def test_however_the_gain_changes_the_rms_at_the_output_is_at_most_the_peak() ->
     ids=str,
 )
 def test_wrong_words_are_answered(more: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"limit": 2.0} | more
     with pytest.raises(ModelError) as refused:
-        about(**{"limit": 2.0} | more)
+        about(**given)
     assert words in str(refused.value)
 
 
