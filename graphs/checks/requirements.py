@@ -19,6 +19,7 @@ from proofmass.graphs.model.quantities import (
     MeasureOf,
     Noise,
     Quantity,
+    ResponseFigure,
     TransferPart,
     YieldOf,
     checked_quantity,
@@ -71,16 +72,18 @@ def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict")
     """Raise `Refusal` for what `proofmass prove` does not claim."""
     figure = quantity.figure if isinstance(quantity, LoopFigure) else ""
     noise = isinstance(quantity, Noise) and not quantity.input and quantity.band is None
-    of_output = noise or (isinstance(quantity, TransferPart) and quantity.part == PARTS[0])
+    upper = noise or (isinstance(quantity, ResponseFigure) and quantity.figure == "peak")
+    of_output = upper or (isinstance(quantity, TransferPart) and quantity.part == PARTS[0])
     if not isinstance(quantity, StabilityVerdict) and figure not in PROVABLE and not of_output:
-        expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop, a scale_factor, or noise without input and band"
+        of_outputs = "a scale_factor, the peak of a response, or noise without input and band"
+        expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop, {of_outputs}"
         raise Refusal("has no proof", "leave proved out: then the worst case is searched", expected=expected)
     if not requirement.tolerances:
         hint = 'name what varies: tolerances = { "torquer.gain" = "5 %" }'
         raise Refusal("there is nothing to be proved over", hint, key="proved", got="true")
     if not of_output and (requirement.at_least is None or requirement.at_most is not None):
         raise Refusal("must be at_least alone", key="proved", got="at_most")
-    if noise and (requirement.at_most is None or requirement.at_least is not None):
+    if upper and (requirement.at_most is None or requirement.at_least is not None):
         raise Refusal("must be at_most alone", key="proved", got="at_least")
     if requirement.at and (requirement.at == SETTLED or read_duration(requirement.at) > 0):
         raise Refusal("must be the start of the run", "leave it out", key="at", got=shown(requirement.at))

@@ -17,8 +17,8 @@ from proofmass.runner.design.proof.known import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole
-from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest
-from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate, graph_of_certificate
+from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest, graph_of_certificate
+from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
 
 
 def show_proofs(request: ProveRequest) -> int:
@@ -31,6 +31,7 @@ def show_proofs(request: ProveRequest) -> int:
             tolerances=dict(map(read_tolerance, request.tolerances)),
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
+            peak=dict(map(_limits, request.peaks)),
             noise=dict(map(_limits, request.noises)),
             rounding=dict(map(_limits, request.roundings)),
             input_ranges=dict(map(_limits, request.input_ranges)),

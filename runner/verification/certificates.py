@@ -18,7 +18,7 @@ ASSUMED = (
     "The matrices enclose those of the graph: they come from its functions, called with intervals of numbers.",
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
     "Loops are those of the start of the run, tick 0. Quantisers count as a gain of one, limits by their slope there.",
-    "Parameters stay as they are while the sensor runs.",
+    "Parameters stay as they are while the sensor runs; under any change they do within each period of the loop.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
 
@@ -47,6 +47,11 @@ def graph_digest(graph: Graph) -> str:
     return hashlib.sha256(write_graph(graph).encode()).hexdigest()
 
 
+def graph_of_certificate(text: str) -> str:
+    """Return the SHA-256 of the graph that a certificate is about."""
+    return str(json.loads(text)["graph_sha256"])
+
+
 def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, int]) -> dict[str, Any]:
     leaves = []
     for leaf in proof.searched.leaves:
@@ -67,19 +72,24 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             }
         )
     claim = proof.claim
+    more = {"any_change": True} if claim.any_change else {}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.kind in QUANTITIES else {}
-    return of_quantity | {
-        "loop": claim.loop,
-        "open_at": claim.open_at,
-        "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
-        "claim": str(claim),
-        "kind": claim.kind,
-        "limit": claim.limit,
-        "period": claim.period,
-        "factor": claim.factor.name,
-        "ends": claim.ends,
-        "leaves": leaves,
-    }
+    return (
+        of_quantity
+        | more
+        | {
+            "loop": claim.loop,
+            "open_at": claim.open_at,
+            "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
+            "claim": str(claim),
+            "kind": claim.kind,
+            "limit": claim.limit,
+            "period": claim.period,
+            "factor": claim.factor.name,
+            "ends": claim.ends,
+            "leaves": leaves,
+        }
+    )
 
 
 def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:

@@ -6,16 +6,19 @@ bounds of how far the closed loop may lie beyond those, a disc and a matrix T. T
 of 2^-300 with every rounding counted:
 
 1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
+   under any change of the parameters from period to period, that all leaves of a range of factors have one T;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
    radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
 3. of a scale factor D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the limit g.
    Then det M has the sign of det R, and is a positive number times g less the scale factor;
-4. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's.
+4. of a peak that [A, B; C / g, D / g] has one that leaves inputs and outputs as they are (bounded real lemma);
+5. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's.
 
 What it takes for granted is in the certificate: that the matrices enclose those of the graph.
 """
 
 import hashlib
+import itertools
 import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
@@ -32,10 +35,10 @@ ONE = 1 << _BITS
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
-_REST, _NOISE = "scale factor", "noise"
+_REST, _NOISE, _PEAK = "scale factor", "noise", "peak"
 _UNITS = {"stable": "", "gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s", _REST: "", _NOISE: ""}
-_FACTORS = {"disk margin": "disk", _REST: "rest", _NOISE: "noise"}
+_UNITS |= {"decay rate": "1/s"}
+_FACTORS = {"disk margin": "disk", _REST: "rest", _NOISE: "noise", _PEAK: "peak"}
 
 _Whole = npt.NDArray[np.object_]  # of integers
 _Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
@@ -51,12 +54,9 @@ def check_certificate(text: str) -> list[str]:
     try:
         data = json.loads(text)
         content = {key: value for key, value in data.items() if key != "sha256"}
-        if data.get("format") != FORMAT:
-            raise FalseCertificateError(f"is not a {FORMAT}")
-        if data.get("sha256") != digest_of(content):
-            raise FalseCertificateError("was changed: its hash is another")
-        if not data["claims"] or not isinstance(data["graph_sha256"], str):
-            raise FalseCertificateError("has no claim about a graph")
+        _refuse(data.get("format") != FORMAT, f"is not a {FORMAT}")
+        _refuse(data.get("sha256") != digest_of(content), "was changed: its hash is another")
+        _refuse(not data["claims"] or not isinstance(data["graph_sha256"], str), "has no claim about a graph")
         with localcontext(prec=_DIGITS):
             return [_claim(data, claim) for claim in data["claims"]]
     except FalseCertificateError:
@@ -65,9 +65,9 @@ def check_certificate(text: str) -> list[str]:
         raise FalseCertificateError(f"cannot be read: {error}") from None
 
 
-def graph_of_certificate(text: str) -> str:
-    """Return the SHA-256 of the graph that a certificate is about."""
-    return str(json.loads(text)["graph_sha256"])
+def _refuse(wrong: bool, why: str) -> None:
+    if wrong:
+        raise FalseCertificateError(why)
 
 
 def digest_of(content: Mapping[str, Any]) -> str:
@@ -77,30 +77,31 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     kind, limit = claim["kind"], float(claim["limit"])
-    of_output, most = kind in (_REST, _NOISE), kind == _NOISE or (kind == _REST and claim["most"] is True)
+    upper = kind in (_NOISE, _PEAK)
+    of_output, most = upper or kind == _REST, upper or (kind == _REST and claim["most"] is True)
     where = f"{' to '.join([claim['loop']] * (kind != _NOISE) + [claim['open_at']] * of_output)}, {kind}"
     size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
     where += "" if kind == "stable" else f" of at {'most' if most else 'least'} {size}"
-    sides = [(float(one["low"]), float(one["high"])) for one in claim["coordinates"]]
+    where += " under any change" * (changes := bool(claim.get("any_change")))
+    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     _check_ends(claim, where)
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
-    if not _covered((*sides, _side(claim["ends"])), boxes):
-        raise FalseCertificateError(f"{where}: its boxes do not cover the tolerances")
+    _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
+    norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
+    apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
+    stays = kind in ("delay margin", _REST)
+    _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
-        if not _has_disc(claim, leaf, box[-1]):
-            raise FalseCertificateError(f"{where}: a disc is not that of the claim")
-        if not _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most):
-            raise FalseCertificateError(f"{where}: box {number} does not contract, or lies on the other side")
-    where += f": {len(boxes)} box{'es' if len(boxes) > 1 else ''}"
-    for one in claim["coordinates"]:
-        where += f", {'1 / ' * one['inverse']}{one['name']} from {one['low']:g} to {one['high']:g}"
-    return where
+        _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
+        contracts = _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most)
+        _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
+    named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
+    return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
     low, high = map(float, ends)
-    if not (math.isfinite(low) and math.isfinite(high) and low <= high):
-        raise FalseCertificateError("has a side without ends")
+    _refuse(not (math.isfinite(low) and math.isfinite(high) and low <= high), "has a side without ends")
     return low, high
 
 
@@ -117,8 +118,7 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
         right = factor == "gain" and low * gain <= 1 and high >= gain
         right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
-    if not right or not (limit >= 0 or kind == _REST):
-        raise FalseCertificateError(f"{where}: its factors are not those of the claim")
+    _refuse(not right or not (limit >= 0 or kind == _REST), f"{where}: its factors are not those of the claim")
 
 
 def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
@@ -159,14 +159,13 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
     middles, radii = (np.array(loop["corners"][name], dtype=float) for name in ("middle", "radius"))
     t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
-    size = {"disk": n + k, "noise": n + k, "rest": 2 * n + k}.get(factor, parts * n)
+    size = {"disk": n + k, "noise": n + k, "peak": n + k, "rest": 2 * n + k}.get(factor, parts * n)
     left, noise = (_whole(np.array(leaf.get(name, []), dtype=float)) for name in ("left", "noise"))
-    right = {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, True)
+    right = {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, inputs == k)
     right &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
     right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
-    mixed = factor in ("disk", "noise") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
-    if mixed or not (right and same):
-        raise FalseCertificateError("has a loop of another box, or matrices that do not fit")
+    mixed = factor in ("disk", "noise", "peak") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
+    _refuse(bool(mixed) or not (right and same), "has a loop of another box, or matrices that do not fit")
     real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
     turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
     centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
@@ -203,7 +202,7 @@ def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, le
     """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
 
     With a disk of size a it is [A + B E C, B E; a E C, a (E - I / 2)], at rest it is A and I - R M side by side,
-    and with noise [A 0; C 0].
+    with noise [A 0; C 0], and with a peak of g [A, B; C / g, D / g].
     """
     halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
     a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
@@ -215,6 +214,9 @@ def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, le
         return _joined([[a, empty], [[part.T for part in empty], rest]])
     if factor == "noise":
         return _joined([[a, [0 * part.T for part in c]], [c, [0 * (part @ part.T) for part in c]]])
+    if factor == "peak":
+        one = int(ONE / Fraction(limit)) * _unit(len(d[0])), 0 * d[0] + 1
+        return _joined([[a, b], [_times(one, c), _times(one, d)]])
     e = power = f
     for _ in range(len(opened[0]) - n - 1):
         power = _times(f, _times(d, power))
@@ -249,8 +251,7 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     """
     low, high = map(Fraction, ends)
     turns: list[Any] = [_turn(at) if kind == "phase" else (at if kind == "gain" else 1, 0) for at in {low, high}]
-    if kind == "phase" and not high - low < 3:
-        raise FalseCertificateError("has an arc without a triangle about it")
+    _refuse(kind == "phase" and not high - low < 3, "has an arc without a triangle about it")
     if kind == "phase" and values == 1 and low < high:
         stretch = 1 / _turn((high - low) / 2)[0]
         turns.append([part * stretch for part in _turn((low + high) / 2)])
@@ -263,8 +264,7 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
     """Return cosine and sine of an angle below 4, each to far below a whole number, by their series."""
-    if not abs(angle) < 7:
-        raise FalseCertificateError("has a phase beyond a turn")
+    _refuse(not abs(angle) < 7, "has a phase beyond a turn")
     parts, term = [Fraction(0), Fraction(0)], Fraction(1)
     for order in range(_TERMS):
         parts[order % 2] += term if order % 4 < 2 else -term

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem
@@ -37,6 +38,7 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
     for one in claims:
         of_quantity = (one["most"], one["unit"]) if one["kind"] in QUANTITIES else ()
         claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"], *of_quantity)
+        claim = replace(claim, any_change=bool(one.get("any_change")))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [

@@ -10,7 +10,15 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
-from proofmass.graphs.model.quantities import LoopFigure, MeasureOf, Noise, Quantity, TransferPart, YieldOf
+from proofmass.graphs.model.quantities import (
+    LoopFigure,
+    MeasureOf,
+    Noise,
+    Quantity,
+    ResponseFigure,
+    TransferPart,
+    YieldOf,
+)
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.attempt import MarginProof
@@ -147,6 +155,9 @@ class Measurements:
         if isinstance(quantity, TransferPart):
             wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
             return prove(source, tolerances=tolerances, input=quantity.input, scale_factor=wanted).proofs
+        if isinstance(quantity, ResponseFigure):
+            peak = {quantity.output: limits[1]}
+            return prove(source, tolerances=tolerances, input=quantity.input, peak=peak).proofs
         if isinstance(quantity, Noise):
             return prove(source, tolerances=tolerances, noise={quantity.output: limits[1]}).proofs
         assert isinstance(quantity, LoopFigure | StabilityVerdict)

@@ -173,6 +173,18 @@ class Loop:
         settled = np.linalg.solve(np.eye(len(a)) - a, b.sum(axis=1))
         return float(np.mean(c @ settled + d.sum(axis=1)))
 
+    def peak(self, values: Values, name: str, count: int = 3000) -> float:
+        """Return the largest gain at some frequencies from what is added to the wire to the output of an element.
+
+        What comes out at the frequency that goes in: of the period's values those of the output are later by i T / r.
+        """
+        a, b, c, d = self._pushed(values, name)
+        out, into = len(c), b.shape[1]
+        turns = np.concatenate([[0.0], np.geomspace(1e-4, 0.5 * min(out, into), count)])  # of a period
+        h = np.array([c @ np.linalg.solve(np.exp(2j * np.pi * f) * np.eye(len(a)) - a, b) + d for f in turns])
+        after, before = (np.exp(2j * np.pi * np.outer(turns, np.arange(n)) / n) for n in (out, into))
+        return float(np.max(np.abs(np.einsum("fi,fik,fk->f", after.conj(), h, before)))) / out
+
     def rms(self, values: Values, name: str) -> float:
         """Return the rms of the output of an element, for independent numbers of variance one added to the wire."""
         a, b, c, d = self._pushed(values, name)

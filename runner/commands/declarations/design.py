@@ -111,7 +111,7 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
 
 
 class ProveRequest(Answered, does="prove_command.show_proofs"):
-    """Prove margins, scale factors and noise over tolerances.
+    """Prove margins, scale factors, peaks and noise over tolerances.
 
     SOURCE is a graph, or a study, whose spread counts as tolerances: three standard deviations of normal parameters.
     Each claim is proved, refuted by a sensor that you can try, or open. The limits are those that loops require, else
@@ -144,12 +144,19 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         "--scale-factor",
         metavar="BLOCK.PORT=LIMITS",
     )
+    peaks: tuple[str, ...] = several(
+        "Prove a limit of the gain to this output at all frequencies, as adc.number=3, or the least; repeatable.",
+        "--peak",
+        metavar="BLOCK.PORT=LIMIT",
+    )
     noises: tuple[str, ...] = several(
         "Prove a limit of this output's rms noise, as adc.number=0.4, or the nearest without one; repeatable.",
         "--noise",
         metavar="BLOCK.PORT=LIMIT",
     )
-    source_signal: str = option("Count scale factors from this output of a source.", "--input", default="", **PORT)
+    source_signal: str = option(
+        "Count scale factors and peaks from this output of a source.", "--input", default="", **PORT
+    )
     no_overflow: bool = flag(
         "Prove that no number of a block in fixed point overflows, or show inputs by which one does."
     )
@@ -166,6 +173,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     counterexample: Path | None = file_option(
         "Write the graph of a run in which something overflows, with its inputs.", "--counterexample"
     )
+    any_change: bool = flag("Let parameters change within their tolerances from period to period, however fast.")
     bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"

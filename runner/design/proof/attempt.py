@@ -9,7 +9,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import (
@@ -26,7 +26,7 @@ from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
 _FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
-_LEAST_ROOM, _SMALLEST = {SCALE_FACTOR: 1e-6, RMS: 0.01}, 1e-12  # of the value, and of a value of zero
+_LEAST_ROOM, _SMALLEST = {SCALE_FACTOR: 1e-6, RMS: 0.01, PEAK: 0.01}, 1e-12  # of the value, and of a value of zero
 _WIDENED = 8  # times
 
 
@@ -79,11 +79,21 @@ class Attempt:
 
     def at(self, claim: Claim, until: float) -> MarginProof:
         """Return what comes of a claim, of which the nominal sensor is looked at first."""
-        if claim.kind not in QUANTITIES:  # whose search begins with the corners
+        if claim.kind not in AT_CORNERS:  # whose search begins with the corners
             text, fails = _checked(self.graph, claim, self._nominal)
             if fails:
                 return self._refuted(claim, self._nominal, text)
-        return self._searched(claim, until)
+        if not claim.any_change:
+            return self._searched(claim, until)
+        now = time.monotonic()
+        proof = self._searched(claim, now + 0.5 * (until - now))
+        if proof.status != "open":
+            return proof
+        still = self._searched(replace(claim, any_change=False), until)
+        if still.status == "refuted":
+            return replace(still, claim=claim)
+        why = f"{proof.searched.why}; with parameters that stay it is {still.status}"
+        return replace(proof, searched=replace(proof.searched, why=why), seconds=proof.seconds + still.seconds)
 
     @property
     def _nominal(self) -> dict[str, float]:
@@ -186,7 +196,7 @@ def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tup
     """Return the margins or the value of a sensor in words, and whether the claim fails for it."""
     if claim.kind in QUANTITIES:
         value, rounding = quantity_there(graph, claim, parameters)
-        without = "it has no bound" if claim.kind == RMS else "it does not settle"
+        without = "it does not settle" if claim.kind == SCALE_FACTOR else "it has no bound"
         shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else without
         return shown, claim.broken_by(value + claim.sign * rounding)
     found = margins_there(graph, claim, parameters)

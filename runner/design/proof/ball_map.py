@@ -28,7 +28,7 @@ from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import TickError
 
-MOST_STATES, _MOST_VALUES = 64, 32  # of a map, and of a loop's wire in a period: matrices are met thousands of times
+MOST_STATES, MOST_VALUES = 64, 32  # of a map, and of a loop's wire in a period: matrices are met thousands of times
 _OF_START = "a loop whose margins are those of the start of the run"
 MatrixRows = list[list[Any]]  # of balls and numbers
 
@@ -124,11 +124,11 @@ class StartingLoop:
         between = point.map.between()
         if not between.order:
             raise ModelError([plan.graph.placed(_not_a_loop(node))])
-        if between.order > MOST_STATES or len(between.outputs) > _MOST_VALUES:
+        if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"
             most, hint = (
-                f"{MOST_STATES} states and {_MOST_VALUES} values",
+                f"{MOST_STATES} states and {MOST_VALUES} values",
                 "open the loop at its slowest wire with --loop",
             )
             raise ModelError([plan.graph.placed(too_large(has, node, most, hint))])

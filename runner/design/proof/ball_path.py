@@ -3,11 +3,13 @@
     x[n+1] = A x[n] + B u,   y = C x[n] + D u
 
 B and D are sums over the values of the input in a period, C and D means over those of the output: as the scale factor
-has them.
+has them. A response has all values as they are.
 """
 
 from collections.abc import Mapping, Sequence
 from typing import Any
+
+import flint
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
@@ -15,9 +17,11 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
-from proofmass.runner.derivatives.ball import ball
+from proofmass.runner.analysis.response.response import response_of_map
+from proofmass.runner.derivatives.ball import Ball, ball
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
+    MOST_VALUES,
     BallMap,
     BallRun,
     Kept,
@@ -53,10 +57,43 @@ class StartingPath:
         Raises `UndecidedError` where a block decides differently within the box.
         """
         rows, order = self._run.rows(parameters)
-        rows = _summed(rows, order)
-        kept = Kept(tuple(states_between(rows, order)), (0,)) if kept is None else kept
-        places = [*kept.states, order]
+        rows = self._seen(rows, order)
+        kept = Kept(tuple(states_between(rows, order)), ()) if kept is None else kept
+        places = [*kept.states, *range(order, len(rows))]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
+
+    def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:
+        """Return the map as the claim has it, with as many inputs as outputs."""
+        return _summed(rows, order)
+
+
+class StartingResponse(StartingPath):
+    """The response from one wire to another at the start of a run, at all frequencies.
+
+    With p values of the input in a period, and r of the output, the gain at a frequency is o H i / r, with weights o
+    and i of size 1: at most sqrt(p / r) times the norm of H.
+    """
+
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+        """Raises `ModelError` where the graph changes after the start, has too many states, or nothing comes out."""
+        super().__init__(plan, source, target)
+        if self._point.moves:
+            way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
+            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+        response_of_map(plan, source, target, self._point.map)
+        size = max(len(self._point.map.inputs), len(self._point.map.outputs))
+        if size > MOST_VALUES:
+            has = f"a wire of the way to {'.'.join(target)} has {size} values in a period"
+            raise ModelError([plan.graph.placed(too_large(has, target, str(MOST_VALUES)))])
+        self.values = size
+
+    def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:
+        inputs, outputs = len(rows[0]) - order, len(rows) - order
+        part = Ball((flint.arb(inputs) / outputs).sqrt())
+        size = max(inputs, outputs)
+        wide = [[*row, *[0.0] * (size - inputs)] for row in rows]
+        below = [[value * part for value in row] for row in wide[order:]]
+        return [*wide[:order], *below, *[[0.0] * (order + size) for _ in range(size - outputs)]]
 
 
 def _answers_at_start(plan: Plan, source: Endpoint, target: Endpoint) -> bool:

@@ -3,7 +3,9 @@
 - stable, gain margin, phase margin: the disc is that of radius 1, for all factors between two ends at the wire.
 - decay rate s: it has the radius exp(-s T), for a period of T.
 - disk margin a: the same as stable, for all complex factors (2 + a d) / (2 - a d), |d| <= 1 (`closed_loop`).
+- under any change of the parameters from period to period: one norm serves the whole box.
 - noise x: a norm in which the disc holds bounds the rms too (`noise_norm`).
+- peak x: the matrix has the input and the output, divided by x, besides, and the norm leaves both as they are.
 - scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
 - delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
   to 2 pi may a pole lie at exp(-j w) with w from p / M to pi. All poles may lie in any disc that leaves out this arc.
@@ -13,7 +15,7 @@ import math
 from dataclasses import dataclass
 
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.design.proof.closed_loop import DISK, GAIN, NOISE, PHASE, REST, Disc, Factor
+from proofmass.runner.design.proof.closed_loop import DISK, GAIN, NOISE, PHASE, REST, THROUGH, Disc, Factor
 
 UNITS = {
     "stable": "",
@@ -23,8 +25,11 @@ UNITS = {
     "delay margin": "s",
     "decay rate": "1/s",
 }
-SCALE_FACTOR, RMS = "scale factor", "noise"
-QUANTITIES = (SCALE_FACTOR, RMS)  # of outputs, not of loops: their units are those of the outputs
+SCALE_FACTOR, RMS, PEAK = "scale factor", "noise", "peak"
+AT_CORNERS = (SCALE_FACTOR, RMS)  # whose values at the corners of a box are looked at
+QUANTITIES = (*AT_CORNERS, PEAK)  # of outputs, not of loops: their units are those of the outputs
+_FACTORS = {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK}
+_FACTORS |= {SCALE_FACTOR: REST, RMS: NOISE, PEAK: THROUGH}  # of others GAIN
 _LESS = 1.0 - 1e-14  # more than the rounding of a radius
 _MORE = 1.0 + 1e-15
 _REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc from that of the circle
@@ -41,12 +46,12 @@ class Claim:
     period: float = 0.0  # s, of the loop
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
+    any_change: bool = False  # the parameters may have others of their values in each period
 
     @property
     def factor(self) -> Factor:
         """The factors at the wire."""
-        factors = {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK, SCALE_FACTOR: REST, RMS: NOISE}
-        return factors.get(self.kind, GAIN)
+        return _FACTORS.get(self.kind, GAIN)
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -102,6 +107,10 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
+        return self._words + (" under any change" if self.any_change else "")
+
+    @property
+    def _words(self) -> str:
         if self.kind in QUANTITIES and not math.isfinite(self.limit):
             return f"{self.kind}, {'upper' if self.most else 'lower'} bound"
         if self.kind in QUANTITIES:

@@ -22,7 +22,7 @@ All complex factors (2 + a d) / (2 - a d) with |d| <= 1 are one matrix. With E =
 
 from x and w to x[n+1] and z, where w = d z. If it shortens every vector, in coordinates that leave w and z as they are,
 then x[n+1] is shorter than x for each d (the bounded real lemma; Zhou, Doyle and Glover, Robust and Optimal Control,
-chapter 21).
+chapter 21). A response is at most x at all frequencies, |C (z - A)^-1 B + D| <= x, if [A, B; C / x, D / x] does so.
 """
 
 import itertools
@@ -81,6 +81,7 @@ GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
 DISK = Factor("disk", 1, GAIN.derivatives)  # its coordinate is a, both ends of which are the same
 NOISE = Factor("noise", 1, GAIN.derivatives)  # the same
+THROUGH = Factor("peak", 1, GAIN.derivatives)  # the same
 REST = Factor("rest", 1, GAIN.derivatives)  # its coordinate is a limit, both ends of which are the same
 
 
@@ -184,6 +185,8 @@ def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], wid
     """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
     if factor is DISK:
         return _with_disk(of, ends[0], widths)
+    if factor is THROUGH:
+        return _through(of, ends[0], widths)
     last = len(widths) - 1
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
@@ -222,6 +225,16 @@ def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
     corners = Enclosed.joined([[a + b @ c, b], list(below)])
     jets = [_disk_jet(parts, n, k, flint.arb(size)) for parts in of.jets]
     return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
+
+
+def _through(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
+    """Return the matrix of a response whose output is divided by a limit, over a box of half `widths`."""
+    n, k = of.order, of.values
+    above, below = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
+    scale: Jet = {(): flint.arb_mat([[(i == j) / flint.arb(limit) for j in range(k)] for i in range(k)])}
+    jets = [joined([[a, b], [product(scale, c), product(scale, d)]], (n, k)) for a, b, c, d in of.jets]
+    corners = Enclosed.joined([[above], [below.scaled(1.0 / limit)]])
+    return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), None), still=k)
 
 
 def _disk_jet(jets: Sequence[Jet], order: int, values: int, size: Any) -> Jet:

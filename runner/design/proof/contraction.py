@@ -19,15 +19,14 @@ from functools import cached_property
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from proofmass.runner.design.proof.closed_loop import Family
+from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
 from proofmass.runner.host.arrays import Array
 
 _ROUNDS = 10  # of the fixed point of the covariance
 _SHARPNESS = (200.0, 2_000.0, 20_000.0)  # of the smooth maximum that is descended
-_STEPS = 60  # of each descent
 _ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of that which is claimed
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
@@ -114,33 +113,18 @@ class Norm:
         free = np.zeros((n, n))
         free[: n - self.family.still, : n - self.family.still] = 1.0
 
-        def smooth(x: Array, sharpness: float) -> tuple[float, Array]:
-            step = np.eye(n) + x.reshape(n, n)
-            try:
-                back = np.linalg.inv(step)
-            except np.linalg.LinAlgError:
-                return 1e3, np.zeros(n * n)
+        def smooth(step: Array, sharpness: float) -> tuple[float, Array]:
+            back = np.asarray(np.linalg.inv(step), dtype=np.float64)
             turned = back @ matrices @ step
             squares, vectors = np.linalg.eigh(np.swapaxes(turned, 1, 2) @ turned)
-            logs = 0.5 * np.log(squares[:, -1])
-            parts = np.exp(sharpness * (logs - logs.max()))
-            weights = parts / parts.sum()
+            value, weights = largest(0.5 * np.log(squares[:, -1]), sharpness)
             v = vectors[:, :, -1]
             u = (turned @ v[:, :, None])[:, :, 0] / np.sqrt(squares[:, -1:])
             slope = back.T @ ((v * weights[:, None]).T @ v - (u * weights[:, None]).T @ u)
-            left, right = np.abs(back) @ rest, rest @ np.abs(step)
-            unknown = left @ np.abs(step)
-            size = float(np.linalg.norm(unknown)) or 1e-300
-            slope += np.sign(step) * (left.T @ unknown) / size
-            slope -= back.T @ (np.sign(back) * (unknown @ right.T)) @ back.T / size
-            return logs.max() + math.log(parts.sum()) / sharpness + size, (free * slope).ravel()
+            size, by_back, by_step = unknown(back, rest, step)
+            return value + size, free * (slope + by_step - back.T @ by_back @ back.T)
 
-        x = np.zeros(n * n)
-        for sharpness in _SHARPNESS:
-            x = scipy.optimize.minimize(
-                smooth, x, args=(sharpness,), jac=True, method="L-BFGS-B", options={"maxiter": _STEPS}
-            ).x
-        return Norm(np.asarray(self.transform @ (np.eye(n) + x.reshape(n, n))), self.family)
+        return Norm(self.transform @ descended(smooth, (n, n), _SHARPNESS), self.family)
 
     def _turned(self, sizes: Array) -> Array:
         return np.asarray(np.abs(self.inverse) @ sizes @ np.abs(self.transform) * UP)
@@ -181,13 +165,15 @@ def covariance_norm(family: Family, sizes: Array, grown: float, noise: float) ->
 
 
 def _norm_of_disk(family: Family) -> Norm | None:
-    """Return a norm for all factors of a disk, None where there is none for the mean of the corners.
+    """Return a norm for all factors of a disk or all frequencies, None where there is none for the mean of the corners.
 
     P = A'PA + C'C + (A'PB + C'D) (I - D'D - B'PB)^-1 (B'PA + D'C) has a solution where there is one. Of somewhat larger
     disks and with e I for C'C there is room; the solution for the former alone scales the states, for the latter to
     mean the same for all of them.
     """
     n, still = len(family.centre) - family.still, np.eye(family.still)
+    if not n:
+        return Norm(still, family)
     _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
     scale = scale[:n] / scale[n:].mean()
     a, b, c, d = (family.centre[r, q] for r in (slice(n), slice(n, None)) for q in (slice(n), slice(n, None)))

@@ -18,8 +18,9 @@ from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.noise.noise_map import noise_map
+from proofmass.runner.analysis.response.response import response_of
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, Claim
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -58,6 +59,8 @@ def value_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> 
 def quantity_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[float, float]:
     """Return a quantity of a sensor, and what rounding may make of it; raises `ModelError` as `value_there` does."""
     planned = plan(with_parameters(graph, parameters))
+    if claim.kind == PEAK:
+        return _peak(planned, claim)
     return _noise(planned, claim) if claim.kind == RMS else quantity_about(linearised(planned), claim)
 
 
@@ -73,6 +76,13 @@ def quantity_about(about: Linearisation, claim: Claim) -> tuple[float, float]:
     except ModelError:
         return -claim.sign * math.inf, 0.0
     return settled.values()[0], settled.rounding
+
+
+def _peak(planned: Plan, claim: Claim) -> tuple[float, float]:
+    """Return the largest gain of a response, infinite if it does not settle, and what rounding may make of it."""
+    source, target = (node_of(planned, signal) for signal in (claim.loop, claim.open_at))
+    found = response_of(linearised(planned), source, target)
+    return (found.peak[1], _ROUNDING * found.peak[1]) if found.wires.radius < 1.0 else (math.inf, 0.0)
 
 
 def _noise(planned: Plan, claim: Claim) -> tuple[float, float]:

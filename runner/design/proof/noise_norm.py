@@ -15,25 +15,25 @@ its vector w = M^-1 C'u, the slope A w (A w)' - w w'.
 
 import math
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from functools import partial
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from proofmass.runner.analysis.noise.noise_map import summed
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined, shares_of
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
+from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.host.arrays import Array
 
 _SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maxima that are descended
-_STEPS = 60  # of each descent
 _WIDER = (0.0, 1e-4, 1e-3, 1e-2, 1e-1, 1.0, 10.0)  # parts of the largest part of Q that begin in all directions
 _SPARE = 1e-10  # of the norm, beside what lies beyond the corners
 _UNKNOWN, _KNOWN = 3.3, 2.02  # by which the square of a norm leaves room for that, by its Frobenius norm and in the end
-_NOWHERE = 1e3
 
 
 def with_noise(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
@@ -87,12 +87,14 @@ def norm_of_noise(of: OpenCorners, limit: float, widths: Sequence[float], start:
     if first is None:
         return None
     first = first if first.contracts() else first.improved()
-    root = _root(first, family)
-    return None if root is None else Norm(np.asarray(scipy.linalg.block_diag(root, np.eye(family.still))), family)
+    try:
+        return Norm(np.asarray(scipy.linalg.block_diag(_root(first, family), np.eye(family.still))), family)
+    except np.linalg.LinAlgError:
+        return None
 
 
-def _root(first: Norm, family: Family) -> Array | None:
-    """Return T of the least bound that is found, None where no Q is found at all."""
+def _root(first: Norm, family: Family) -> Array:
+    """Return T of the least bound that is found; raises `LinAlgError` where no Q is found at all."""
     n = len(first.transform)
     assert family.noise is not None
     entering = first.inverse @ family.noise.middle[:, :n]
@@ -103,14 +105,10 @@ def _root(first: Norm, family: Family) -> Array | None:
         first.rest,
     )
     begin = corners.first()
-    if begin is None:
-        return None
-    s = corners.descended(begin)
-    unknown = np.abs(s) @ first.rest @ np.abs(np.linalg.inv(s))
-    known = corners.observed(s, _KNOWN * bound_of(unknown) + _SPARE)
-    if known is None:
-        return None
-    return np.asarray(first.transform @ np.linalg.inv(s * math.sqrt(float(known[0].max()) * (1.0 + _SPARE))))
+    s = descended(partial(corners.smooth, begin), begin.shape, _SHARPNESS) @ begin
+    beyond = np.abs(s) @ first.rest @ np.abs(np.linalg.inv(s))
+    squares, _ = corners.observed(s, _KNOWN * bound_of(beyond) + _SPARE)
+    return np.asarray(first.transform @ np.linalg.inv(s * math.sqrt(float(squares.max()) * (1.0 + _SPARE))))
 
 
 @dataclass(frozen=True)
@@ -122,55 +120,40 @@ class _Corners:
     b: Array  # B B'
     rest: Array  # bounds of what lies beyond the corners, of A
 
-    def first(self) -> Array | None:
+    def first(self) -> Array:
         """Return the root of Q of the middle, with as much in all directions as it needs to serve at the corners."""
         a, c = self.a.mean(axis=0), self.c.mean(axis=0)
         q = summed(a.T, c.T @ c)
         unit = np.eye(len(a)) * (float(np.linalg.norm(q, 2)) or 1.0)
-        best, least = None, math.inf
+        roots = list[tuple[float, Array]]()
         for part in _WIDER:
-            try:
+            with suppress(np.linalg.LinAlgError):
                 root = np.asarray(np.linalg.cholesky(q + part * unit).T, dtype=np.float64)
-            except np.linalg.LinAlgError:
-                continue
-            value = self.smooth(np.zeros(root.size), root, _SHARPNESS[-1])[0]
-            if value < min(least, _NOWHERE):
-                best, least = root, value
-        return best
+                roots.append((self.smooth(root, np.eye(len(root)), _SHARPNESS[-1])[0], root))
+        if not roots:
+            raise np.linalg.LinAlgError
+        return min(roots, key=lambda one: one[0])[1]
 
-    def descended(self, begin: Array) -> Array:
-        """Return a root with a smaller bound."""
-        x = np.zeros(begin.size)
-        for sharpness in _SHARPNESS:
-            options = {"maxiter": _STEPS}
-            x = scipy.optimize.minimize(
-                self.smooth, x, args=(begin, sharpness), jac=True, method="L-BFGS-B", options=options
-            ).x
-        return np.asarray((np.eye(len(begin)) + x.reshape(begin.shape)) @ begin)
+    def observed(self, s: Array, spare: float) -> tuple[Array, Array]:
+        """Return the largest values of C M^-1 C', and their w.
 
-    def observed(self, s: Array, spare: float) -> tuple[Array, Array] | None:
-        """Return the largest values of C M^-1 C', and their w; None where M, less a part of Q, is not positive."""
+        Raises `LinAlgError` where M, less a part of Q, is not positive, or nothing is observed.
+        """
         q = s.T @ s
-        try:
-            lower = np.linalg.cholesky((1.0 - spare) * q - np.swapaxes(self.a, 1, 2) @ q @ self.a)
-            u, sizes, _ = np.linalg.svd(np.linalg.solve(lower, np.swapaxes(self.c, 1, 2)), full_matrices=False)
-        except np.linalg.LinAlgError:
-            return None
+        lower = np.linalg.cholesky((1.0 - spare) * q - np.swapaxes(self.a, 1, 2) @ q @ self.a)
+        u, sizes, _ = np.linalg.svd(np.linalg.solve(lower, np.swapaxes(self.c, 1, 2)), full_matrices=False)
+        if not (sizes[:, 0] > 0.0).all():
+            raise np.linalg.LinAlgError
         w = np.linalg.solve(np.swapaxes(lower, 1, 2), u[:, :, :1] * sizes[:, None, :1])[:, :, 0]
         return np.asarray(sizes[:, 0] ** 2), np.asarray(w, dtype=np.float64)
 
-    def smooth(self, x: Array, begin: Array, sharpness: float) -> tuple[float, Array]:
-        """Return the logarithm of the bound for (I + X) S, with its slopes."""
-        s = (np.eye(len(begin)) + x.reshape(begin.shape)) @ begin
-        back = np.linalg.inv(s)
-        before, after = np.abs(s) @ self.rest, self.rest @ np.abs(back)
-        unknown = before @ np.abs(back)
-        size = float(np.linalg.norm(unknown)) or 1e-300
+    def smooth(self, begin: Array, step: Array, sharpness: float) -> tuple[float, Array]:
+        """Return the logarithm of the bound for a step from a root, with its slopes."""
+        s = step @ begin
+        back = np.asarray(np.linalg.inv(s), dtype=np.float64)
+        size, size_by_s, size_by_back = unknown(s, self.rest, back)
         spare = _UNKNOWN * size + _SPARE
-        known = self.observed(s, spare)
-        if known is None or not (known[0] > 0.0).all():
-            return _NOWHERE, np.zeros(x.size)
-        squares, w = known
+        squares, w = self.observed(s, spare)
         entering = np.einsum("ij,kji->k", s.T @ s, self.b) + 1e-300
         moved = np.einsum("kij,kj->ki", self.a, w)
         value, slope, weights = 0.0, np.zeros_like(begin), entering
@@ -178,12 +161,9 @@ class _Corners:
             (entering, self.b),
             (squares, moved[:, :, None] * moved[:, None] - (1.0 - spare) * w[:, :, None] * w[:, None]),
         ):
-            logs = np.log(sizes)
-            parts = np.exp(sharpness * (logs - logs.max()))
-            value += float(logs.max()) + math.log(parts.sum()) / sharpness
-            weights = parts / parts.sum() / sizes
+            logarithm, parts = largest(np.log(sizes), sharpness)
+            value, weights = value + logarithm, parts / sizes
             slope += np.einsum("k,kij->ij", weights, slopes)
-        by_spare = float(weights @ np.sum((w @ s.T) ** 2, axis=1)) * _UNKNOWN / size
-        by_s = 2.0 * s @ slope + by_spare * np.sign(s) * (unknown @ after.T)
-        by_s -= by_spare * back.T @ (np.sign(back) * (before.T @ unknown)) @ back.T
-        return value, (by_s @ begin.T).ravel()
+        by_size = _UNKNOWN * float(weights @ np.sum((w @ s.T) ** 2, axis=1))
+        by_s = 2.0 * s @ slope + by_size * (size_by_s - back.T @ size_by_back @ back.T)
+        return value, by_s @ begin.T

@@ -28,12 +28,12 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, UNITS, Claim
+from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
+from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.known import KnownProofs
-from proofmass.runner.design.proof.quantity_claims import noise_claims, scale_factor_claims
+from proofmass.runner.design.proof.quantity_claims import scale_factor_claims, upper_claims
 from proofmass.runner.design.proof.search import BoxMaps, Searched
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
@@ -56,6 +56,7 @@ _Subject = tuple[
     Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
 ]  # a loop or path, and claims about it
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
+_STAY = "it is that of parameters that stay as they are"
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 
@@ -110,10 +111,12 @@ def prove(
     decay_rate: str = "",
     input: str = "",
     scale_factor: Mapping[str, Any] | None = None,
+    peak: Mapping[str, Any] | None = None,
     noise: Mapping[str, Any] | None = None,
     no_overflow: bool = False,
     rounding: Mapping[str, Any] | None = None,
     input_ranges: Mapping[str, Any] | None = None,
+    any_change: bool = False,
     bounds: bool = False,
     seconds: float = SECONDS,
     progress: Progress | None = None,
@@ -127,14 +130,17 @@ def prove(
     given, those that a loop requires, else 6 dB and 45 deg. A `disk_margin` such as "0.5", a `delay_margin` such as
     "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
 
-    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", and `noise` maps outputs to the most rms
-    that they may have. Without a limit, "", the nearest is looked for that can be proved. Where these are given, loops
-    count only if one is named, or a margin.
+    `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs to the largest gain
+    from the `input` at any frequency, and `noise` maps outputs to the most rms that they may have. Without a limit, "",
+    the nearest is looked for that can be proved. Where these are given, loops count only if one is named, or a margin.
 
     With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on. `rounding` maps
     outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
     Both hold for all that converters into fixed point can give; `input_ranges` has narrower ranges, such as
     "-1..1", of wires into a FixedQuantiser. Coefficients are those of the sensor as it is.
+
+    With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
+    within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
     search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
@@ -157,7 +163,11 @@ def prove(
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
-    wanted = [*scale_factor_claims(planned, input, scale_factor or {}), *noise_claims(planned, noise or {})]
+    wanted = [
+        *scale_factor_claims(planned, input, scale_factor or {}),
+        *upper_claims(planned, PEAK, peak or {}, input),
+        *upper_claims(planned, RMS, noise or {}),
+    ]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
     if input_ranges and not no_overflow and not rounding:
         raise ModelError([_of_nothing(", ".join(input_ranges))])
@@ -167,7 +177,7 @@ def prove(
         (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in loops.items()
     ]
-    claims += quantities
+    claims = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in [*claims, *quantities]]
     proofs = list[MarginProof]()
     digital = list[DigitalProof]()
     of_digital = [""] * no_overflow + [*(rounding or {})]
@@ -197,7 +207,8 @@ def _path(planned: Plan, claim: Claim) -> Callable[[], StartingPath | StartingNo
     target = node_of(planned, claim.open_at)
     if claim.kind == RMS:
         return partial(StartingNoise, planned, target)
-    return partial(StartingPath, planned, node_of(planned, claim.loop), target)
+    kind = StartingResponse if claim.kind == PEAK else StartingPath
+    return partial(kind, planned, node_of(planned, claim.loop), target)
 
 
 def prove_margin(
@@ -258,8 +269,8 @@ def _proofs(
             now, claim = time.monotonic(), replace(wish, period=starting.period)
             search_ends = now + (end - now) / left
             left -= 1
-            if claim.kind == "delay margin" and starting.values > 1:
-                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, _WHOLE_DELAYS), 0.0)
+            if why := _why_open(claim, starting.values):
+                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
                 continue
             if not math.isfinite(claim.limit):
                 yield attempt.bounded(claim, search_ends)
@@ -271,6 +282,13 @@ def _proofs(
             elif bounds and proof.status == "proved" and claim.unit:
                 proof = attempt.tightened(proof, search_ends)
             yield proof
+
+
+def _why_open(claim: Claim, values: int) -> str:
+    """Return why a claim is not searched, "" for one that is."""
+    if claim.any_change and claim.kind in ("delay margin", SCALE_FACTOR):
+        return _STAY
+    return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
 def _starting(planned: Plan, node: Endpoint) -> StartingLoop:

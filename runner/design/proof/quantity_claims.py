@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, s
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.quantities import checked_quantity
-from proofmass.runner.design.proof.claim import RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.claim import PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.plan.planned import Plan
 
 _DOTS = ".."
@@ -36,20 +36,24 @@ def scale_factor_claims(planned: Plan, source: str, wanted: Mapping[str, Any]) -
         ]
 
 
-def noise_claims(planned: Plan, wanted: Mapping[str, Any]) -> Iterator[list[Claim]]:
-    """Yield the claim about the noise of each output: of one without a limit, a bound that is looked for.
+def upper_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: str = "") -> Iterator[list[Claim]]:
+    """Yield the claim about the noise or peak of each output: of one without a limit, a bound that is looked for.
 
     Raises `ModelError` for what is not there and for limits in other units.
     """
     for output, limit in wanted.items():
         try:
-            quantity = checked_quantity({"noise": output}, planned.graph)
+            if kind == PEAK and not source:
+                raise Refusal("a peak needs an input", "name an output of a source", key="input")
+            of_peak = {"response": output, "figure": "peak", "input": source}
+            quantity = checked_quantity({"noise": output} if kind == RMS else of_peak, planned.graph)
             most = math.inf if limit in (None, "") else number_of(limit, quantity.unit)
             if not most > 0.0:
                 raise Refusal("must be above zero", got=shown(limit))
         except Refusal as error:
-            raise ModelError([_refused(error, output, "noise")]) from None
-        yield [Claim("", inside(planned.graph.root, output), RMS, most, most=True, unit_of_quantity=quantity.unit)]
+            raise ModelError([_refused(error, output, kind)]) from None
+        loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
+        yield [Claim(loop, open_at, kind, most, most=True, unit_of_quantity=quantity.unit)]
 
 
 def both_ends(limits: Any, unit: str) -> tuple[float, float]:

@@ -11,17 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.linalg
-import scipy.optimize
 
 from proofmass.runner.design.proof.at_rest import at_rest
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners
 from proofmass.runner.design.proof.contraction import Norm, covariance_norm, first_norm
+from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.host.arrays import Array
 
 _NOISE = (1e-1, 1e-2)  # of covariances, in all directions
 _GROWN = 1.2  # by which they count what the matrix does
 _SHARPNESS = (20.0, 200.0, 2_000.0)  # of the smooth maximum that is descended
-_STEPS = 60  # of each descent
 _ENOUGH = 0.95  # a norm with which a descent ends
 
 
@@ -31,6 +30,7 @@ class Start:
 
     transform: Array
     left: Array | None = None
+    alone: bool = False  # it serves, or none does
 
 
 def norm_at_rest(of: OpenCorners, limit: float, widths: Sequence[float], start: Start | None) -> Norm | None:
@@ -83,36 +83,18 @@ def _descended(first: Norm, family: Family) -> tuple[Array, Array]:
     k = unit - first.corners.middle
 
     def smooth(both: Array, sharpness: float) -> tuple[float, Array]:
-        x, y = both.reshape(2, n, n)
-        right, left = unit + x, unit + y
+        right, left = both
         u, sizes, v = np.linalg.svd(unit - left @ k @ right)
-        logs = np.log(sizes[:, 0] + 1e-300)
-        parts = np.exp(sharpness * (logs - logs.max()))
-        weights = parts / parts.sum() / (sizes[:, 0] + 1e-300)
+        value, parts = largest(np.log(sizes[:, 0] + 1e-300), sharpness)
+        weights = parts / (sizes[:, 0] + 1e-300)
         ahead = np.einsum("kij,kj->ki", k @ right, v[:, 0])
         back = np.einsum("kji,kj->ki", left @ k, u[:, :, 0])
         by_left = -np.einsum("k,ki,kj->ij", weights, u[:, :, 0], ahead)
         by_right = -np.einsum("k,ki,kj->ij", weights, back, v[:, 0])
-        before, after = np.abs(left) @ rest, rest @ np.abs(right)
-        unknown = before @ np.abs(right)
-        size = float(np.linalg.norm(unknown)) or 1e-300
-        by_right += np.sign(right) * (before.T @ unknown) / size
-        by_left += np.sign(left) * (unknown @ after.T) / size
-        value = logs.max() + math.log(parts.sum()) / sharpness + size
-        return value, np.concatenate([by_right.ravel(), by_left.ravel()])
+        size, size_by_left, size_by_right = unknown(left, rest, right)
+        return value + size, np.array([by_right + size_by_right, by_left + size_by_left])
 
-    def enough(intermediate_result: scipy.optimize.OptimizeResult) -> None:
-        if intermediate_result.fun < math.log(_ENOUGH):
-            raise StopIteration
-
-    both = np.zeros(2 * n * n)
-    for sharpness in _SHARPNESS:
-        if smooth(both, sharpness)[0] < math.log(_ENOUGH):
-            break
-        both = scipy.optimize.minimize(
-            smooth, both, args=(sharpness,), jac=True, method="L-BFGS-B", callback=enough, options={"maxiter": _STEPS}
-        ).x
-    x, y = both.reshape(2, n, n)
-    turned = first.transform @ (unit + x)
+    right, left = descended(smooth, (2, n, n), _SHARPNESS, math.log(_ENOUGH))
+    turned = first.transform @ right
     assert family.left is not None
-    return np.asarray(turned), np.asarray(turned @ (unit + y) @ first.inverse @ family.left)
+    return np.asarray(turned), np.asarray(turned @ left @ first.inverse @ family.left)

@@ -2,6 +2,8 @@
 
 The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved into it.
 
+Under any change of the parameters one norm has to serve all of their box: their sides are halved for its sake alone.
+
 A box is halved along the coordinate that lies furthest beyond its corners, or, where these do not contract, along the
 one that moves most. Halves begin with the norm of the whole.
 """
@@ -22,10 +24,12 @@ from proofmass.runner.design.proof.at_rest import keeps_side, none_settles, scal
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, Claim
 from proofmass.runner.design.proof.closed_loop import (
+    DISK,
     NOISE,
     REST,
+    THROUGH,
     Disc,
     Factor,
     Family,
@@ -47,6 +51,8 @@ _KEPT = 4_096  # maps of boxes
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
 _AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
 _AT_THE_LIMIT = "the value of a sensor lies too near the limit"
+_NOT_IN_ONE = "no norm is found that serves all of the tolerances at once"
+_TOGETHER = "a wire has several values in a period: all frequencies that one of them shows at count together"
 _STAYS = "something on the way does not decay, though it may not show"
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
 
@@ -77,7 +83,7 @@ class BoxMaps:
     """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
     def __init__(self, loop: StartingLoop | StartingPath | StartingNoise, parameters: _Parameters) -> None:
-        self._loop, self._parameters = loop, parameters
+        self._loop, self._parameters, self.values = loop, parameters, loop.values
         self._known: dict[Sides, OpenCorners] = {}
 
     def family(self, box: Sides, factor: Factor) -> Family:
@@ -137,10 +143,11 @@ class ProofSearch:
     known: Mapping[Sides, Start] = field(default_factory=dict)  # boxes that an earlier search proved, with their norms
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
-        """Return a point of a box that breaks the claim: its middle if that does not decay, or a corner."""
-        if (norm is None or radius_of(norm.family) >= 1.0) and self.breaks(box):
+        """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
+        for_all = self.claim.factor in (DISK, THROUGH)  # whose poles lie in the circle all the same
+        if (norm is None or radius_of(norm.family) >= 1.0 or (for_all and norm.worst() >= 1.0)) and self.breaks(box):
             return box
-        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in QUANTITIES else None
+        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in AT_CORNERS else None
         return corner if corner is not None and self.breaks(corner) else None
 
     def _broken_among(self, left: Sequence[tuple[Sides, Start | None]], is_late: Callable[[], bool]) -> Sides | None:
@@ -156,6 +163,10 @@ class ProofSearch:
 
     @property
     def _stuck(self) -> str:
+        if self.claim.any_change:
+            return _NOT_IN_ONE
+        if self.claim.kind == PEAK and self.maps.values > 1:
+            return _TOGETHER
         return _AT_THE_LIMIT if self.claim.kind in QUANTITIES else _AT_THE_BOUNDARY
 
     def _stays(self, box: Sides) -> bool:
@@ -203,8 +214,9 @@ class ProofSearch:
                     weights[-1] *= _FACTORS_FIRST
                 if disc is not None and self._stays(box):
                     return Searched("open", tuple(leaves), boxes, _part(leaves, whole), box, _STAYS)
-                halves = _halves(box, weights, whole)
-                start = start if norm is None else Start(norm.transform, norm.family.left)
+                halves = _halves(box, weights, whole, self._sides(norm, box, whole))
+                alone = self.claim.any_change and any(half[:-1] != whole[:-1] for half in halves)
+                start = start if norm is None else Start(norm.transform, norm.family.left, alone)
             if not halves:
                 broken = self._broken_among(left, is_late)
                 if broken is not None:
@@ -213,7 +225,21 @@ class ProofSearch:
             left += [(half, start) for half in halves]
         if late:
             return Searched("open", tuple(leaves), boxes, _part(leaves, whole), late[0], "the time is up")
+        if self.claim.any_change and not _have_one_norm(leaves):
+            return Searched("open", (), boxes, 0.0, None, _NOT_IN_ONE)
         return Searched("proved", tuple(leaves), boxes, 1.0)
+
+    def _sides(self, norm: Norm | None, box: Sides, whole: Sides) -> range:
+        """Return the sides that may be halved.
+
+        Under any change these are those of parameters while the norm of all of them serves the corners, which then has
+        to serve what lies between; else that of the factor.
+        """
+        last = len(box) - 1
+        if not self.claim.any_change:
+            return range(last + 1)
+        serves = norm is not None and norm.family.noise is None and norm.worst() < 1.0
+        return range(0 if serves else last, last + (box[:-1] == whole[:-1]))
 
     def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Disc]:
         """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
@@ -229,7 +255,7 @@ class ProofSearch:
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]
-        return _norm(best, self.known.get(box, start)), disc
+        return _norm(best, start if start is not None and start.alone else self.known.get(box, start)), disc
 
     def _towards_known(self, box: Sides) -> list[Sides]:
         """Return halves of a box of which some parts are known, none if it has no such parts or is one."""
@@ -244,9 +270,18 @@ class ProofSearch:
         return []
 
 
+def _have_one_norm(leaves: Sequence[ProvedRegion]) -> bool:
+    """Return whether boxes of all parameters have one norm for each part of the factors."""
+    norms = {leaf.box[-1]: leaf.norm.transform for leaf in leaves}
+    apart = all(one[1] <= other[0] for one, other in itertools.pairwise(sorted(norms)))
+    return apart and all(np.array_equal(leaf.norm.transform, norms[leaf.box[-1]]) for leaf in leaves)
+
+
 def _norm(family: Family, start: Start | None) -> Norm | None:
     """Return a norm for a box, that of its whole if it serves; None where the middle does not decay."""
     given = None if start is None else Norm(start.transform, family)
+    if start is not None and start.alone:
+        return given
     if given is not None and (given.contracts() or given.worst() < 1.0 - _NEARLY):
         return given
     own = first_norm(family)
@@ -297,10 +332,9 @@ def _widths(box: Sides, whole: Sides) -> list[float]:
     return [(b - a) / (high - low) if high > low else 0.0 for (a, b), (low, high) in zip(box, whole, strict=True)]
 
 
-def _halves(box: Sides, weights: Sequence[float], whole: Sides) -> list[Sides]:
-    """Return both halves along the side of the largest weight, none where all sides with one are too fine."""
-    widths = _widths(box, whole)
-    wide = [w if w > _FINEST else 0.0 for w in widths]
+def _halves(box: Sides, weights: Sequence[float], whole: Sides, sides: range) -> list[Sides]:
+    """Return both halves along the one of some sides with the largest weight, none where all of them are too fine."""
+    wide = [w if w > _FINEST and place in sides else 0.0 for place, w in enumerate(_widths(box, whole))]
     weighted = [w if width else 0.0 for w, width in zip(weights, wide, strict=True)]
     place = int(np.argmax(weighted if any(weighted) else wide))
     if not wide[place]:

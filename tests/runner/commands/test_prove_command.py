@@ -114,6 +114,29 @@ def test_a_limit_of_noise(loop: str, capsys: Captured) -> None:
     assert json.loads(capsys.readouterr().out)["rms"] > 0.005
 
 
+def test_a_limit_of_a_peak(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--input", "wanted.output", "--peak"]
+    assert main([*words, "plant.output=1.01", "--out", "proof.json", "--quiet"]) == 0
+    shown = capsys.readouterr().out
+    assert "from wanted.output to plant.output" in shown
+    assert "peak of at most 1.01  proved" in shown
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "wanted.output to plant.output, peak of at most 1.01: " in capsys.readouterr().out
+    assert main([*words, "plant.output=0.99"]) == 1
+    assert "refuted" in capsys.readouterr().out
+    assert main(["prove", loop, "--peak", "plant.output=1"]) == 1
+    assert "a peak needs an input" in capsys.readouterr().err
+
+
+def test_parameters_may_change_from_period_to_period(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--any-change", "--out", "proof.json", "--quiet"]
+    assert main([*words, "--json"]) == 0
+    claims = [one["claim"] for one in json.loads(capsys.readouterr().out)["proofs"]]
+    assert claims[:2] == ["stable under any change", "gain margin of at least 6 dB under any change"]
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "main, stable under any change: 1 box" in capsys.readouterr().out
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

@@ -142,6 +142,19 @@ loud = {{ quantity = {{ noise = "plant.output" }}, at_most = {0.98 * worst}, {VA
     assert 0.98 * worst < found["loud"].value < 1.001 * worst
 
 
+def test_peaks_that_are_proved() -> None:
+    """From what is wanted to the plant the gain is a / (z^2 - z + a), with real poles: at most that at rest, 1."""
+    of = '{ quantity = { response = "plant.output", input = "wanted.output", figure = "peak" }'
+    text = (
+        INTEGRATING
+        + f"\n[requirements]\nlow = {of}, at_most = 1.001, {VARIED}\nhigh = {of}, at_most = 0.99, {VARIED}\n"
+    )
+    found = {f.id: f for f in verify(Measurements(read_graph_text(text), None)) if f.id in ("low", "high")}
+    assert (found["low"].met, found["high"].met) == (True, False)
+    assert found["high"].value == pytest.approx(1.0)
+    assert found["low"].quantity == "peak from wanted.output to plant.output, proved"
+
+
 def test_scale_factors_that_are_proved() -> None:
     """The plant settles to what is wanted, whatever its gain."""
     of = '{ quantity = { scale_factor = "plant.output", input = "wanted.output" }'

@@ -55,6 +55,14 @@ def test_other_claims_are_proved_up_to_their_closed_forms(part: float, proved: P
     ]
 
 
+@pytest.mark.defect("S790", before="a disk 0.01 % beyond the least there is: open", after="refuted")
+def test_a_disk_a_little_beyond_its_closed_form_is_refuted() -> None:
+    (*_, disk) = prove(GRAPH, tolerances=WITHIN, disk_margin=f"{1.0001 * DISK}").proofs
+    assert disk.status == "refuted"
+    gain = (disk.counterexample or {})["gain.gain"] * 1e-3
+    assert 2.0 * (2.0 - gain) / (2.0 + gain) < 1.0001 * DISK
+
+
 def test_other_claims_beyond_their_closed_forms_are_refuted_by_a_sensor() -> None:
     found = proofs(1.05)
     assert status(found) == ["proved"] * 3 + ["refuted"] * 3
