@@ -24,7 +24,7 @@ def prototype_of(shape: str, order: int) -> tuple[Prototype, object]:
         "chebyshev_type1": lambda: (prototypes.chebyshev_type1(order, 0.7), signal.cheb1ap(order, 0.7)),
         "chebyshev_type2": lambda: (prototypes.chebyshev_type2(order, 33.0), signal.cheb2ap(order, 33.0)),
         "elliptic": lambda: (elliptic(order, 0.4, 45.0), signal.ellipap(order, 0.4, 45.0)),
-    }[shape]()  # type: ignore[no-untyped-call]
+    }[shape]()
 
 
 def sorted_pairs(values: np.ndarray) -> np.ndarray:  # type: ignore[type-arg]
@@ -38,7 +38,7 @@ def test_poles_zeros_and_response(shape: str, order: int, stop: bool) -> None:
     made, analog = prototype_of(shape, order)
     for low, high in BANDS:
         t1, t2 = (math.tan(math.pi * f / RATE) for f in (low, high))
-        turned = (signal.lp2bs_zpk if stop else signal.lp2bp_zpk)(*analog, wo=math.sqrt(t1 * t2), bw=t2 - t1)  # type: ignore[misc]
+        turned = (signal.lp2bs_zpk if stop else signal.lp2bp_zpk)(*analog, wo=math.sqrt(t1 * t2), bw=t2 - t1)
         zeros, poles, gain = signal.bilinear_zpk(*turned, fs=0.5)
         sections = np.reshape(banded(made, order, stop, low, high, 1.0 / RATE), (4, 5))
         used = sections[: order + order % 2] if order % 2 == 0 else sections[:order]

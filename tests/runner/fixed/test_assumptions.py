@@ -231,4 +231,5 @@ def test_no_value_is_ever_outside(number: int) -> None:
         for operation in program.operations:
             low, high = known.interval(operation)
             exact = hull(runs, operation)
-            assert operation.low <= low <= exact[0] and exact[1] <= high <= operation.high
+            assert operation.low <= low <= exact[0]
+            assert exact[1] <= high <= operation.high

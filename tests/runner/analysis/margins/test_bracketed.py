@@ -68,7 +68,8 @@ def test_many_at_once_are_each_as_alone() -> None:
         return x**3 - sizes if sizes is not None else x**3 - v[np.argmin(np.abs(x[:, None] ** 3 - v), axis=1)]
 
     assert zeros_between(curve, low, high) == pytest.approx(np.cbrt(v), rel=4e-15, abs=1e-15)
-    assert names[:3] == [6, 6, 3] and max(names[3:]) == 3
+    assert names[:3] == [6, 6, 3]
+    assert max(names[3:]) == 3
     assert len(zeros_between(curve, np.zeros(0), np.zeros(0))) == 0
 
 
