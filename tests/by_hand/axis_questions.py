@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.runner.analysis.margins.axis import Axis
-from tests.by_hand.axis_by_grid import ByGrid
+from tests.by_hand.axis_by_grid import ByGrid, Numbers, Places
 
 
 def compared(axis: Axis, loop: ByGrid, rel: float = 1e-8) -> None:
@@ -58,16 +58,23 @@ def ends(axis: Axis, loop: ByGrid) -> None:
         assert (last in axis.phase_crossings()) == (last.lag == 0.0)
 
 
+def sensitivity(value: Places) -> Numbers:
+    """|S|."""
+    return np.abs(1.0 / (1.0 + value))
+
+
+def difference(value: Places) -> Numbers:
+    """|S - T|."""
+    return np.abs((1.0 - value) / (1.0 + value))
+
+
 def peaks(axis: Axis, loop: ByGrid) -> None:
     """The largest |S| and |S - T|, and where |T| has fallen by 3 dB."""
     poles = loop.closed_poles()
     on = np.abs(np.abs(poles) - 1.0) < 1e-6 if loop.sampled else np.abs(poles.real) < 1e-6 * np.abs(poles)
     if on.any():
         return
-    for (w, found), measure in (
-        (axis.sensitivity(), lambda value: np.abs(1.0 / (1.0 + value))),
-        (axis.difference(), lambda value: np.abs((1.0 - value) / (1.0 + value))),
-    ):
+    for (w, found), measure in ((axis.sensitivity(), sensitivity), (axis.difference(), difference)):
         assert found == pytest.approx(loop.largest(measure), rel=1e-6)
         if 0.0 < w < math.inf:
             assert found == pytest.approx(

@@ -161,7 +161,7 @@ def test_values(name: str) -> None:
     values = PolynomialValues(polynomial)
     sizes = [abs(int(v)) for v in polynomial.coeffs()]
     assert 2 ** (values.octaves - 1) <= max(sizes) < 2**values.octaves
-    found = values(1.0 + PLACES, PLACES)
+    found = values((1.0 + PLACES).astype(np.complex128), PLACES)
     for place, value in zip(PLACES.tolist(), found.tolist(), strict=True):
         truth = (
             exact(polynomial, place)
