@@ -142,6 +142,11 @@ def test_a_number_as_a_condition() -> None:
     assert known.interval(a) == (-6, 9)
     known.assume(total, False)
     assert known.interval(a) == (4, 4)
+    for low, high in ((0, 14), (-3, 1)):  # one end as of a truth
+        number = program.input(f"to {high}", low, high)
+        known.clear()
+        known.assume(number, True)
+        assert known.interval(number) == (low, high)
     positive = program.narrow(program.make("less", a, b), 0, 1)
     known.clear()
     known.assume(program.narrow(program.make("add", b, program.constant(3)), 0, 14), False)

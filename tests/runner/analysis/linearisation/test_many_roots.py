@@ -161,7 +161,7 @@ def test_values(name: str) -> None:
     values = PolynomialValues(polynomial)
     sizes = [abs(int(v)) for v in polynomial.coeffs()]
     assert 2 ** (values.octaves - 1) <= max(sizes) < 2**values.octaves
-    found = values(1.0 + PLACES, PLACES)
+    found = values((1.0 + PLACES).astype(np.complex128), PLACES)
     for place, value in zip(PLACES.tolist(), found.tolist(), strict=True):
         truth = (
             exact(polynomial, place)
@@ -185,7 +185,7 @@ def test_newton_steps(name: str) -> None:
     polynomial = POLYNOMIALS[name]
     slope = polynomial.derivative()
     places = np.concatenate([PLACES, [0.7 + 0.2j, 3.0, -5.0 + 2.0j, -2.0 - 1e-3j]])
-    steps, errors = PolynomialValues(polynomial).ratio(places)
+    steps, errors = PolynomialValues(polynomial).ratio(places.astype(np.complex128))
     largest = 0.0
     for place, step, error in zip(places.tolist(), steps.tolist(), errors.tolist(), strict=True):
         z = flint.acb(1) + flint.acb(place.real, place.imag)
