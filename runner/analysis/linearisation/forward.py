@@ -1,5 +1,6 @@
 """Runs to an operating point: in plain Python at first, in machine code once that takes long."""
 
+import threading
 import time
 from collections.abc import Hashable, Sequence
 from collections.abc import Set as AbstractSet
@@ -174,6 +175,7 @@ class Onward:
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
         self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, list[list[float]]]] = {}
+        self._recording = threading.Lock()  # sensors of a study that are alike ask in threads
         self._integers = dict[Hashable, list[list[int]]]()
 
     def at(self, tick: int) -> Memory:
@@ -192,13 +194,14 @@ class Onward:
         like, blocks = self.course.like, self.course.plan.blocks
         if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in alone):
             return like.onward(0).wires(nodes, ticks, alone)
-        run, rows = self._recorded.get(tuple(nodes), (None, []))
-        if len(rows) < ticks:
-            code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
-            run, rows = (code, []) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
-            rows += run.wires(nodes, self.begin.tick + ticks)
-            self._recorded[tuple(nodes)] = run, rows
-        return rows[:ticks]
+        with self._recording:
+            run, rows = self._recorded.get(tuple(nodes), (None, []))
+            if len(rows) < ticks:
+                code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
+                run, rows = (code, []) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
+                rows += run.wires(nodes, self.begin.tick + ticks)
+                self._recorded[tuple(nodes)] = run, rows
+            return rows[:ticks]
 
     def integers(self, names: Sequence[str], rings: Rings, ticks: int, periods: int) -> list[list[int]]:
         """Return the integers and truth values of blocks after 0, 1, 2 and so on periods of so many ticks each."""

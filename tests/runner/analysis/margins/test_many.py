@@ -1,15 +1,17 @@
 """Margins of many sensors at once: against the certified path one by one, alone and together, near limits."""
 
 import math
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
 
 import proofmass
-from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Notch, Step, Sum, UnitDelay
+from proofmass.blocks import Constant, Difference, DiscreteTransferFunction, Gain, Negation, Notch, Step, Sum, UnitDelay
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.changes import changed_blocks
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.margins.many import ManyMargins, margins_alone
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan, varied
@@ -103,6 +105,31 @@ def test_a_switch_at_another_time_is_not_that_of_the_first() -> None:
     (values,) = ManyMargins(planned, "0 s").values([late])
     assert values == pytest.approx(margins_alone(late, "0 s"), rel=1e-12)
     assert values != pytest.approx(margins_alone(planned, "0 s"), rel=1e-3)
+
+
+def test_threads_share_what_follows_the_time_alone() -> None:
+    """x[n + 1] = x[n] - g x[n], where a step adds to g after 5 s: each sensor looks at 10,000 ticks of it."""
+    graph = Graph(
+        name="slow",
+        rate="1 kHz",
+        blocks={
+            **{"error": Negation(), "gain": Gain(), "sum": Sum(), "delay": UnitDelay(), "level": Sum()},
+            **{"step": Step(amplitude=1e-3, start_time=5.0), "one": Constant(value=1e-3)},
+        },
+        wires=[
+            *("delay.output -> error.input", "error.output -> gain.input", "gain.output -> sum.first"),
+            *("delay.output -> sum.second", "sum.output -> delay.input", "level.output -> gain.gain"),
+            *("step.output -> level.first", "one.output -> level.second"),
+        ],
+        loops={"main": {"open_at": "gain.output"}},
+    )
+    planned = plan(graph)
+    sensors = [varied(planned, changed_blocks(planned.blocks, {"error.unit": "1"})) for _ in range(6)]
+    alone = [margins_alone(sensor, "0 s") for sensor in sensors]
+    for _ in range(2):
+        shared = Course(planned)
+        with ThreadPoolExecutor(6) as pool:
+            assert list(pool.map(lambda sensor, like=shared: margins_alone(sensor, "0 s", like), sensors)) == alone
 
 
 @pytest.mark.exhaustive(but=8)
