@@ -7,7 +7,7 @@ from typing import Any, NamedTuple, TypeAlias
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.host.arrays import AnyArray
+from proofmass.runner.host.arrays import AnyArray, Array
 from proofmass.runner.plan.keys import (
     ConstantOf,
     Given,
@@ -110,19 +110,22 @@ class CompiledLoop:
         """Return the single numbers that move, each with its type."""
         return ((key, kind) for key, (kind, _) in self._written.memory.kinds.items())
 
-    def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
+    def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
+        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick."""
         return self.numbers([WireOf(*node) for node in nodes], last)
 
-    def numbers(self, keys: Sequence[Moving], last: int, every: int = 1) -> list[list[float]]:
-        """Run up to, not including, the tick `last`, and return what some single numbers are after `every` tick."""
-        kinds, rows = self._written.memory.kinds, list[list[float]]()
-        places = [kinds[key] for key in keys]
-        held = [(self._state[FLOATS if kind is float else INTEGERS], index) for kind, index in places]
+    def numbers(self, keys: Sequence[Moving], last: int, every: int = 1) -> Array:
+        """Run up to, not including, the tick `last`, and return some single numbers: a row for `every` tick."""
+        places = [self._written.memory.kinds[key] for key in keys]
+        floats = np.array([kind is float for kind, _ in places], dtype=bool)
+        read = np.array([index for _, index in places], dtype=np.int64)
+        columns = [(self._state[kind], read[own], own) for kind, own in ((FLOATS, floats), (INTEGERS, ~floats))]
+        rows = np.zeros((max(0, -(-(last - self.tick) // every)), len(places)))
         addresses = [array.ctypes.data for array in self.arrays(())]
-        while self.tick < last:
+        for row in rows:
             self._loop(self.tick, self.tick + every, self.seed, self.run, *addresses)
-            rows.append([float(array[index]) for array, index in held])
+            for array, at, own in columns:
+                row[own] = array[at]
             self.tick += every
         return rows
 

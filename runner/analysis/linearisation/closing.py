@@ -21,7 +21,7 @@ def jumps(run: CompiledLoop, blocks: Collection[str]) -> list[int]:
     ]
     if not counters:
         return []
-    steps = np.diff(np.array(run.numbers(counters, run.tick + LONGEST)), axis=0)
+    steps = np.diff(run.numbers(counters, run.tick + LONGEST), axis=0)
     jumped = steps[1:] != steps[:-1]
     rare = jumped.mean(axis=0) <= _OFTEN
     return (1 + np.flatnonzero(jumped[:, rare].any(axis=1))).tolist()

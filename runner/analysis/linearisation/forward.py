@@ -7,9 +7,12 @@ from collections.abc import Set as AbstractSet
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
 from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.keys import StateField
 from proofmass.runner.plan.memory import Engine, Memory, start
@@ -174,7 +177,7 @@ class Onward:
         self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, of which each is a part
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
-        self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, list[list[float]]]] = {}
+        self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, Array]] = {}
         self._recording = threading.Lock()  # sensors of a study that are alike ask in threads
         self._integers = dict[Hashable, list[list[int]]]()
 
@@ -186,8 +189,8 @@ class Onward:
             self._memories[tick] = self._run.to(tick)
         return self._memories[tick]
 
-    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str]) -> list[list[float]]:
-        """Return what wires of one number hold in each of some ticks: those of blocks that run `alone`.
+    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str]) -> Array:
+        """Return what wires of one number hold, a row for each of some ticks: those of blocks that run `alone`.
 
         From tick 0 on they are found once for all courses that are alike, where these blocks are the same.
         """
@@ -195,11 +198,12 @@ class Onward:
         if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in alone):
             return like.onward(0).wires(nodes, ticks, alone)
         with self._recording:
-            run, rows = self._recorded.get(tuple(nodes), (None, []))
+            none = np.zeros((0, len(nodes)))
+            run, rows = self._recorded.get(tuple(nodes), (None, none))
             if len(rows) < ticks:
                 code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
-                run, rows = (code, []) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
-                rows += run.wires(nodes, self.begin.tick + ticks)
+                run, rows = (code, none) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
+                rows = np.concatenate([rows, run.wires(nodes, self.begin.tick + ticks)])
                 self._recorded[tuple(nodes)] = run, rows
             return rows[:ticks]
 
@@ -226,7 +230,7 @@ class Onward:
         fields = [(name, field) for name, state in states if state is not None for field in state._fields]
         keys = [StateField(*of) for of in fields if of not in places and kinds[StateField(*of)] is not float]
         rows = code.numbers(keys, memory.tick + periods * ticks, ticks)
-        return [[int(number) for number in row] for row in rows] if code.is_sound() else []
+        return rows.astype(np.int64).tolist() if code.is_sound() else []
 
     def _in_turn(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
         run, last = self.course.from_memory(memory), memory.tick + periods * ticks
@@ -240,10 +244,10 @@ class Alone(PartInterpreter):
     def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
         super().__init__(plan, 0, memory, blocks)
 
-    def wires(self, nodes: Sequence[Endpoint], last: int) -> list[list[float]]:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold in each tick."""
-        rows = list[list[float]]()
-        while self._memory.tick < last:
+    def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
+        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick."""
+        rows = np.zeros((max(0, last - self._memory.tick), len(nodes)))
+        for row in rows:
             self.advance(self._memory.tick + 1, ())
-            rows.append([float(self._memory.wires[node]) for node in nodes])
+            row[:] = [float(self._memory.wires[node]) for node in nodes]
         return rows

@@ -88,13 +88,17 @@ def judged(
 ) -> tuple[Verdict, tuple[Pole, ...]]:
     """Return verdict and poles of a closed transition matrix over some ticks, hidden modes included.
 
-    They are those of its parts: of states that all act on each other.
+    They are those of its parts, of states that all act on each other: what one part does to another moves no pole.
     """
-    parts = parts_of(closed)
-    if max(map(len, parts), default=0) > LARGEST_ORDER:
-        return together(_computed(closed, sampled))
-    balls = [root for part in parts for root in roots(characteristic(closed[np.ix_(part, part)]))]
-    return together(judge(balls, closed, sampled, variation, ticks))
+    found = list[Pole]()
+    for part in parts_of(closed if variation is None else np.abs(closed) + variation.change):
+        own = np.ix_(part, part)
+        if len(part) > LARGEST_ORDER:
+            found += _computed(closed[own], sampled)
+            continue
+        moved = variation and replace(variation, change=variation.change[own])
+        found += judge(roots(characteristic(closed[own])), closed[own], sampled, moved, ticks)
+    return together(found)
 
 
 def judge(
@@ -110,7 +114,8 @@ def judge(
     rounding = _ROUNDINGS * ticks * _EPSILON * np.abs(alike) * _inexact(alike)
     reach, moving = _LARGEST, np.zeros_like(rounding)
     if variation is not None:
-        slowest = min((distance for distance in distances if distance > _SLOWEST), default=1.0)
+        settling = 1.0 - np.abs(variation.poles)
+        slowest = float(np.min(settling, where=settling > _SLOWEST, initial=1.0))
         reach, moving = _MOVING, variation.change / scale[:, None] * scale * (1.0 + _SETTLING / slowest)
     poles: list[Pole] = []
     for root, distance in zip(balls, distances, strict=True):

@@ -23,6 +23,7 @@ from proofmass.runner.plan.memory import Memory
 
 _CHANGES, _LOOKS = 3, 8  # compared changes of one number, and comparisons in all
 _SHORT, _SHORT_TURN = 1024, 32  # base ticks and periods of the first search
+_ROWS = 256  # that are compared at a time
 _ROUNDING = 1e-9  # part of the size of a number below which a change counts as rounding
 
 
@@ -56,8 +57,7 @@ class Waiting:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
-        rows = self._onward.wires(self._wires, periods * self._ticks, self._alone)
-        return np.array(rows, dtype=float).reshape(periods, -1)
+        return self._onward.wires(self._wires, periods * self._ticks, self._alone).reshape(periods, -1)
 
     def counts(self, after: Callable[[int], Memory]) -> bool:
         """Return whether an integer or a truth value of a block that signals reach changes in a period."""
@@ -143,13 +143,23 @@ def _repetition(values: Array, longest: int) -> int:
     values = values[:, _turning(values)]
     if not values.shape[1]:
         return 0
-    near = _ROUNDING * np.max(np.abs(values), axis=0)
-    alike = np.flatnonzero((np.abs(values[1:] - values[0]) <= near).all(axis=1)) + 1
-    return next((n for n in alike.tolist() if n <= longest and _same_turns(values, n)), 0)
+    near = _rounding(values)
+    alike = np.flatnonzero((np.abs(values[1 : longest + 1] - values[0]) <= near).all(axis=1)) + 1
+    return next((n for n in alike.tolist() if _comes_again(values, n, near)), 0)
 
 
 def _same_turns(values: Array, number: int) -> bool:
     """Return whether what turns in the rows comes again after some."""
     values = values[:, _turning(values)]
-    near = _ROUNDING * np.max(np.abs(values), axis=0, initial=0.0)
-    return bool((np.abs(values[number:] - values[:-number]) <= near).all())
+    return _comes_again(values, number, _rounding(values))
+
+
+def _comes_again(values: Array, number: int, near: Array) -> bool:
+    """Return whether all rows come again after some: most that do not, differ among the first."""
+    later = values[number:]
+    parts = (slice(first, first + _ROWS) for first in range(0, len(later), _ROWS))
+    return all((np.abs(later[part] - values[: len(later)][part]) <= near).all() for part in parts)
+
+
+def _rounding(values: Array) -> Array:
+    return np.asarray(_ROUNDING * np.max(np.abs(values), axis=0, initial=0.0))
