@@ -39,31 +39,41 @@ class Dither:
 def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:
     """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
 
-    Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`.
+    Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`, and what is found
+    of their states, which quantisers of a loop share.
     """
     for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
         rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
         own = rows_of(whole, rows).between()
-        key = "dither", block, part, own.inputs, hashlib.sha256(own.matrix.tobytes()).digest()
+        key = "dither", block, part, own.inputs, _digest(own.matrix)
         if key not in kept:
-            kept[key] = _dither(block, part, own)
+            kept[key] = _dither(block, part, own, kept)
         yield kept[key]
 
 
-def _dither(block: str, part: str, whole: PeriodMap) -> Dither:
+def _dither(block: str, part: str, whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Dither:
     a, b, c, d = whole.parts()
-    lasting = Lasting(a)
+    variances = np.array([variance(name) for _, name, _ in whole.inputs])
+    of_modes, of_motion = ("modes", _digest(a)), ("motion", _digest(a), _digest(b), whole.inputs)
+    if of_modes not in kept:
+        kept[of_modes] = Lasting(a)
+    lasting: Lasting = kept[of_modes]
     if lasting.passes(b, c):  # a random walk
         return Dither(block, part, math.inf, math.inf)
     a, b, c = lasting.without(a, b, c)
-    variances = np.array([variance(name) for _, name, _ in whole.inputs])
-    p = summed(a, b * variances @ b.T)
+    if of_motion not in kept:
+        kept[of_motion] = summed(a, b * variances @ b.T)
+    p: Array = kept[of_motion]
     following = np.vstack([c[1:], c[:1] @ a]), np.vstack([d[1:], c[:1] @ b])
     squares = _squares(c, d, p, variances)
     changes = _squares(following[0] - c, following[1] - d, p, variances)
     if len(c) == 1 or len(d):  # the last change has errors of the next period too
         changes[-1] += float(np.sum(d[0] ** 2 * variances))
     return Dither(block, part, math.sqrt(float(np.min(squares))), math.sqrt(float(np.min(changes))))
+
+
+def _digest(matrix: Array) -> bytes:
+    return hashlib.sha256(matrix.tobytes()).digest()
 
 
 def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
