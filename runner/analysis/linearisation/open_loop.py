@@ -5,6 +5,7 @@ is stable if the zeros of det(I + L) lie inside the unit circle. Where slower bl
 period of the loop holds `per_period` values of the wire.
 """
 
+import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
@@ -148,6 +149,34 @@ class OpenLoop:
         value = transfer.mean(self._points(w.ravel()), _turns(w.ravel() * self.sample, self.per_period))
         return value.reshape(w.shape)
 
+    def turn(self, pole: complex) -> float:
+        """Return the angle by which a closed-loop mode turns in a period, in radians, as the wire shows it.
+
+        The pole tells it but for whole turns: the mode's strongest line at the wire tells these.
+        """
+        angle = cmath.phase(pole)
+        if self.continuous or self.per_period == 1:
+            return angle
+        values, vectors, maps = self._modes
+        x, shown = vectors[:, int(np.argmin(np.abs(values - pole)))], np.zeros(self.per_period, dtype=complex)
+        for k, (a, c) in enumerate(zip(maps.a, maps.c, strict=True)):
+            shown[k], x = c @ x, a @ x
+        steps = np.arange(self.per_period) / self.per_period
+        lines = np.abs(np.fft.fft(shown * np.exp(-steps * complex(math.log(abs(pole)), angle))))
+        turns = np.fft.fftfreq(self.per_period, 1.0 / self.per_period)
+        return angle + 2.0 * math.pi * float(turns[int(np.argmax(lines))])
+
+    @cached_property
+    def _modes(self) -> tuple[Complex, Complex, TickMaps]:
+        """Closed-loop poles over the period with a vector of each, and the maps from value to value."""
+        maps = self.by_values
+        places = list(maps.places.values())
+        alike, scale = balanced(np.real(maps.closed([*maps.places])))
+        values, own = np.linalg.eig(alike)
+        vectors = np.zeros((maps.b.shape[1], len(places)), dtype=complex)
+        vectors[places] = scale[:, None] * own
+        return values.astype(complex), vectors, maps.fed_back()
+
     def complementary(self, w: Array) -> Complex:
         """T = L (I + L)^-1 over the period, from the closed loop, so that poles of L on the unit circle do not hurt."""
         return self._closed_transfer(self._points(w))
@@ -163,6 +192,9 @@ class OpenLoop:
 
     @cached_property
     def _closed_transfer(self) -> "TransferMatrix":
+        if self.map.ticks is not None and not self.hidden:
+            closed, n = self.map.ticks.fed_back().lifted(self.map.states), self.map.order
+            return TransferMatrix(closed[:n, :n], closed[:n, n:], -closed[n:, :n], -closed[n:, n:])
         _, b, c, d = self.matrices
         inverse = np.linalg.inv(np.eye(len(d)) + d)
         return TransferMatrix(self.closed(), b @ inverse, inverse @ c, d @ inverse)

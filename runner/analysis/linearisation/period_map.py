@@ -328,7 +328,7 @@ def _read(
             put(row, columns[key], slope)
     if ticks:
         own = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
-        matrix[np.ix_(own, own)] = ticks.lifted()
+        matrix[np.ix_(own, own)] = ticks.lifted([*ticks.places])
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
         raise engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE)).error

@@ -45,6 +45,12 @@ class TickMaps:
         places = [self.places[state] for state in states]
         return np.asarray(product[np.ix_(places, places)] * np.ldexp(1.0, exponent))
 
+    def fed_back(self) -> "TickMaps":
+        """Return the maps from what is added at the wire to its values, with the loop closed."""
+        inverse = 1.0 / (1.0 - self.d)
+        b, c = self.b * inverse[:, None], self.c * inverse[:, None]
+        return TickMaps(self.a + self.b[:, :, None] * c[:, None, :], b, c, self.d * inverse, self.places)
+
     def growths(self, factors: npt.NDArray[Any], hidden: Sequence[complex] = ()) -> Array:
         """Return by how much the slowest mode grows in a period for each factor, as a logarithm.
 
@@ -116,11 +122,10 @@ class TickMaps:
         They are the eigenvalues on the unit circle of the symplectic pencil of the period, composed of those of its
         values as waves pass layers one after the other (Anderson, Int. J. Control 28, 1978, 295).
         """
-        inverse = 1.0 / (1.0 - self.d)
-        b, c = self.b * inverse[:, None], self.c * inverse[:, None]
-        d = offset + self.d * inverse
+        closed = self.fed_back()
+        b, c, d = closed.b, closed.c, offset + closed.d
         rest = level**2 - d**2
-        a = self.a + self.b[:, :, None] * c[:, None, :] + (d / rest)[:, None, None] * b[:, :, None] * c[:, None, :]
+        a = closed.a + (d / rest)[:, None, None] * b[:, :, None] * c[:, None, :]
         g = b[:, :, None] * b[:, None, :] / rest[:, None, None]
         h = (1.0 + d**2 / rest)[:, None, None] * c[:, :, None] * c[:, None, :]
         while len(a) > 1:
@@ -159,8 +164,8 @@ class TickMaps:
             maps = np.concatenate([maps[:, 1:last:2] @ maps[:, :last:2], maps[:, last:]], axis=1)
         return TickMaps(maps[:, 0, :n, :n], maps[:, 0, :n, n], self.c[::each], self.d[::each], self.places)
 
-    def lifted(self) -> Array:
-        """Return [A B] and below it [C D] of the period, for its states and all values of the wire."""
+    def lifted(self, states: Sequence[Entry]) -> Array:
+        """Return [A B] and below it [C D] of the period, for some states and all values of the wire."""
         ticks, n = self.b.shape
         moved, read = np.eye(n, n + ticks), np.zeros((ticks, n + ticks))
         changed = (self.a != np.eye(n)).any(axis=2)  # others stay as they are: most cells of a delay
@@ -170,7 +175,7 @@ class TickMaps:
             read[k, n + k] = self.d[k]
             moved[rows, known] = self.a[k, rows] @ moved[:, known]
             moved[:, n + k] = self.b[k]
-        kept = list(self.places.values())
+        kept = [self.places[state] for state in states]
         return np.vstack([moved[kept], read])[:, [*kept, *range(n, n + ticks)]]
 
 

@@ -23,6 +23,7 @@ _TOLD = 1e8  # condition number up to which floating point gives L reliably
 _AGREEING = 1e-6  # of a response by columns and by rows
 _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
+_NARROWEST = 1e-4  # radians in a period: half the width of a line beyond the first turn that counts
 _MOST_CHECKED = 32  # frequencies
 _SPARSE = 64  # states, from which on a matrix is taken as sparse
 _ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
@@ -44,14 +45,26 @@ def sweep(system: OpenLoop) -> Array:
         points.append(np.linspace(0.0, last, density * (len(poles) + 16) * turns)[1:])
     for log in logs[np.abs(logs.real) < density / _DENSITIES[1]]:
         for turn in range(turns):
-            centre = (abs(log.imag) + 2.0 * math.pi * turn) / period
-            points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * _ABOUT_A_POLE)
+            centre = abs(log.imag) + 2.0 * math.pi * turn
+            width = max(abs(log.real), 1e-9 * abs(log), _NARROWEST if turn else 0.0)
+            points.append((centre + width * _ABOUT_A_POLE) / period)
     w = np.unique(np.concatenate(points))
     w = w[(w >= lowest) & (w <= last)]
-    on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag / period
-    distance = np.abs(w[:, None] - on_boundary)
-    far: Array = w[np.min(distance / w[:, None], axis=1, initial=2.0) > 1e-9]  # from where L is infinite
+    on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag
+    w = w[_distances(w, on_boundary / period) > 1e-9 * w]  # from where L is infinite
+    if system.per_period == 1:
+        return w
+    turned = 2.0 * math.pi * np.arange(1, system.per_period)
+    lines = np.add.outer([*on_boundary, *-on_boundary], turned).ravel()
+    far: Array = w[_distances(w, lines / period) > _NARROWEST / period]  # from where rounding couples modes of no loop
     return far
+
+
+def _distances(w: Array, places: Array) -> Array:
+    """Return the distance of each frequency from the nearest place."""
+    at = np.concatenate([[-np.inf], np.unique(places), [np.inf]])
+    after = np.searchsorted(at, w)
+    return np.asarray(np.minimum(w - at[after - 1], at[after] - w))
 
 
 def check_by_sweep(system: OpenLoop, name: str, axis: Axis, figures: Figures, hidden: Sequence[Pole] = ()) -> None:

@@ -7,18 +7,18 @@ those of the response at the input's own frequency, found by a sweep.
 """
 
 import math
-from collections.abc import Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
+from typing import Any, TypeAlias
 
 import numpy as np
-import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.continuation import stable_intervals
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
-from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, sweep
+from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, highest, sweep
+from proofmass.runner.host.arrays import Array, Complex
 
 _FACTORS = 24  # of a decade, between which poles are followed
 _TURNS = 180  # of half a circle
@@ -26,8 +26,12 @@ _PEAK = 1e-9  # relative accuracy of the height of a peak
 _ON_CIRCLE = 1e-7  # distance from the unit circle within which an eigenvalue counts as on it
 _BEFORE = 0.1  # part of the distance of the slowest pole within which it does
 _LEAST = 1e-6  # part of the offset by which a level is above it: the size of any T that never answers at once
-_FEW = 64  # rows of a matrix of which all singular values are computed
+_FEW = 64  # values in a period, up to which singular values take less time than levels
+_ITERATIONS = 30  # which show the strongest line of a vector
+_ALIKE = 0.9  # part of the strongest line, from which on another counts as strong
 _eigh: Any = scipy.linalg.eigh
+_Peak: TypeAlias = tuple[float, float]  # angle over a period, and value
+_Crossed: TypeAlias = Callable[[float], list[float]]
 
 
 def figures_of(system: OpenLoop, stable: bool) -> Figures:
@@ -47,16 +51,17 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     if not stable:
         return every
     low, high = limits(every.stable_gains)
-    at, peak = largest(system, 1.0)
+    closed = Samples.on(np.array([0.0, *w]), system.closed_response)
+    at, peak = largest(system, 1.0, closed)
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
         phase_margin=critical_turn(system),
         delay_margin=delay_margin(system),
-        disk_margin=1.0 / largest(system, 0.5)[1],
+        disk_margin=1.0 / largest(system, 0.5, closed)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
-        bandwidth=_bandwidth(system, w),
+        bandwidth=_bandwidth(closed),
     )
 
 
@@ -65,38 +70,51 @@ def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
     return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
 
 
-def largest(system: OpenLoop, offset: float) -> tuple[float, float]:
+def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float]:
     """Angular frequency and value of the largest |offset - T|, T = L (I + L)^-1, between rest and half the rate.
 
-    Some singular value crosses a level just above the largest value that is known if and only if there is a larger one:
-    it lies between two crossings (Bruinsma and Steinbuch, Systems and Control Letters 14, 1990, 287). Where a narrow
-    peak comes too near to its level to be told apart, no place between them is higher.
+    It is no less than at rest, or than that of the response at the own frequency, of which `closed` holds samples. Some
+    singular value crosses a level just above the largest at a frequency if and only if there is a larger one elsewhere:
+    so the level is raised, by values between crossings if a period has few (Bruinsma and Steinbuch, Systems and Control
+    Letters 14, 1990, 287), and else by bisection. Where a narrow peak comes too near to its level to be told apart, no
+    place between its crossings is higher.
+
+    Over a period many frequencies turn by the same angle: that of the strongest line of what goes in is told.
     """
-    maps, period, eye = system.by_values, system.map.period, np.eye(system.per_period)
+    period, values = system.map.period, system.per_period
     near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))
-    ends = np.array([0.0, math.pi])
-    sizes = {
-        angle: _norm(offset * eye - matrix.real)  # real there, which takes a quarter of the time
-        for angle, matrix in zip(ends.tolist(), system.complementary(ends / period), strict=True)
-    }
-    more = np.abs(np.angle(system.poles))
-    while True:
-        at = max(sizes, key=lambda angle: sizes[angle])
-        best = sizes[at]
-        level = max(best * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
-        crossed = maps.crossed(level, offset, near, system.hidden)
-        if not crossed:
-            return at / period, best
-        marks = np.unique(np.abs([*ends, *crossed]))
-        angles = np.setdiff1d([*(0.5 * (marks[:-1] + marks[1:])), *more], [*sizes])
-        matrices = system.complementary(angles / period)
-        sizes |= {angle: _norm(offset * eye - m) for angle, m in zip(angles.tolist(), matrices, strict=True)}
-        if max(sizes.values()) <= best * (1.0 + _PEAK):
-            return at / period, best
-        more = more[:0]
+
+    def crossed(level: float) -> list[float]:
+        return system.by_values.crossed(level, offset, near, system.hidden)
+
+    at, best = highest(closed, lambda response: np.abs(offset - response))
+    (rest,) = system.complementary(np.zeros(1)).real  # which takes a quarter of the time of another frequency
+    at_rest = _norm(offset * np.eye(values) - rest)
+    raised = _raised_by_values if values <= _FEW else _raised_by_levels
+    angle, peak = raised(system, offset, max((at * period, best), (0.0, at_rest), key=_height), crossed)
+    if angle == at * period:
+        return at, peak
+    (matrix,) = offset * np.eye(values) - system.complementary(np.array([angle / period]))
+    return _strongest_line(matrix, angle) / period, peak
 
 
-def _norm(matrix: npt.NDArray[Any]) -> float:
+def _strongest_line(matrix: Complex, angle: float) -> float:
+    """Return the angle over a period of the strongest line of what a matrix makes largest; the lower one of a pair."""
+    own = np.exp(1j * angle * np.arange(len(matrix)) / len(matrix))
+    vector = own
+    for _ in range(_ITERATIONS):
+        vector = matrix.conj().T @ (matrix @ vector)
+        vector = vector / np.linalg.norm(vector)
+    lines = np.abs(np.fft.fft(vector / own))
+    angles = np.abs(angle + 2.0 * math.pi * np.fft.fftfreq(len(matrix), 1.0 / len(matrix)))
+    return float(np.min(angles[lines >= _ALIKE * np.max(lines)]))
+
+
+def _height(peak: _Peak) -> float:
+    return peak[1]
+
+
+def _norm(matrix: Array) -> float:
     """Return the largest singular value: by the squares, which leave the largest its accuracy, if there are many.
 
     Iterations from a random vector need ten times as long where the next singular values are near.
@@ -104,8 +122,48 @@ def _norm(matrix: npt.NDArray[Any]) -> float:
     if len(matrix) <= _FEW:
         return float(np.linalg.norm(matrix, 2))
     last = len(matrix) - 1
-    (square,) = _eigh(matrix.conj().T @ matrix, eigvals_only=True, subset_by_index=[last, last], overwrite_a=True)
+    (square,) = _eigh(matrix.T @ matrix, eigvals_only=True, subset_by_index=[last, last], overwrite_a=True)
     return math.sqrt(float(square))
+
+
+def _above(value: float, offset: float) -> float:
+    return max(value * (1.0 + _PEAK), abs(offset) * (1.0 + _LEAST))
+
+
+def _raised_by_values(system: OpenLoop, offset: float, known: _Peak, crossed: _Crossed) -> _Peak:
+    """Return the angle over a period and the value of the largest singular value of offset - T, if one is larger."""
+    eye, period = offset * np.eye(system.per_period), system.map.period
+    ends, more = np.array([0.0, math.pi]), np.abs(np.angle(system.poles))
+    best = known
+    while found := crossed(_above(best[1], offset)):
+        marks = np.unique(np.abs([*ends, *found]))
+        angles = np.unique([*ends, *(0.5 * (marks[:-1] + marks[1:])), *more])
+        sizes = np.linalg.norm(eye - system.complementary(angles / period), 2, axis=(1, 2))
+        place, before = int(np.argmax(sizes)), best
+        best = max(best, (float(angles[place]), float(sizes[place])), key=_height)
+        if best[1] <= before[1] * (1.0 + _PEAK):
+            break
+        more = more[:0]
+    return best
+
+
+def _raised_by_levels(system: OpenLoop, offset: float, known: _Peak, crossed: _Crossed) -> _Peak:
+    """Return the same by bisection of the level, without a singular value."""
+    low = _above(known[1], offset)
+    found = crossed(low)
+    if not found:
+        return known
+    high = 2.0 * low
+    while further := crossed(high):
+        found, low, high = further, high, 2.0 * high
+    while high > low * (1.0 + _PEAK):
+        middle = math.sqrt(low * high)
+        further = crossed(middle)
+        found, low, high = (further, middle, high) if further else (found, low, middle)
+    first, *others = sorted({abs(angle) for angle in found})
+    if others:
+        return 0.5 * (first + others[0]), low
+    return (0.0 if first < 0.5 * math.pi else math.pi), low
 
 
 def stable_gains(system: OpenLoop) -> tuple[FactorInterval, ...]:
@@ -133,10 +191,9 @@ def _phase_crossovers(system: OpenLoop, response: Samples) -> list[float]:
     return [v for v, answer in zip(found, system.response(np.array(found)), strict=True) if answer.real < 0.0]
 
 
-def _bandwidth(system: OpenLoop, w: Any) -> float | None:
+def _bandwidth(closed: Samples) -> float | None:
     """Return where the closed loop, at the frequency of what goes in, first falls 3 dB below its value at rest."""
-    closed = Samples.on(np.array([0.0, *w]), system.closed_response)
-    at_rest = float(abs(closed.answer(np.zeros(1))[0]))
+    at_rest = float(abs(closed.values[0]))
     if at_rest == 0.0:
         return None
     fallen = crossings(closed, lambda values: np.abs(values) / at_rest - math.sqrt(0.5), 1)

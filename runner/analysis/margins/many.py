@@ -154,9 +154,7 @@ class ManyMargins:
         maps = maps_of_ticks(slopes, entries, entries)
         if maps is None or {*maps.places} != {*pattern.states} or len(maps.d) != 1:
             return None
-        order = {entry: number for number, entry in enumerate(maps.places)}
-        place = [*(order[state] for state in pattern.states), len(order)]
-        return maps.lifted()[np.ix_(place, place)]
+        return maps.lifted(pattern.states)
 
 
 def margins_alone(sensor: Plan, at: str, like: Course | None = None) -> MarginValues | ModelError:

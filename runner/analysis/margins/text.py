@@ -1,6 +1,5 @@
 """The margins of a loop, and what moves them, as text for people."""
 
-import cmath
 import math
 from collections.abc import Sequence
 from typing import Any
@@ -23,7 +22,8 @@ def margins_text(margins: Margins) -> str:
     """Return the numbers of one loop: its verdict, then margins if it is stable, or the way back if not."""
     head = f"loop {margins.loop}" + (f", opened at {margins.open_at}" if margins.loop != margins.open_at else "")
     poles = [pole for pole in margins.slowest if pole.value.imag >= 0.0][:_SLOWEST]
-    slowest = "; ".join(pole_text(pole, margins.period) for pole in poles)
+    turns = [abs(margins.system.turn(pole.value)) for pole in poles] if margins.period else [0.0] * len(poles)
+    slowest = "; ".join(pole_text(pole, margins.period, turn) for pole, turn in zip(poles, turns, strict=True))
     count = len(margins.slowest)
     rows = [(_VERDICTS[margins.verdict], f"slowest of {count} closed-loop poles: {slowest}" if count else "no poles")]
     rows += _limits(margins) if margins.stable else _way_back(margins)
@@ -60,18 +60,20 @@ def _lowest(crossovers: Sequence[float]) -> str:
     return (f"{shown} and higher ones" if len(crossovers) > _CROSSOVERS else shown) or "none"
 
 
-def pole_text(pole: Pole, period: float) -> str:
-    """Return frequency, damping ratio and time constant of a closed-loop pole; `period` is 0 for a continuous loop.
+def pole_text(pole: Pole, period: float, turn: float) -> str:
+    """Return frequency, damping ratio and time constant of a closed-loop pole, whose mode turns by `turn` in a period.
 
-    >>> pole_text(Pole(0.99 + 0j, 0.01, 1e-15), 1e-3)
+    The period is 0 for a continuous loop, whose pole tells both itself.
+
+    >>> pole_text(Pole(0.99 + 0j, 0.01, 1e-15), 1e-3, 0.0)
     'time constant 99.499 ms'
-    >>> pole_text(Pole(1e-17 + 0j, 1.0, 1e-15), 1e-3)
+    >>> pole_text(Pole(1e-17 + 0j, 1.0, 1e-15), 1e-3, 0.0)
     'gone after a period'
     """
     if pole.distance == 1.0 and period:
         return "gone after a period"
     rate = math.log1p(-pole.distance) / period if period else -pole.distance
-    turn = abs(cmath.phase(pole.value)) / period if period else abs(pole.value.imag)
+    turn = turn / period if period else abs(pole.value.imag)
     at = f"{hertz_text(turn / (2.0 * math.pi))}, " if turn else ""
     if pole.verdict == "marginal" or rate == 0.0:
         size = f"1 - |p| = {pole.distance:.2g}" if period else f"-Re p = {pole.distance:.2g} 1/s"

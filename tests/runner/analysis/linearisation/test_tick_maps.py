@@ -39,7 +39,7 @@ def whole(maps: TickMaps) -> tuple[Array, Array, Array, Array]:
 def test_a_period_is_the_product_of_its_values(ticks: int) -> None:
     maps = random_maps(ticks, ticks)
     a, b, c, d = whole(maps)
-    assert maps.lifted() == pytest.approx(np.block([[a, b], [c, d]]), abs=1e-14)
+    assert maps.lifted(STATES) == pytest.approx(np.block([[a, b], [c, d]]), abs=1e-14)
     for factor in (1.0, -0.7, 0.3 - 0.4j):
         closed = a + factor * b @ np.linalg.solve(np.eye(ticks) - factor * d, c)
         assert maps.closed(STATES, factor) == pytest.approx(closed, abs=1e-13)
