@@ -9,10 +9,8 @@ it as phi grows: the unstable poles of each q are counted.
 import math
 from collections.abc import Sequence
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.tick_maps import others
@@ -26,7 +24,6 @@ _OUTSIDE = 1.0 + 1e-12
 _TRIED = 64  # turns of a pole
 _ANY = 1.2345  # a turn at which no pole is on the circle but one that nothing moves
 _STILL = 1e-9  # distance from the circle of such a pole
-_triangular: Any = scipy.linalg.solve_triangular
 _Parts = tuple[Array, Array, Array, Array]
 
 
@@ -68,8 +65,11 @@ def _delayed(parts: _Parts, late: int) -> _Parts:
 def _poles(parts: _Parts, turns: Array) -> Complex:
     """Return the poles of a period for each turn at the wire, whose values depend on earlier ones alone."""
     a, b, c, d = parts
-    maps = [a - f * (b @ _triangular(np.eye(len(d)) + f * d, c, lower=True)) for f in np.exp(-1j * turns)]
-    return np.asarray(np.linalg.eigvals(np.array(maps)), dtype=complex)
+    factors = np.exp(-1j * turns)[:, None]
+    values = np.zeros((len(turns), *c.shape), dtype=complex)
+    for k, row in enumerate(c):
+        values[:, k] = row - factors * (d[k, :k] @ values[:, :k])
+    return np.asarray(np.linalg.eigvals(a - factors[:, :, None] * (b @ values)), dtype=complex)
 
 
 def _first_unstable(parts: _Parts) -> int | None:

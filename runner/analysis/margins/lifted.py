@@ -51,7 +51,7 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     if not stable:
         return every
     low, high = limits(every.stable_gains)
-    closed = Samples.on(np.array([0.0, *w]), system.closed_response)
+    closed = closed_samples(system)
     at, peak = largest(system, 1.0, closed)
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
@@ -68,6 +68,11 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
 def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
     """Return the factors next to 1 between which a loop is stable."""
     return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
+
+
+def closed_samples(system: OpenLoop) -> Samples:
+    """Return T at the own frequency on a grid that begins at rest."""
+    return Samples.on(np.array([0.0, *sweep(system)]), system.closed_response)
 
 
 def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float]:

@@ -83,10 +83,12 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
         margins = margins_at(system, margins.loop, margins.open_at)
     slopes = []
     if margins.nearest_gain is not None:
-        slopes.append(("gain margin", "dB", _by_gain(system, margins)))
+        slopes.append(("gain margin", "dB", by_gain(system, margins)))
     if margins.phase_margin is not None and system.per_period == 1:
         phase, delay = _by_phase(system, margins)
         slopes += [("phase margin", "deg", phase), ("delay margin", "s", delay)]
+    elif margins.phase_margin is not None:  # a delay of whole values has no slope
+        slopes.append(("phase margin", "deg", by_turn(system, margins.phase_margin)))
     values = {
         "gain margin": margins.least_gain_margin,
         "phase margin": math.degrees(margins.phase_margin or 0.0),
@@ -99,7 +101,7 @@ def margin_sensitivities(planned: Plan, margins: Margins, system: OpenLoop) -> l
     ]
 
 
-def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
+def by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     """Derivative of the gain margin in decibels by each parameter, to the side where it is nearer."""
     factor = margins.nearest_gain or 1.0
     frequency = margins.gain_margin_frequency if factor == margins.gain_margin else None
@@ -107,13 +109,24 @@ def _by_gain(system: OpenLoop, margins: Margins) -> Callable[[str], float]:
     near = None if frequency is None else _at(system, 2.0 * math.pi * frequency)
     by_factor = _by_factor(system, factor)
     along, vectors = _critical(system, factor, by_factor, near)
-    by_gain = along * vectors(by_factor)
+    moved = along * vectors(by_factor)
 
     def slope(parameter: str) -> float:
         by_parameter = along * vectors(closed_slope(system, factor, parameter))
-        return -by_parameter.real / by_gain.real * to_decibels
+        return -by_parameter.real / moved.real * to_decibels
 
     return slope
+
+
+def by_turn(system: OpenLoop, margin: float) -> Callable[[str], float]:
+    """Derivative of the phase margin, in degrees, of a loop with several values of its wire in a period."""
+    turn = cmath.exp(-1j * margin)
+    by_factor = _by_factor(system, turn)
+    along, vectors = _critical(system, turn, by_factor)
+    by_margin = along * vectors(-1j * turn * by_factor)
+    return lambda parameter: math.degrees(
+        -(along * vectors(closed_slope(system, turn, parameter))).real / by_margin.real
+    )
 
 
 def _by_phase(system: OpenLoop, margins: Margins) -> tuple[Callable[[str], float], Callable[[str], float]]:

@@ -2,7 +2,8 @@
 
 A margin lies at a frequency at which L meets a condition: Im L = 0, |L| = 1, |T| = |T(0)| / sqrt 2. If a parameter
 moves L by dL, the frequency moves by dw so that the condition still holds, and the figure by what both do to it. At a
-peak dw does not count. dL = c (zI - A)^-1 (dA (zI - A)^-1 b + db) + dc (zI - A)^-1 b + dd.
+peak dw does not count. Where a period has several values of the wire, a margin puts a closed-loop pole on the unit
+circle, and a peak is a singular value. dL = c (zI - A)^-1 (dA (zI - A)^-1 b + db) + dc (zI - A)^-1 b + dd.
 """
 
 import cmath
@@ -15,8 +16,9 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
-from proofmass.runner.analysis.margins.sensitivity import closed_slope
+from proofmass.runner.analysis.margins.sensitivity import by_gain, by_turn, closed_slope
 from proofmass.runner.design.quantities.step_figures import step_figures
 from proofmass.runner.host.arrays import Complex
 
@@ -38,11 +40,13 @@ def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Map
     if not math.isfinite(value):
         return Reading(value, {})
     names = [name for name in parameters if name in system.map.slopes]
-    exact = _EXACT.get(figure)
-    if exact is not None and system.per_period == 1:
-        slope = exact(margins, _Response(system))
-        if slope is not None:
-            return Reading(value, {name: slope(name) for name in names})
+    slope: SlopeByParameter | None = None
+    if system.per_period > 1 and figure in _LIFTED:
+        slope = _LIFTED[figure](margins, system)
+    elif system.per_period == 1 and figure in _EXACT:
+        slope = _EXACT[figure](margins, _Response(system))
+    if slope is not None:
+        return Reading(value, {name: slope(name) for name in names})
     return Reading(value, _by_differences(system, figure, {name: parameters[name] for name in names}))
 
 
@@ -180,6 +184,57 @@ _EXACT: Mapping[str, Callable[[Margins, _Response], SlopeByParameter | None]] = 
     "delay_margin": _delay,
     "sensitivity_peak": _peak,
     "bandwidth": _bandwidth,
+}
+
+
+def _lifted_gain(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+    return by_gain(system, margins)
+
+
+def _lifted_phase(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+    assert margins.phase_margin is not None
+    return by_turn(system, margins.phase_margin)
+
+
+def _lifted_delay(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+    return lambda parameter: 0.0  # of whole values
+
+
+def _lifted_peak(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+    assert margins.sensitivity_peak_frequency is not None
+    size, slope = _singular_value(system, 1.0, margins.sensitivity_peak_frequency)
+    return lambda parameter: _DECIBELS * slope(parameter) / size
+
+
+def _lifted_disk(margins: Margins, system: OpenLoop) -> SlopeByParameter:
+    size, slope = _singular_value(system, 0.5, largest(system, 0.5, closed_samples(system))[0] / (2.0 * math.pi))
+    return lambda parameter: -slope(parameter) / size**2
+
+
+def _singular_value(system: OpenLoop, offset: float, frequency: float) -> tuple[float, SlopeByParameter]:
+    """Return the largest |offset - T| at a frequency, u* (offset - T) v, and its slopes: -u* S dL S v."""
+    a, b, c, d = system.matrices
+    eye, w = np.eye(len(d)), np.array([2.0 * math.pi * frequency])
+    (lifted,), z = system.lifted(w), cmath.exp(1j * w[0] * system.map.period)
+    sensitivity = np.linalg.inv(eye + lifted)
+    left, sizes, right = np.linalg.svd(sensitivity + (offset - 1.0) * eye)
+    into, out = sensitivity @ right[0].conj(), left[:, 0].conj() @ sensitivity
+    pencil = z * np.eye(len(a)) - a
+    moved, read = np.linalg.solve(pencil, b @ into), np.linalg.solve(pencil.T, out @ c)
+
+    def slope(parameter: str) -> float:
+        da, db, dc, dd = system.slopes(parameter)
+        return -float((read @ (da @ moved + db @ into) + out @ (dc @ moved + dd @ into)).real)
+
+    return float(sizes[0]), slope
+
+
+_LIFTED: Mapping[str, Callable[[Margins, OpenLoop], SlopeByParameter]] = {
+    "gain_margin": _lifted_gain,
+    "phase_margin": _lifted_phase,
+    "delay_margin": _lifted_delay,
+    "sensitivity_peak": _lifted_peak,
+    "disk_margin": _lifted_disk,
 }
 
 

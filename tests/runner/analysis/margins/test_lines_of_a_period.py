@@ -76,7 +76,7 @@ def test_rounding_makes_no_crossovers(values: int) -> None:
     assert found.phase_crossovers == pytest.approx([0.5 * RATE])
 
 
-@pytest.mark.defect("S784", before="peaks above half the rate of periods told below it", after="as without the register")
+@pytest.mark.defect("S784", before="peaks above half the rate of periods told below", after="as without it")
 @pytest.mark.parametrize("ratio", [7, 100, 150])
 def test_a_register_beside_the_loop_moves_no_frequency(ratio: int) -> None:
     """A period of 100 ticks tells frequencies but for multiples of 100 Hz; the peak is at 83 Hz."""

@@ -5,10 +5,14 @@ import math
 import numpy as np
 import pytest
 
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
-from proofmass.runner.design.quantities.loop_figures import read_figure
+from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.design.quantities.loop_figures import read_figure, value_of_figure
+from proofmass.runner.planning.plan import plan
+from tests.runner.analysis.margins.test_lines_of_a_period import PROPORTIONAL, tracking
 
 WIRE = (("plant", "output", 0),)
 
@@ -18,10 +22,10 @@ def test_slopes_of_a_step_are_those_of_its_closed_form() -> None:
     matrix, by_gain = np.array([[-10.0, 10.0, 0.0], [-3.0, 0.0, 0.0]]), np.array([[0.0, 0.0, 0.0], [-1.0, 0.0, 0.0]])
     moved = PeriodMap((("plant", "x", -1),), WIRE, WIRE, matrix, {"gain": by_gain}, 0.0)
     loop = OpenLoop(moved, continuous=True)
-    margins = margins_of(loop, "main", "plant.output")
-    found = read_figure(margins, loop, "settling_time", {"gain": 3.0, "other": 1.0})
+    limits = margins_of(loop, "main", "plant.output")
+    found = read_figure(limits, loop, "settling_time", {"gain": 3.0, "other": 1.0})
     assert found.slopes == {"gain": pytest.approx(-10.0 * math.log(50.0) / 40.0**2, rel=1e-3)}
-    assert read_figure(margins, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}
+    assert read_figure(limits, loop, "overshoot", {"gain": 3.0}).slopes == {"gain": 0.0}
 
 
 def lags(gain: float, order: int, *, aside: int = 0) -> OpenLoop:
@@ -40,7 +44,7 @@ def test_slopes_of_margins_are_exact() -> None:
     """K / (s / 10 + 1)^3: -180 deg at 10 sqrt(3) rad/s, where |L| = K / 8; |L| = 1 at 10 sqrt(K^(2/3) - 1)."""
     gain = 3.0
     loop = lags(gain, 3)
-    margins = margins_of(loop, "main", "plant.output")
+    limits = margins_of(loop, "main", "plant.output")
     root = math.sqrt(gain ** (2.0 / 3.0) - 1.0)
     left, crossover = math.pi - 3.0 * math.atan(root), 10.0 * root
     faster = 10.0 * gain ** (-1.0 / 3.0) / (3.0 * root)  # of the crossover, by K
@@ -51,7 +55,7 @@ def test_slopes_of_margins_are_exact() -> None:
         "delay_margin": (left / crossover, (turned - left / crossover * faster) / crossover),
     }
     for figure, (value, slope) in expected.items():
-        found = read_figure(margins, loop, figure, {"gain": gain})
+        found = read_figure(limits, loop, figure, {"gain": gain})
         assert found.value == pytest.approx(value, rel=1e-12), figure
         assert found.slopes == {"gain": pytest.approx(slope, rel=1e-12)}, figure
 
@@ -62,3 +66,18 @@ def test_the_slope_of_a_sensitivity_that_is_largest_at_rest() -> None:
     found = read_figure(margins_of(loop, "main", "plant.output"), loop, "sensitivity_peak", {"gain": -0.5})
     assert found.value == pytest.approx(20.0 * math.log10(2.0), rel=1e-12)
     assert found.slopes == {"gain": pytest.approx(-20.0 / math.log(10.0) / 0.5, rel=1e-8)}
+
+
+@pytest.mark.defect("S785", before="each slope by two searches for all margins, 0.5 s a parameter", after="by vectors")
+def test_slopes_of_a_loop_with_several_values_are_those_of_changed_graphs() -> None:
+    """Margins of the graph with a parameter a little larger and smaller tell the slope, whatever the matrices do."""
+    graph, name, step = tracking(8), "proportional.gain", 1e-4 * PROPORTIONAL
+    system = OperatingPoints(plan(graph)).loop(("angle", "output"), by_parameters=True)
+    assert system.per_period == 8
+    found = margins_of(system, "main", "angle.output")
+    ends = [margins(graph.with_parameters({name: PROPORTIONAL + side * step})) for side in (1.0, -1.0)]
+    for figure in ("gain_margin", "phase_margin", "sensitivity_peak", "disk_margin"):
+        above, below = (value_of_figure(end, figure) for end in ends)
+        reading = read_figure(found, system, figure, {name: PROPORTIONAL})
+        assert reading.slopes == {name: pytest.approx((above - below) / (2.0 * step), rel=1e-5)}, figure
+    assert read_figure(found, system, "delay_margin", {name: PROPORTIONAL}).slopes == {name: 0.0}
