@@ -18,7 +18,7 @@ from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
 from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
-from proofmass.graphs.model.hints import syntax_hint
+from proofmass.graphs.model.hints import known_as, syntax_hint
 from proofmass.graphs.model.keys import STUDY_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.top_keys import TOP_KEYS
@@ -179,6 +179,10 @@ def _meant(key: str, data: Mapping[str, object]) -> str:
     """Return what an unknown key at the top of a file was meant to be."""
     if _is_block(data[key]) and not nearest(key, TOP_KEYS):
         return f"a block stands under blocks: write [blocks.{key}]"
+    of_study = key if key in STUDY_KEYS else known_as(key, STUDY_KEYS)
+    if of_study:
+        where = f"[study.{of_study}]" if isinstance(data[key], dict) else f"{of_study} = ... below [study]"
+        return f"studies have {of_study}: write {where}, or in a study file of its own"
     return did_you_mean(key, TOP_KEYS, "the keys", data)
 
 

@@ -83,5 +83,10 @@ def key_hint(key: str, keys: Collection[str], beside: Collection[str] = ()) -> s
     >>> key_hint("gaussian", ["normal", "uniform"]), key_hint("unifrom", ["normal", "uniform"])
     ('here that is normal', 'did you mean uniform?')
     """
-    same = next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")
+    same = known_as(key, keys)
     return f"here that is {same}" if same else did_you_mean(key, keys, "the keys", beside)
+
+
+def known_as(key: str, keys: Collection[str]) -> str:
+    """Return the key that other tools call so, or ""."""
+    return next((own for own, others in _ELSEWHERE.items() if own in keys and key.lower() in others), "")

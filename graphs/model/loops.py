@@ -60,7 +60,11 @@ def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[st
             expected = "lower-case letters and digits, words joined by single underscores"
             problems.append(Problem(message="not a name", key="loops", got=shown(name), expected=expected, path=path))
         elif not isinstance(table, Mapping):
-            problems.append(Problem(message="must be a table", key=f"loops.{name}", got=shown(value), path=path))
+            at = value if isinstance(value, str) and "." in value else "block.output"
+            as_table = f'write {name} = {{ open_at = "{at}" }}'
+            problems.append(
+                Problem(message="must be a table", key=f"loops.{name}", got=shown(value), hint=as_table, path=path)
+            )
         else:
             loop, wrong = _read_loop(name, {key: entry for key, entry in table.items() if entry is not None})
             problems += wrong

@@ -158,6 +158,13 @@ probes, rate, requirements, and 6 more."""
     )
 
 
+def test_keys_of_studies_in_a_graph() -> None:
+    name = 'name = "a mass and a converter"'
+    assert "studies have runs: write runs = ... below [study], or in a study file" in said((name, f"{name}\nruns = 3"))
+    told = said((name, f'{name}\ntolerances = {{ "adc.reference" = "1 %" }}'))
+    assert "studies have spread: write [study.spread], or in a study file of its own" in told
+
+
 def test_a_block_without_a_kind() -> None:
     assert "did you mean kind instead of knid?" in said(('kind = "Gain"', 'knid = "Gain"'))
     assert 'write [blocks.readout] and below it kind = "Gain"' in said(('kind = "Gain"', ""))
