@@ -91,7 +91,7 @@ STUDY_KEYS = {
     "sweep": 'Parameters that take each of some values, "adc.reference" = ["2.5 V", "5 V"]; several make a grid.',
     "epochs": 'Ages at which sensors are looked at: ages = ["0 h", "1 year"], or every = "1 month", until = "1 year".',
     "recalibration": 'Calibrations: every = "1 year"; carried = { "gain.initial" = "gain_found" } is what they leave.',
-    "margins": 'The margins of the loops are measures too, at the operating point of that time: "0 s".',
+    "margins": 'The margins of the loops are measures too, at that time, as "0 s", or "auto" or "settled".',
     "drift": 'Parameters that age from epoch to epoch: "adc.reference" = { ramp = "20 ppm/year", relative = true }.',
     "changes": 'Changes of measures as measures: bias_drift = { measure = "bias", since = "calibration" }.',
     "missions": "Temperatures that a sensor goes through again and again, for laws of drift: phases, points or a file.",

@@ -38,12 +38,12 @@ class Loop:
 
 
 def read_moment(at: object) -> str:
-    """Return an operating point as a text, "" for none; raises `Refusal` unless it is a time or "settled"."""
-    if at not in ("", SETTLED):
+    """Return an operating point as a text, "" for none; raises `Refusal` unless it is a time, "auto" or "settled"."""
+    if at not in ("", AUTO, SETTLED):
         try:
             read_duration(at)
         except Refusal as error:
-            raise Refusal(str(error), f'write a time, as "20 ms", or "{SETTLED}"', got=shown(at)) from None
+            raise Refusal(str(error), f'write a time, as "20 ms", "{AUTO}" or "{SETTLED}"', got=shown(at)) from None
     return at if isinstance(at, str) else f"{at} s"
 
 

@@ -12,10 +12,10 @@ from pathlib import Path
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.graphs.model.loops import MARGIN_MEASURES
+from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.run.provenance import graph_hash
-from proofmass.runner.verification.verify import START, Finding, Measurements
+from proofmass.runner.verification.verify import Finding, Measurements
 
 RELATIVE = 1e-9
 SUFFIX = ".golden.json"
@@ -36,12 +36,12 @@ def golden_file(graph: Path) -> Path:
 
 
 def quantities(measurements: Measurements) -> Iterator[tuple[str, float, str]]:
-    """Yield name, value and unit of each measure, and of each margin of the loops at the start."""
+    """Yield name, value and unit of each measure, and of each margin of the loops."""
     flat = measurements.flat
     if flat.measures:
         yield from ((name, measured.value, measured.unit) for name, measured in measurements.run.measures.items())
     if flat.loops:
-        for name, value in measurements.margins(START).items():
+        for name, value in measurements.margins(AUTO).items():
             yield name, value, MARGIN_MEASURES[name.rpartition(".")[2]]
 
 

@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -37,7 +38,6 @@ from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.runs.margins_per_run import margin_measures, margins_at
 from proofmass.runner.studies.whole.study import run_study
 
-START = "0 s"
 _IT = "required"
 _SAMPLES = 30  # random points of a worst case; `proofmass worst` tries as many as one likes
 
@@ -96,7 +96,7 @@ class Measurements:
 
     def margins(self, at: str) -> Mapping[str, float]:
         """Return the margins of all loops at an operating point, by names such as `main.phase_margin`."""
-        at = at or START
+        at = at or AUTO
         if at not in self._margins:
             planned = plan(self.graph)
             names = [measure.name for measure in margin_measures(planned, at)]

@@ -14,10 +14,10 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.model.loops import REQUIREMENTS, SETTLED, VERDICTS
+from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, SETTLED, VERDICTS
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, tick_of_time
+from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints, tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of
 from proofmass.runner.analysis.linearisation.orbit import SAME
 from proofmass.runner.analysis.linearisation.rings import Entry
@@ -61,6 +61,7 @@ class ManyMargins:
 
     def __init__(self, plan: Plan, at: str) -> None:
         self._plan, self._at = plan, at
+        self._time: At = 0.0 if at == AUTO else at  # of what is taken side by side
         self._course = Course(plan)
         self._nodes = {name: node_of(plan, loop.open_at) for name, loop in loops_of(plan).items()}
         self._patterns = self._common()
@@ -91,6 +92,8 @@ class ManyMargins:
             except ModelError:
                 return []
             moves = system.continuous or whole.moves or whole.others or whole.notes or whole.rings.of
+            if self._at == AUTO and about.tick:  # each looks for its own point
+                return []
             if moves or whole.periods != 1 or system.per_period != 1 or found.hidden or self._course.slopes() is None:
                 return []
             a, b, c, d = system.matrices
@@ -119,7 +122,8 @@ class ManyMargins:
             together = OpenLoops(*map(np.array, zip(*loops.values(), strict=True)))
             found = amounts(together, pattern.kind)
             for row, number in enumerate(loops):
-                values[number] = _row(found, row, pattern.period) if found.certain[row] else None
+                known = found.certain[row] and (found.stable[row] or self._at != AUTO)
+                values[number] = _row(found, row, pattern.period) if known else None
         return values
 
     def _loop(self, pattern: _Pattern, sensor: Plan) -> OpenLoops | None:
@@ -128,7 +132,7 @@ class ManyMargins:
             return None
         course = Course(sensor, like=self._course)
         try:
-            tick = settled_tick(course) if self._at == SETTLED else tick_of_time(sensor, self._at)
+            tick = settled_tick(course) if self._at == SETTLED else tick_of_time(sensor, self._time)
             memory = course.at(tick - tick % pattern.ticks)
             places = [place_of(memory, entry, NO_RINGS) for entry in pattern.seeded]
             code = self._course.slopes()

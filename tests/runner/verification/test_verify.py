@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
@@ -12,6 +13,7 @@ from proofmass.graphs.checks.check import check
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.studies.study_reader import read_study_text
+from proofmass.runner.studies.whole.study import run_study
 from proofmass.runner.verification.golden import compared, read_golden, record
 from proofmass.runner.verification.verify import Finding, Measurements, verify
 from proofmass.runner.verification.written import findings_text, save_findings_page, save_junit
@@ -224,3 +226,56 @@ def test_what_the_reader_says(line: str, message: str) -> None:
 
 def test_they_read_back() -> None:
     assert read_graph_text(write_graph(STUDY.graph)) == STUDY.graph
+
+
+LATE = """\
+name = "a loop that a switch closes"
+rate = "1 kHz"
+duration = "40 ms"
+wires = [
+    "integrator.output -> closed.first",
+    "switch.output -> closed.second",
+    "closed.output -> minus.input",
+    "minus.output -> gain.input",
+    "gain.output -> integrator.input",
+]
+
+[loops.main]
+open_at = "gain.output"
+
+[requirements]
+margin = { quantity = "main.gain_margin", at_least = "26.02 dB", at_most = "26.03 dB" }
+start = { quantity = "main.gain_margin", at_least = "0 dB", at = "0 s" }
+
+[blocks]
+switch = { kind = "Step", start_time = "5 ms" }
+closed = { kind = "Product" }
+minus = { kind = "Negation" }
+gain = { kind = "Gain", gain = "100 1/s", output_unit = "1/s" }
+integrator = { kind = "DiscreteIntegrator", input_unit = "1/s", output_unit = "1" }
+
+[study]
+runs = 1
+margins = "auto"
+sweep = { "gain.gain" = ["80 1/s", "100 1/s", "125 1/s"] }
+limits = { "main.gain_margin" = { at_least = "25 dB" } }
+"""
+
+
+@pytest.mark.defect(
+    "S786", before="`verify` asked at the start, where `margins` had gone on", after="both as `margins`"
+)
+def test_margins_are_those_of_the_operating_point_that_is_found() -> None:
+    """L = 0.1 / (z - 1) once the switch is closed: z = -1 at a gain of 20; before that nothing comes back."""
+    study = read_study_text(LATE)
+    findings = {finding.id: finding for finding in verify(Measurements(study.graph, study))}
+    assert findings["margin"].met
+    assert findings["margin"].value == pytest.approx(20.0 * math.log10(20.0))
+    assert math.isnan(findings["start"].value)
+    result = run_study(study, engine="python")
+    expected = 20.0 * np.log10(2000.0 / np.array([80.0, 100.0, 125.0]))
+    assert result["main.gain_margin"][:, 0] == pytest.approx(expected)
+    assert run_study(study, engine="compiled", lanes=4).digest == result.digest
+    steady = read_study_text(LATE.replace('start_time = "5 ms"', 'start_time = "0 s"'))
+    side_by_side = run_study(steady, engine="compiled", lanes=4)
+    assert side_by_side["main.gain_margin"][:, 0] == pytest.approx(expected)
