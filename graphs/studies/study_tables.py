@@ -18,7 +18,7 @@ from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
-from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.model.names import Missing, find_any, output_of_a_loop
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.changes import Change, read_change
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
@@ -115,7 +115,7 @@ class StudyTables:
             self.refuse(error, "margins")
             return ""
         if moment and not self.flat.loops:
-            hint = 'add [loops.main] to it with open_at = "dac.voltage"'
+            hint = f'add [loops.main] to it with open_at = "{output_of_a_loop(self.flat)}"'
             self.refuse(Refusal("the graph names no loops", hint), "margins")
         return moment
 
