@@ -163,7 +163,7 @@ def _bad_units(block: Block) -> Iterator[Problem]:
 
 
 def _unmet(block: Block, requirements: Requirements) -> Iterator[Problem]:
-    """What `requires` yields, pairs of a parameter and what is expected of it."""
+    """Yield a problem for each pair of a parameter and what is expected of it."""
     kind, pairs = type(block), requirements(block)
     for pair in pairs if isinstance(pairs, Iterable) and not isinstance(pairs, str) else [pairs]:
         match pair:
