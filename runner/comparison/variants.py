@@ -56,8 +56,5 @@ class VariantComparison:
         """Write a page and the plain data; returns the names of the files."""
         write_whole(out / DATA, json_text(self.as_data(), indent=1) + "\n")
         title = f"{next(iter(self.results.values())).study.graph.name}: variants"
-        verdict = (
-            "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
-        )
         save_tables(out / PAGE, title, _ABOUT, self.tables(), variant_pictures(self.results))
         return [DATA, PAGE]
