@@ -15,6 +15,7 @@ from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
+from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
@@ -110,12 +111,7 @@ def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
 
 def _followers(key: str, steps: Mapping[str, PageFormula]) -> set[str]:
     """Return all targets that change with a value."""
-    followers, waiting = set[str](), [key]
-    for changed in waiting:
-        new = [target for target, step in steps.items() if changed in step.needs and target not in followers]
-        followers |= set(new)
-        waiting += new
-    return followers
+    return with_following([key], lambda changed: [t for t, step in steps.items() if changed in step.needs]) - {key}
 
 
 def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:

@@ -25,7 +25,7 @@ _DISAGREEING = 1e-3  # of L, or of a thousandth where L is smaller
 _ROUNDING = 1e-12
 _MOST_CHECKED = 32  # frequencies
 _SPARSE = 64  # states, from which on a matrix is taken as sparse
-_ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
+ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 RealFunction = Callable[[Complex], Array]
 
 
@@ -45,7 +45,7 @@ def sweep(system: OpenLoop) -> Array:
     for log in logs[np.abs(logs.real) < density / _DENSITIES[1]]:
         for turn in range(turns):
             centre = (abs(log.imag) + 2.0 * math.pi * turn) / period
-            points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * _ABOUT_A_POLE)
+            points.append(centre + max(abs(log.real), 1e-9 * abs(log)) / period * ABOUT_A_POLE)
     w = np.unique(np.concatenate(points))
     w = w[(w >= lowest) & (w <= last)]
     on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag / period
