@@ -37,7 +37,6 @@ from proofmass.runner.targets.wasm import WasmModule, wasm_module
 SHOWN_IN = " as "  # between a unit and that in which its values are shown
 _LINE = 64  # bytes that arrays are aligned to
 _DTYPES = {float: "float64", int: "int64", bool: "bool"}
-_BYTES = {float: 8, int: 8, bool: 1}
 _MOST_MODULES = 8
 _modules: dict[str, WasmModule] = {}
 
@@ -131,7 +130,7 @@ class CarriedLoop:
             "doc": probe.doc,
             "stride": probe.stride,
             "type": _DTYPES[probe.dtype],
-            "bytes": _BYTES[probe.dtype],
+            "bytes": np.dtype(probe.dtype).itemsize,
             "held": holds(self.plan.blocks.get(probe.node[0]), probe.dtype is not float),
             "shape": list(probe.shape),
             "fraction": probe.format.fraction if probe.format else None,

@@ -75,23 +75,9 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
         if movable:
             low, high = range_of(value.number, None, None, 1.0)
             logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
-            slider = Slider(
-                path.rstrip("."),
-                name,
-                own,
-                f"{about}.",
-                value.number,
-                low,
-                high,
-                logarithmic,
-                None,
-                None,
-                None,
-                None,
-                named=True,
-                written=value.written,
-            )
-            named.sliders.append(slider)
+            ends = low, high, logarithmic
+            facts = path.rstrip("."), name, own, f"{about}.", value.number
+            named.sliders.append(Slider(*facts, *ends, named=True, written=value.written))
         else:
             named.fixed.append(FixedParameter(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
     return named
