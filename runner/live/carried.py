@@ -25,13 +25,13 @@ from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
 from proofmass.runner.program.form import Program
 from proofmass.runner.program.measure_formulas import measure_formulas
-from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots
+from proofmass.runner.program.slots import FLOATS, INTEGERS
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.content import content_of
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
-from proofmass.runner.targets.native import dtype_of, moving
+from proofmass.runner.targets.native import arrays_of, dtype_of, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
 SHOWN_IN = " as "  # between a unit and that in which its values are shown
@@ -87,8 +87,8 @@ class CarriedLoop:
         ]
         scratch = np.zeros(written.scratch + 1)
         return [
-            *_filled(written.constants, written.constant_values),
-            *_filled(written.memory, values),
+            *arrays_of(written.constants, written.constant_values).values(),
+            *arrays_of(written.memory, values).values(),
             scratch,
             *vectors,
         ]
@@ -202,15 +202,6 @@ def _calls_libm(plan: Plan, node: Endpoint) -> bool:
 def scale_key(unit: str, shown_in: str) -> str:
     """Return the name of a table of scales: the unit, and in which other one values are shown."""
     return f"{unit}{SHOWN_IN}{shown_in}" if shown_in else unit
-
-
-def _filled(slots: Slots[Any], values: Any) -> tuple[AnyArray, AnyArray]:
-    """An array of floats and one of integers, each with a place to spare."""
-    floats = np.zeros(slots.counts[FLOATS] + 1)
-    integers = np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64)
-    for key, (kind, index) in slots.kinds.items():
-        (floats if kind is float else integers)[index] = values[key]
-    return floats, integers
 
 
 def packed(data: bytes) -> str:

@@ -224,7 +224,8 @@ class _LaneFunction(LaneWays):
     def return_(self, s: form.Return) -> None:
         """Return."""
         if self.mask == self.base:
-            self._give([self._as(v, d) for v, d in zip(s.values, self.varying.results, strict=True)])
+            values = [self._as(v, d) for v, d in zip(s.values, self.varying.results, strict=True)]
+            self._give(values, self._returned(self.varying))
             return
         for value, place in zip(s.values, self.slots, strict=True):
             new = self._blend(value.kind, self.mask, self._all(value), self._read(place, value.kind))
@@ -239,21 +240,9 @@ class _LaneFunction(LaneWays):
         if not self.slots:
             self.lines.append("unreachable" if self.function.results else "ret void")
             return
-        kinds = self.function.results
-        self._give([f"{self._vector(k)} {self._read(place, k)}" for k, place in zip(kinds, self.slots, strict=True)])
-
-    def _give(self, values: list[str]) -> None:
-        if not values:
-            self.lines.append("ret void")
-        elif len(values) == 1:
-            self.lines.append(f"ret {values[0]}")
-        else:
-            whole = "poison"
-            for place, value in enumerate(values):
-                before, whole = whole, self._fresh()
-                self.lines.append(f"{whole} = insertvalue {self._returned(self.varying)} {before}, {value}, {place}")
-            self.lines.append(f"ret {self._returned(self.varying)} {whole}")
-        self.block = ""
+        pairs = zip(self.function.results, self.slots, strict=True)
+        values = [f"{self._vector(kind)} {self._read(place, kind)}" for kind, place in pairs]
+        self._give(values, self._returned(self.varying))
 
 
 _WRITERS: dict[type, Any] = {

@@ -350,16 +350,17 @@ class FunctionText:
 
     def return_(self, s: form.Return) -> None:
         """Return."""
-        if not s.values:
-            self.lines.append("ret void")
-        elif len(s.values) == 1:
-            self.lines.append(f"ret {self._typed(s.values[0])}")
+        self._give([self._typed(value) for value in s.values], result_type(self.function.results))
+
+    def _give(self, values: list[str], kind: str) -> None:
+        """Return these values with their types, together of a kind."""
+        if len(values) < 2:
+            self.lines.append(f"ret {values[0]}" if values else "ret void")
         else:
-            kind, whole = result_type(self.function.results), "poison"
-            for place, value in enumerate(s.values):
-                part, whole_before = self._typed(value), whole
-                whole = self._fresh()
-                self.lines.append(f"{whole} = insertvalue {kind} {whole_before}, {part}, {place}")
+            whole = "poison"
+            for place, value in enumerate(values):
+                before, whole = whole, self._fresh()
+                self.lines.append(f"{whole} = insertvalue {kind} {before}, {value}, {place}")
             self.lines.append(f"ret {kind} {whole}")
         self.block = ""
 

@@ -86,8 +86,8 @@ class CompiledLoop:
         memory = memory or start(plan)
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
-        self._constants = _arrays(written.constants, compiled.constant_values(plan))
-        self._state = _arrays(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
+        self._constants = arrays_of(written.constants, compiled.constant_values(plan))
+        self._state = arrays_of(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
         self._vectors = {
             node: compiled.vector(memory, node, kind)
             for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
@@ -204,7 +204,7 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(llvm_text(written.program), settings(written)))
 
 
-def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, AnyArray]:
+def arrays_of(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, AnyArray]:
     """An array of floats and one of integers, each with a place to spare behind the numbers."""
     arrays: dict[str, AnyArray] = {
         FLOATS: np.zeros(slots.counts[FLOATS] + 1),
