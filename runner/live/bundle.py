@@ -43,7 +43,7 @@ def elements() -> str:
 
 
 def allowed() -> str:
-    """What a content security policy says to let these run, and their workers."""
+    """The words of a content security policy that let these run, and their workers."""
     return f"; script-src 'wasm-unsafe-eval' {permission(plots())} {permission(script())}; worker-src blob:"
 
 

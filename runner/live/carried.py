@@ -19,19 +19,19 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.plot import holds
-from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.keys import ConstantOf, ParameterOf, WireOf
 from proofmass.runner.plan.measuring import planned_derived
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
 from proofmass.runner.program.form import Program
 from proofmass.runner.program.measure_formulas import measure_formulas
-from proofmass.runner.program.slots import FLOATS, INTEGERS
+from proofmass.runner.program.slots import INTEGERS
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.content import content_of
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
-from proofmass.runner.targets.native import arrays_of, dtype_of, moving
+from proofmass.runner.targets.native import arrays_of, dtype_of, finite_places, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
 SHOWN_IN = " as "  # between a unit and that in which its values are shown
@@ -73,7 +73,7 @@ class CarriedLoop:
             "formulas": _formulas(self.plan),
             "parameters": {".".join(node): self._place(node) for node in self.varied},
             "wires": list(self._wires()),
-            "watched": self._watched(),
+            "watched": finite_places(self.plan, self.written),
             "refused": self.written.memory.counts[INTEGERS],
         }
 
@@ -97,12 +97,6 @@ class CarriedLoop:
         """The place of a parameter among the constants."""
         kinds = self.written.constants.kinds
         return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
-
-    def _watched(self) -> list[int]:
-        """Places of the numbers that must stay finite."""
-        memory, solvers = self.written.memory, self.plan.solvers
-        states = [memory.kinds[StateField(*state)] for solver in solvers for state in solver.group.states]
-        return [*(place for kind, place in states if kind is float), memory.counts[FLOATS]]
 
     def _wires(self) -> Iterator[dict[str, Any]]:
         """The scalar outputs that the loop keeps, by their names in the flat graph, and where they stand."""

@@ -15,7 +15,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
-from proofmass.runner.analysis.margins.axis import poles_outside
+from proofmass.runner.analysis.margins.axis import Axis, poles_outside
 from proofmass.runner.analysis.margins.crossings import Crossing, real_crossing
 from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE, RealFunction, Samples, crossings, highest
 from proofmass.runner.host.arrays import Array, Complex
@@ -31,7 +31,7 @@ _ALL = 1 << 30
 _HALVED, _WIDE = 40, 1.0  # how often steps are halved in which f N + D turns further, in radians
 
 
-class SweptAxis:
+class SweptAxis(Axis):
     """L of a sampled loop on the unit circle, over the angle of a period."""
 
     sampled = True
@@ -57,14 +57,12 @@ class SweptAxis:
         return self._crossings(found)
 
     def phase_crossings(self) -> list[Crossing]:
-        """Return where L is negative, half the rate included."""
         below = self._samples.up_to(math.pi * (1.0 - 1e-12))
         found = [c for c in self._crossings(crossings(below, lambda values: values.imag, _ALL)) if abs(c.lag) < 1.0]
         last = self.end()
         return [*(Crossing(c.w, c.size, 0.0) for c in found), *([last] if last and last.lag == 0.0 else [])]
 
     def rest(self) -> Crossing | None:
-        """Return L at rest, or None if it is infinite there."""
         return real_crossing(0.0, self._loop.numerator(1), self._loop.denominator(1))
 
     def end(self) -> Crossing | None:
