@@ -25,7 +25,7 @@ class Cost:
     constant_multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
 
     def __add__(self, other: "Cost") -> "Cost":
-        sums = {name: own + vars(other)[name] for name, own in vars(self).items()}
+        sums: dict[str, Any] = {name: own + vars(other)[name] for name, own in vars(self).items()}
         return Cost(**sums | {"widest": max(self.widest, other.widest)})
 
     def as_data(self) -> dict[str, Any]:
