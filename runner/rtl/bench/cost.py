@@ -26,7 +26,8 @@ class Cost:
 
     def __add__(self, other: "Cost") -> "Cost":
         sums: dict[str, Any] = {name: own + vars(other)[name] for name, own in vars(self).items()}
-        return Cost(**sums | {"widest": max(self.widest, other.widest)})
+        sums["widest"] = max(self.widest, other.widest)
+        return Cost(**sums)
 
     def as_data(self) -> dict[str, Any]:
         """Plain data: multipliers as {"32 x 24": 2}."""
