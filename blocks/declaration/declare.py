@@ -18,11 +18,12 @@ An output depends on an input in the same tick only if its function takes that i
 
 import dataclasses
 import typing
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from types import FunctionType
 from typing import Any, ClassVar
 
 from proofmass.blocks.declaration.decorators import OF_A_FUNCTION, of_a_function
+from proofmass.blocks.declaration.facts import Requirements
 from proofmass.blocks.declaration.kind import BlockType
 from proofmass.blocks.declaration.parameter import param, read_parameters
 from proofmass.blocks.declaration.ports import Buffer, BufferPort, Input, Port, Recording
@@ -70,7 +71,7 @@ class Block(metaclass=BlockType):
         object.__setattr__(self, "_texts", {name: text for name, text in values.items() if isinstance(text, str)})
         problems = unknown + problems + list(_bad_units(self))
         if not problems and kind.requirements is not None:
-            problems = list(_unmet(self, kind.requirements(self)))
+            problems = list(_unmet(self, kind.requirements))
         if problems:
             raise ModelError(problems)
 
@@ -161,8 +162,21 @@ def _bad_units(block: Block) -> Iterator[Problem]:
                 yield error.problem(key, vars(block)[name], path=(name,), expected="a unit")
 
 
-def _unmet(block: Block, requirements: Iterator[tuple[str, str]]) -> Iterator[Problem]:
-    for name, expected in requirements:
-        key = f"{type(block).__name__}.{name}"
-        refusal = Refusal("does not go with the other parameters")
-        yield refusal.problem(key, vars(block)[name], path=(name,), expected=expected)
+def _unmet(block: Block, requirements: Requirements) -> Iterator[Problem]:
+    """Yield a problem for each pair of a parameter and what is expected of it."""
+    kind, pairs = type(block), requirements(block)
+    for pair in pairs if isinstance(pairs, Iterable) and not isinstance(pairs, str) else [pairs]:
+        match pair:
+            case str(name), str(expected) if name in kind.parameters:
+                refusal = Refusal("does not go with the other parameters")
+                yield refusal.problem(f"{kind.__name__}.{name}", vars(block)[name], path=(name,), expected=expected)
+            case _:
+                code = getattr(requirements, "__code__", None)
+                yield Problem(
+                    message="the function of @requires must yield pairs: a parameter, and what is expected of it",
+                    key=kind.__name__,
+                    file=code.co_filename if code else "",
+                    line=code.co_firstlineno if code else 0,
+                    got=shown(pair),
+                    hint=f'write yield "{next(iter(kind.parameters), "gain")}", "less than 1"',
+                )

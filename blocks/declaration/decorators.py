@@ -1,9 +1,9 @@
-"""Decorators that stand with or without parentheses: each mistake is answered by the line to write."""
+"""Decorators and declarations of blocks: each mistake in their arguments is answered by the line to write."""
 
 from collections.abc import Callable
 from dataclasses import Field
 from functools import wraps
-from inspect import signature
+from inspect import Signature, signature
 from typing import Any, TypeVar, cast
 
 from proofmass.blocks.declaration.problem import shown
@@ -32,18 +32,40 @@ def called(example: str) -> Callable[[Method], Method]:
 
         @wraps(method)
         def registered(kind: Any, *given: Any, **named: Any) -> Any:
-            told = "the parentheses are missing" if given and callable(given[0]) else ""
-            try:
-                expected.bind(kind, *given, **named)
-            except TypeError as error:
-                told = told or str(error)
-            if told:
+            missing = "the parentheses are missing" if given and callable(given[0]) else ""
+            if told := missing or _misfit(expected, (kind, *given), named):
                 raise TypeError(f"{told}: write @{kind.__name__}.{method.__name__}({example})")
             return method(kind, *given, **named)
 
         return cast(Method, registered)
 
     return decorated
+
+
+def declares(line: str) -> Callable[[Method], Method]:
+    """Return what makes a function that declares something answer wrong arguments by the line to write."""
+
+    def decorated(method: Method) -> Method:
+        expected = signature(method)
+
+        @wraps(method)
+        def declared(*given: Any, **named: Any) -> Any:
+            if told := _misfit(expected, given, named):
+                raise TypeError(f"{told}: write {line}")
+            return method(*given, **named)
+
+        return cast(Method, declared)
+
+    return decorated
+
+
+def _misfit(expected: Signature, given: tuple[Any, ...], named: dict[str, Any]) -> str:
+    """Return why arguments do not fit, or ""."""
+    try:
+        expected.bind(*given, **named)
+    except TypeError as error:
+        return str(error)
+    return ""
 
 
 def of_a_function(decorator: Method) -> Method:

@@ -115,7 +115,7 @@ EXPLANATIONS = (
     Explanation(
         "P0304",
         "A value of another type",
-        r"must be |the same type|is not a number|half of|give samples or duration",
+        r"must be |must yield|the same type|is not a number|half of|give samples or duration",
         "An integer, a text, a list or a table is wanted, and something else was given.",
         "Integers are written without a point; texts and quantities have quotes; lists have square brackets.",
     ),

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from typing import Any, TypeGuard
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
+from proofmass.blocks.declaration.decorators import declares
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.unit_parameters import unit_to_set
 from proofmass.blocks.declaration.units import convert_exactly, short_unit
@@ -140,6 +141,7 @@ def _is_number(value: object) -> TypeGuard[int | float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
+@declares('gain: float = param("1", "Gain of the amplifier.", default=1.0)')
 def param(
     unit: str,
     doc: str,

@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
+from proofmass.blocks.declaration.decorators import declares
 
 NumberType = type[float] | type[int] | type[bool] | type[FixedValue]
 DeclaredSize = (
@@ -37,6 +38,7 @@ class Input:
     'V'
     """
 
+    @declares('voltage = Input("V", "What is amplified.")')
     def __init__(
         self,
         unit: str,
@@ -76,6 +78,7 @@ class Buffer:
     ('ticks',)
     """
 
+    @declares('line = Buffer("The last samples.", float, ("ticks",))')
     def __init__(self, doc: str, dtype: NumberType, shape: tuple[DeclaredSize, ...]) -> None:
         self._buffer = BufferPort("", doc, dtype, shape)
 

@@ -15,6 +15,7 @@ from proofmass.blocks.declaration.facts import Facts, Requirements
 from proofmass.blocks.declaration.names import MOVING, refuse_taken, taken
 from proofmass.blocks.declaration.parameter import fill
 from proofmass.blocks.declaration.ports import DeclaredSize, NumberType, Port
+from proofmass.blocks.declaration.problem import shown
 from proofmass.blocks.declaration.unit_expressions import UnitError, unit
 
 _Function = TypeVar("_Function", bound=Callable[..., Any])
@@ -144,6 +145,8 @@ def refuse_no_unit(kind: Facts, name: str, text: str) -> None:
     """Raise TypeError where a block of the user's own names an unknown unit; tests see to those of the library."""
     if kind.__module__.startswith("proofmass.blocks."):
         return
+    if not isinstance(text, str):
+        raise TypeError(f'{kind.__name__}.{name}: the unit comes first, as a text such as "V"; got {shown(text)}')
     texts = {n: p.default for n, p in kind.parameters.items() if p.kind is str}
     try:
         unit(fill(text, texts))

@@ -94,7 +94,7 @@ def _of_dimension(number: Fraction, symbol: str, target: str) -> str:
         own = re.sub(rf"(?<![A-Za-z]){name}(?![A-Za-z0-9])", text, own)
     for tried in (own, _STANDARD_GRAVITY.sub(r"\g<1>g0", own)):
         if tried != symbol and _dimension(tried) == wanted.exponents:
-            return f'write "{_decimal(number)} {tried}"'
+            return f'write "{float(number):.10g} {tried}"'
     unknown = next((word for word in re.findall(r"[A-Za-zµμΩ]\w*", symbol) if not is_unit(word) and word != "sqrt"), "")
     if not unknown or power_of_a_unit(unknown):
         return ""
@@ -134,10 +134,6 @@ def _dimension(text: str) -> tuple[Fraction, ...] | None:
         return unit(text).exponents
     except UnitError:
         return None
-
-
-def _decimal(number: Fraction) -> str:
-    return f"{float(number):.10g}"
 
 
 def _other_dimension(text: str, own: str, target: str) -> str:

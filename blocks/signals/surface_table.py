@@ -7,6 +7,7 @@ from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 from proofmass.blocks.declaration.declare import Block, Buffer, Input, param
+from proofmass.blocks.signals.look_up_table import interval
 
 
 class SurfaceTable(Block):
@@ -43,15 +44,6 @@ def requires(p: SurfaceTable) -> Iterator[tuple[str, str]]:
 @SurfaceTable.start
 def start(p: SurfaceTable, firsts: list[float], seconds: list[float], levels: list[float]) -> None:
     firsts[:], seconds[:], levels[:] = p.first_breakpoints, p.second_breakpoints, p.values
-
-
-def interval(knots: Sequence[float], value: float) -> int:
-    """Index of the breakpoint at which the interval of a value begins, found by halving."""
-    low, high = 0, len(knots) - 1
-    while high - low > 1:
-        middle = (low + high) // 2
-        low, high = (middle, high) if knots[middle] <= value else (low, middle)
-    return low
 
 
 def part(knots: Sequence[float], i: int, value: float) -> float:

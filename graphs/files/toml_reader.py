@@ -279,8 +279,7 @@ def _too_large(file: str) -> ModelError:
 
 def _in_order(problems: list[Problem], place: Place) -> list[Problem]:
     """Each problem once, with its place, in the order of the file."""
-    placed = dict.fromkeys(p if p.file else p.at(*place.find(p.path)) for p in problems)
-    ordered = sorted(placed, key=lambda problem: (problem.file != place.file, problem.file, problem.line))
+    ordered = list(dict.fromkeys(place.in_order(problems)))
     more = len(ordered) - PROBLEMS
     if more <= 0:
         return ordered

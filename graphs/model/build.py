@@ -158,7 +158,7 @@ class Graph(Value):
         own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
         if reader.problems:
             told = with_nearest(reader.problems, blocks, wires)
-            raise ModelError([p if p.file else p.at(*place.find(p.path)) for p in told])
+            raise ModelError(list(map(place.placed, told)))
         super().__init__(
             **plain,
             rate=own_rate,

@@ -4,7 +4,7 @@ A graph is a mapping from each node to others: those that it needs, or those tha
 named among the others belong to it too.
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, TypeVar
 
 import networkx
@@ -45,6 +45,17 @@ def reached(edges: Mapping[Node, Iterable[Node]], starts: Iterable[Node]) -> set
     """Return the nodes that can be reached from others. A start is among them only if a way leads back to it."""
     first = {other for start in starts for other in edges.get(start, ())}
     return {node for layer in networkx.bfs_layers(_digraph(edges), first) for node in layer}
+
+
+def with_following(starts: Iterable[Node], following: Callable[[Node], Iterable[Node]]) -> set[Node]:
+    """Return nodes, and all that follow from them in however many steps."""
+    found, left = set[Node](), list(starts)
+    while left:
+        node = left.pop()
+        if node not in found:
+            found.add(node)
+            left += following(node)
+    return found
 
 
 def turned(edges: Mapping[Node, Iterable[Node]]) -> dict[Node, list[Node]]:

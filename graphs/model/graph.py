@@ -5,7 +5,7 @@ tables into such a value; nothing is read here.
 """
 
 import dataclasses
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from fractions import Fraction
 from functools import cached_property
 from types import MappingProxyType
@@ -91,6 +91,15 @@ class Place:
         """File and line of the key, or of the nearest key above it."""
         return self.file, self.line(path)
 
+    def placed(self, problem: Problem) -> Problem:
+        """Return a problem with the file and line that its key has, unless it has them already."""
+        return problem if problem.file else problem.at(*self.find(problem.path))
+
+    def in_order(self, problems: Iterable[Problem]) -> list[Problem]:
+        """Return problems with their files and lines, in their order; those of the file itself come first."""
+        placed = map(self.placed, problems)
+        return sorted(placed, key=lambda problem: (problem.file != self.file, problem.file, problem.line))
+
 
 NOWHERE = Place()
 
@@ -106,7 +115,7 @@ class Placed:
 
     def placed(self, problem: Problem) -> Problem:
         """Return a problem with the file and line that its key has, unless it has them already."""
-        return problem if problem.file else problem.at(*self.place.find(problem.path))
+        return self.place.placed(problem)
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True, repr=False)

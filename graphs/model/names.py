@@ -125,5 +125,18 @@ def _no_block(root: Graph, signal: str, what: str) -> Missing:
     return Missing(f"there is no block {path}{name}", hint + (declare if not path else ""), absent=True)
 
 
+def output_of_a_loop(flat: FlatGraph) -> str:
+    """Return an output of the graph for hints: one that is fed back, or else the first that is wired."""
+    from proofmass.graphs.model.digraph import loops  # start-up time: few graphs are refused
+
+    ends = [(wire.source, split(wire.source)[0], split(wire.target)[0]) for wire in flat.wires]
+    ways: dict[str, list[str]] = {}
+    for _, block, target in ends:
+        ways.setdefault(block, []).append(target)
+    parts = loops(ways)
+    fed_back = [output for output, *both in ends if any(part.issuperset(both) for part in parts)]
+    return next(iter([*fed_back, *(output for output, *_ in ends)]), "block.output")
+
+
 def _list(what: str, names: Collection[str]) -> str:
     return f"{what}: {', '.join(names) or 'none'}"

@@ -12,7 +12,7 @@ from proofmass.blocks.declaration.units import convert, short_unit
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.hints import key_hint
-from proofmass.graphs.model.names import Missing, find_output
+from proofmass.graphs.model.names import Missing, find_output, output_of_a_loop
 
 FIGURES = {  # of a loop, with their units
     "gain_margin": "dB",
@@ -202,7 +202,8 @@ def _loop_figure(table: Mapping[str, Any], flat: FlatGraph) -> LoopFigure:
         hint = did_you_mean(str(figure), FIGURES, "the figures of a loop")
         raise Refusal("there is no such figure", hint, key="figure", got=shown(figure))
     if not isinstance(loop, str) or (loop not in flat.loops and "." not in loop):
-        hint = did_you_mean(str(loop), flat.loops, "the loops") if flat.loops else 'name an output: "dac.voltage"'
+        hint = f'name an output: "{output_of_a_loop(flat)}"'
+        hint = did_you_mean(str(loop), flat.loops, "the loops") if flat.loops else hint
         raise Refusal("there is no such loop", hint, key="loop", got=shown(loop))
     if loop not in flat.loops:
         _output(table, "loop", flat)

@@ -16,7 +16,7 @@ from proofmass.graphs.model.keys import STUDY_KEYS
 from proofmass.graphs.model.limits import PROBLEMS
 from proofmass.graphs.model.top_keys import TOP_KEYS
 from proofmass.graphs.studies.build import Study
-from proofmass.graphs.studies.table_entries import placed, unknown_keys
+from proofmass.graphs.studies.table_entries import unknown_keys
 from proofmass.graphs.studies.variants import variants_of
 
 STUDY = "study"
@@ -117,5 +117,5 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
         path = tuple(key.split(".", 1))
         problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint, path=path))
     if problems:
-        raise ModelError(placed(problems, place)[:PROBLEMS])
+        raise ModelError(place.in_order(problems)[:PROBLEMS])
     return studies

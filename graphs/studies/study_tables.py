@@ -3,6 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -18,7 +19,7 @@ from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
-from proofmass.graphs.model.names import Missing, find_any
+from proofmass.graphs.model.names import Missing, find_any, output_of_a_loop
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.changes import Change, read_change
 from proofmass.graphs.studies.correlation import Correlation, correlation_of, read_coefficient
@@ -109,29 +110,29 @@ class StudyTables:
 
     def _operating_point(self, point: object) -> str:
         """The time at which margins are wanted, as a text; "" where none are."""
-        try:
-            moment = read_moment(point)
-        except Refusal as error:
-            self.refuse(error, "margins")
-            return ""
+        moment = self.moment("margins", point)
         if moment and not self.flat.loops:
-            hint = 'add [loops.main] to it with open_at = "dac.voltage"'
+            hint = f'add [loops.main] to it with open_at = "{output_of_a_loop(self.flat)}"'
             self.refuse(Refusal("the graph names no loops", hint), "margins")
         return moment
+
+    def moment(self, key: str, at: object) -> str:
+        """Read an operating point."""
+        with self.noting(key):
+            return read_moment(at)
+        return ""
 
     def parameters(self, table: str, given: object, read: Callable[[object, str], _Entry]) -> Mapping[str, _Entry]:
         """A table, or one inside another, whose keys are parameters, by their names in the flat graph."""
         entries: dict[str, _Entry] = {}
         for key, entry in self.entries(table, given):
             name = self._flat_name(key)
-            try:
+            with self.noting(table, key):
                 unit = self._unit_of(key, name)
                 if name in entries:
                     raise Refusal("the parameter is named twice")
                 entries[name] = read(entry, unit)
                 self.written.setdefault(name, key)
-            except Refusal as error:
-                self.refuse(error, table, key)
         return MappingProxyType(entries)
 
     def ages(self, epochs: object) -> tuple[float, ...]:
@@ -141,20 +142,16 @@ class StudyTables:
         table = epochs if isinstance(epochs, Mapping) else {}
         ages = table["ages"] if set(table) == {"ages"} else None
         if set(table) == {"every", "until"}:
-            try:
+            with self.noting("epochs"):
                 return regular_ages(table)
-            except Refusal as error:
-                self.refuse(error, "epochs")
             return (0.0,)
         if not isinstance(ages, list | tuple) or not ages:
             self.refuse(Refusal("must hold a list of ages", got=shown(epochs), hint=AGES_EXAMPLE), "epochs")
             return (0.0,)
         read = []
         for number, age in enumerate(ages):
-            try:
+            with self.noting("epochs", "ages"), under(str(number), age):
                 read.append(float(read_duration(age)))
-            except Refusal as error:
-                self.refuse(Refusal(str(error), error.hint, got=shown(age)), "epochs", "ages", str(number))
         if sorted(set(read)) != read:
             self.refuse(Refusal("must ascend", got=shown(ages), hint=_ascending(ages)), "epochs", "ages")
         return tuple(read) or (0.0,)
@@ -235,20 +232,16 @@ class StudyTables:
         """Coefficients between parameters that are spread normally."""
         pairs = []
         for key, others in self.entries("correlation", given):
-            try:
+            with self.noting("correlation", key):
                 if not isinstance(others, Mapping):
                     raise Refusal("must be a table", got=shown(others), hint='write { "adc.reference" = 0.5 }')
                 for other in others:
                     coefficient = read_coefficient(others, other)
                     pairs.append((self._flat_name(key), self._flat_name(other), coefficient))
-            except Refusal as error:
-                self.refuse(error, "correlation", key)
         if pairs and design == "saltelli":
             self.refuse(Refusal("its indices are those of independent parameters", got=shown(design)), "design")
-        try:
+        with self.noting("correlation"):
             return correlation_of(pairs, spread)
-        except Refusal as error:
-            self.refuse(error, "correlation")
         return Correlation()
 
     def _flat_name(self, key: str) -> str:
@@ -273,10 +266,8 @@ class StudyTables:
         """Read the entries of a table by name, and note those that are refused."""
         entries: dict[str, _Entry] = {}
         for name, entry in self.entries(table, given):
-            try:
+            with self.noting(table, name):
                 entries[name] = read(name, entry)
-            except Refusal as error:
-                self.refuse(error, table, *(() if error.key == name else (name,)))
         return MappingProxyType(entries)
 
     def entries(self, table: str, entries: object) -> Iterator[tuple[str, Any]]:
@@ -331,9 +322,17 @@ class StudyTables:
             raise Refusal(message, got=shown(key), hint=hint)
         return unit_of(target[0], target[1])
 
+    @contextmanager
+    def noting(self, *path: str) -> Iterator[None]:
+        """Note what is refused inside under a path of keys, and go on."""
+        try:
+            yield
+        except Refusal as error:
+            self.refuse(error, *path)
+
     def refuse(self, error: Refusal, *path: str) -> None:
         """Note a refusal under a path of keys."""
-        path = (*path[0].split("."), *path[1:], *([error.key] if error.key else []))
+        path = (*path[0].split("."), *path[1:], *([error.key] if error.key not in ("", path[-1]) else []))
         key = ".".join(f'"{part}"' if "." in part else part for part in path)
         self.problems.append(
             Problem(message=str(error), key=key, got=error.got, expected=error.expected, hint=error.hint, path=path)

@@ -1,12 +1,11 @@
 """Entries of the tables of a study: read from texts, numbers and lists, and refused with key, value and cure."""
 
 import math
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
-from proofmass.graphs.model.graph import Place
 from proofmass.graphs.model.hints import key_hint
 
 
@@ -25,12 +24,6 @@ def unknown_keys(table: Mapping[str, Any], keys: Collection[str]) -> Iterator[Pr
     for key in table:
         if key not in keys:
             yield Refusal("unknown key", key_hint(key, keys, table)).problem(key, key, path=(key,))
-
-
-def placed(problems: Iterable[Problem], place: Place) -> list[Problem]:
-    """Return problems with their files and lines, in their order; those of the file itself come first."""
-    found = [problem if problem.file else problem.at(*place.find(problem.path)) for problem in problems]
-    return sorted(found, key=lambda problem: (problem.file != place.file, problem.file, problem.line))
 
 
 def read_flag(table: Mapping[str, Any], key: str) -> bool:

@@ -11,7 +11,7 @@ from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_INTEGERS, TUNE_KEYS, Integer
-from proofmass.graphs.model.loops import read_moment, read_requirement
+from proofmass.graphs.model.loops import read_requirement
 from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
@@ -60,7 +60,7 @@ def tuning_of(
     for key, entries, what, example in (("free", frees, "parameter", _FREE), ("goals", wanted, "goal", _GOAL)):
         if not entries and not read.problems:
             read.refuse(Refusal(f"names no {what}", example), key)
-    moment = read.moment(at)
+    moment = read.moment("at", at)
     given = {"starts": starts, "samples": samples, "seed": seed}
     numbers = {key: read.count(key, given[key], form) for key, form in TUNE_INTEGERS.items()}
     own_ages = read.ages_of(ages, study, wanted)
@@ -133,14 +133,6 @@ class _Tables(StudyTables):
         except Refusal as error:
             self.refuse(Refusal(str(error), example, got=shown(ages)), "ages")
         return ()
-
-    def moment(self, at: object) -> str:
-        """Read the operating point."""
-        try:
-            return read_moment(at)
-        except Refusal as error:
-            self.refuse(error, "at")
-        return ""
 
     def count(self, key: str, value: object, form: Integer) -> int:
         """Read an integer."""

@@ -11,7 +11,7 @@ from proofmass.graphs.files.toml_reader import graph_of_file, read_table
 from proofmass.graphs.model.graph import Graph, Place
 from proofmass.graphs.model.keys import TUNE_KEYS
 from proofmass.graphs.studies.study_reader import STUDY, study_of_table
-from proofmass.graphs.studies.table_entries import placed, unknown_keys
+from proofmass.graphs.studies.table_entries import unknown_keys
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.graphs.tuning.tuning import Tuning
 
@@ -46,7 +46,7 @@ def tuning_of_table(data: dict[str, Any], place: Place, graph: Graph) -> Tuning:
     with collecting(problems):
         tuning = tuning_of(graph, study=study, place=place, **given)
     if problems or tuning is None:
-        raise ModelError(placed(problems, place))
+        raise ModelError(place.in_order(problems))
     return tuning
 
 

@@ -7,7 +7,7 @@ from proofmass.runner.commands.answers import DONE, print_json, print_text
 from proofmass.runner.commands.declarations.graphs import ReportRequest
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import working
-from proofmass.runner.commands.study_data import study_data
+from proofmass.runner.commands.study_files import study_data
 from proofmass.runner.output.times import time_text
 from proofmass.runner.studies.kept.folder import find_folder, kept_result
 from proofmass.runner.studies.outcome.result import StudyResult

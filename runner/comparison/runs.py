@@ -188,7 +188,7 @@ def _trace(name: str, first: Any, second: Any, tolerance: Allowance) -> TraceCha
             return TraceChange(name, "", problem=f"not recorded {place}")
     before, after = first.variables[name], second.variables[name]
     units = [str(variable.attrs.get("units", "")) for variable in (before, after)]
-    times = [_times(data, variable) for data, variable in ((first, before), (second, after))]
+    times = [_Axis(data.variables[v.dimensions[0]]) for data, v in ((first, before), (second, after))]
     if units[0] != units[1]:
         return TraceChange(name, units[0], problem=f"now in {units[1]}")
     if before.shape != after.shape:
@@ -196,11 +196,6 @@ def _trace(name: str, first: Any, second: Any, tolerance: Allowance) -> TraceCha
     if len(times[0]) and (times[0][1], times[0][-1]) != (times[1][1], times[1][-1]):
         return TraceChange(name, units[0], problem="at other times")
     return _compared(TraceChange(name, units[0], rows=before.shape[0]), before, after, times[0], tolerance)
-
-
-def _times(data: Any, variable: Any) -> Any:
-    """First, second and last time of a trace, and a way to any: what tells axes apart without reading them."""
-    return _Axis(data.variables[variable.dimensions[0]])
 
 
 class _Axis:

@@ -61,7 +61,7 @@ def units(kind: type[Block]) -> ContractVerdict:
     measured = [*kind.inputs.values(), *kind.outputs.values()]
     measured += [p for p in kind.parameters.values() if p.kind in (float, tuple)]  # type: ignore[misc]
     free = [name for name, p in kind.parameters.items() if p.kind is str and not p.choices]
-    blocks = [kind(), *(_made(kind, {name: "m/s"}) for name in free)]
+    blocks = [kind(), *(made(kind, {name: "m/s"}) for name in free)]
 
     def problems() -> Iterator[Problem]:
         for thing in measured:
@@ -86,7 +86,7 @@ def bounds(kind: type[Block]) -> ContractVerdict:
     wrong: dict[str, Problem] = {}
     for name, parameter in kind.parameters.items():
         for value in outside(parameter).values():
-            if _made(kind, {name: value}) is not None:
+            if made(kind, {name: value}) is not None:
                 wrong[name] = problem(kind, name, "it takes a value beyond its bounds", got=shown(value))
         tried += [{name: value} for value in within(parameter)]
     tried += [{n: random_value(p, dice) for n, p in kind.parameters.items()} for _ in range(_DRAWN)]
@@ -123,7 +123,7 @@ def _further(parameter: Parameter, bound: float, way: int) -> float | int:
     return parameter.kind(bound + way * step)  # type: ignore[no-any-return]
 
 
-def _made(kind: type[Block], values: dict[str, Any]) -> Block | None:
+def made(kind: type[Block], values: dict[str, Any]) -> Block | None:
     """The block with some parameters set, or None if they are refused."""
     try:
         return kind(**values)
@@ -137,8 +137,8 @@ def _fails(kind: type[Block], values: dict[str, Any]) -> str:
         block = kind(**values)
         if kind.has_formats():
             return ""
-        made = constants_of(block, block, PERIOD)
-        if not all(map(math.isfinite, numbers_in(made or ()))):
+        constants = constants_of(block, block, PERIOD)
+        if not all(map(math.isfinite, numbers_in(constants or ()))):
             return "constants gives a number that is not finite"
         sizes = {name: math.prod(shape_of(block, buffer)) for name, buffer in kind.buffers.items()}
         start_of(block, {n: [held_as(b.dtype)(0)] * sizes[n] for n, b in kind.buffers.items()}, PERIOD)

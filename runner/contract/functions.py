@@ -5,9 +5,9 @@ from collections.abc import Iterator
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.language.forms import driven_problems, problems_of
-from proofmass.runner.contract.declared import PERIOD
+from proofmass.runner.contract.declared import PERIOD, made
 from proofmass.runner.contract.drawn import random_value
 from proofmass.runner.contract.places import problem
 from proofmass.runner.contract.verdict import ContractVerdict, verdict
@@ -48,7 +48,8 @@ def _said(functions: int) -> str:
 def _differs(kind: type[Block], function: Any, more: tuple[str, ...]) -> str:
     """Return two results for the same parameters, or ""."""
     dice, first = random.Random(kind.__name__), dict[int, str]()
-    blocks = [block for block in (_block(kind, dice) for _ in range(_TIMES)) if block is not None]
+    drawn = [{name: random_value(p, dice) for name, p in kind.parameters.items()} for _ in range(_TIMES)]
+    blocks = [block for block in (made(kind, values) for values in drawn) if block is not None]
     for _ in range(2):
         for number, block in enumerate(blocks):
             try:
@@ -58,10 +59,3 @@ def _differs(kind: type[Block], function: Any, more: tuple[str, ...]) -> str:
             if first.setdefault(number, value) != value:
                 return f"{first[number]}, then {value}"
     return ""
-
-
-def _block(kind: type[Block], dice: random.Random) -> Block | None:
-    try:
-        return kind(**{name: random_value(p, dice) for name, p in kind.parameters.items()})
-    except ModelError:
-        return None

@@ -22,6 +22,7 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 from proofmass.runner.run.faults import failed
+from proofmass.runner.run.recorder import room
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan, moving
 from proofmass.runner.targets.native_lanes import CompiledLanes, Lanes
 
@@ -53,7 +54,7 @@ class Outcome:
 def outcome(sensor: Sensor, ticks: int) -> Outcome:
     """Return what a run comes to in plain Python."""
     planned = sensor.plan
-    rows = rows_for(planned, ticks)
+    rows = room(planned, 0, ticks)
     engine = Interpreter(planned, planned.graph.seed, sensor.run)
     try:
         engine.advance(ticks, rows)
@@ -61,12 +62,6 @@ def outcome(sensor: Sensor, ticks: int) -> Outcome:
         before = outcome(sensor, error.tick)
         return replace(before, fault=str(failed(planned, error)), error=error)
     return Outcome(ticks, tuple(rows), engine.memory())
-
-
-def rows_for(planned: Plan, ticks: int) -> list[AnyArray]:
-    """Room for what the probes record."""
-    kinds = {float: np.float64, int: np.int64, bool: np.bool_}
-    return [np.zeros((p.rows(0, ticks), *p.shape), dtype=kinds[p.dtype]) for p in planned.probes]
 
 
 def packed(memory: Memory) -> bytes:
@@ -87,12 +82,12 @@ def _packed(value: Any) -> bytes:
 def native_differences(compiled: CompiledPlan, sensors: Sequence[Sensor], outcomes: Sequence[Outcome]) -> Iterator[str]:
     """Yield where machine code differs."""
     for sensor, expected in zip(sensors, outcomes, strict=True):
-        engine, rows = _begun(compiled, sensor), rows_for(sensor.plan, expected.ticks)
+        engine, rows = _begun(compiled, sensor), room(sensor.plan, 0, expected.ticks)
         engine.advance(expected.ticks, rows)
         yield from _unlike(sensor, rows, expected.rows)
         if packed(engine.memory()) != packed(expected.memory):
             yield _said(sensor, f"memory after {expected.ticks} ticks differs")
-        if expected.fault and engine.advance(expected.ticks + 1, rows_for(sensor.plan, expected.ticks + 1)):
+        if expected.fault and engine.advance(expected.ticks + 1, room(sensor.plan, 0, expected.ticks + 1)):
             yield _said(sensor, f"no fault in tick {expected.ticks}")
 
 
@@ -103,9 +98,9 @@ def resumed_differences(
     for sensor, expected in zip(sensors, outcomes, strict=True):
         half, planned = expected.ticks // 2, sensor.plan
         first = _begun(compiled, sensor)
-        first.advance(half, rows_for(planned, half))
+        first.advance(half, room(planned, 0, half))
         second = Interpreter(planned, planned.graph.seed, sensor.run, first.memory().copy())
-        second.advance(expected.ticks, rows_for(planned, expected.ticks))
+        second.advance(expected.ticks, room(planned, 0, expected.ticks))
         if packed(second.memory()) != packed(expected.memory):
             yield _said(sensor, f"a run that is interrupted after {half} ticks ends elsewhere")
 
@@ -170,7 +165,7 @@ def foreign_differences(
 def _arrays(compiled: CompiledPlan, sensor: Sensor, ticks: int) -> list[AnyArray]:
     """Everything that the program reads and writes, before the first tick."""
     rows = [
-        array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype) for array in rows_for(sensor.plan, ticks)
+        array if len(array) else np.zeros((1, *array.shape[1:]), array.dtype) for array in room(sensor.plan, 0, ticks)
     ]
     arrays = _begun(compiled, sensor).arrays(rows)
     arrays[4].fill(np.nan)  # scratch, as the engine has it

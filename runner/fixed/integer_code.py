@@ -7,7 +7,7 @@ from collections.abc import Sequence
 from typing import NamedTuple
 
 from proofmass.runner.fixed.integer_interval import Interval
-from proofmass.runner.fixed.integer_ir import Operation, TraceError
+from proofmass.runner.fixed.integer_ir import IntegerProgram, Operation, TraceError
 from proofmass.runner.fixed.operations import interval_of
 from proofmass.runner.fixed.trace import Traced
 
@@ -44,7 +44,8 @@ def _clamped(live: list[Operation], name: str) -> set[Operation]:
             always[operation] = _unconditional(operation, always, clamped)
             low, high = always[operation]
             if low < LOWEST or high > HIGHEST or _shifts_too_far(operation, always):
-                needed = {n for n in _above(operation) if n.kind == "narrow" and always[n] != (n.low, n.high)}
+                above = IntegerProgram.live(operation.operands)
+                needed = {n for n in above if n.kind == "narrow" and always[n] != (n.low, n.high)}
                 if not needed:
                     _refuse(operation, name)
                 clamped |= needed
@@ -70,17 +71,6 @@ def _shifts_too_far(operation: Operation, always: dict[Operation, Interval]) -> 
     low, high = always[operation.operands[1]]
     constant_right = operation.kind == "shift_right" and operation.operands[1].constant is not None
     return low < 0 or (high > 63 and not constant_right)
-
-
-def _above(operation: Operation) -> set[Operation]:
-    above: set[Operation] = set()
-    todo = list(operation.operands)
-    while todo:
-        each = todo.pop()
-        if each not in above:
-            above.add(each)
-            todo += each.operands
-    return above
 
 
 def _refuse(operation: Operation, name: str) -> None:

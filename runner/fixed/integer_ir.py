@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import NamedTuple
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.digraph import with_following
 from proofmass.runner.fixed.integer_interval import signed_width
 from proofmass.runner.fixed.operations import OPERATIONS, OperationName, interval_of
 
@@ -109,15 +110,10 @@ class IntegerProgram:
         low, high = _interval(kind, operands)
         return self.constant(low) if low == high else self._operation(kind, operands, low, high)
 
-    def live(self, results: Iterable[Operation]) -> list[Operation]:
+    @staticmethod
+    def live(results: Iterable[Operation]) -> list[Operation]:
         """The operations that the results depend on, operands first."""
-        live: set[Operation] = set()
-        todo = list(results)
-        while todo:
-            operation = todo.pop()
-            if operation not in live:
-                live.add(operation)
-                todo += operation.operands
+        live = with_following(results, lambda operation: operation.operands)
         return sorted(live, key=lambda operation: operation.number)
 
     def _operation(

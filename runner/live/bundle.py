@@ -10,21 +10,8 @@ _FOLDER = Path(__file__).parent
 # each imports those before it
 _MODULES = (
     *("modules", "formulas", "engine", "figures", "quantities", "values", "gestures", "beside", "worker", "charts"),
-    *("controls", "wires", "diagrams", "picked", "strip"),
-    *(
-        "histograms",
-        "measures",
-        "leading",
-        "long",
-        "said",
-        "seeds",
-        "fields",
-        "places",
-        "plotted",
-        "view",
-        "served",
-        "page",
-    ),
+    *("controls", "wires", "diagrams", "picked", "strip", "histograms", "measures", "leading", "long", "said", "seeds"),
+    *("fields", "places", "plotted", "view", "served", "page"),
 )
 _IMPORT = re.compile(r'^import \{[^}]*\} from "\./\w+\.mjs";\n', re.MULTILINE)
 _EXPORT = re.compile(r"^export (?=(?:async )?(?:function|class|const))", re.MULTILINE)
@@ -48,6 +35,16 @@ def plots() -> str:
 def styles() -> str:
     """Styles of the live part."""
     return _read("vendor/uPlot.min.css") + _read("live.css")
+
+
+def elements() -> str:
+    """The library and the script as elements of a page."""
+    return f'<script>{plots()}</script>\n<script id="live-script">{script()}</script>\n'
+
+
+def allowed() -> str:
+    """The words of a content security policy that let these run, and their workers."""
+    return f"; script-src 'wasm-unsafe-eval' {permission(plots())} {permission(script())}; worker-src blob:"
 
 
 def permission(text: str) -> str:

@@ -19,25 +19,24 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.plot import holds
-from proofmass.runner.plan.keys import ConstantOf, ParameterOf, StateField, WireOf
+from proofmass.runner.plan.keys import ConstantOf, ParameterOf, WireOf
 from proofmass.runner.plan.measuring import planned_derived
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure, PlannedProbe
 from proofmass.runner.program.form import Program
 from proofmass.runner.program.measure_formulas import measure_formulas
-from proofmass.runner.program.slots import FLOATS, INTEGERS, Slots
+from proofmass.runner.program.slots import INTEGERS
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.content import content_of
 from proofmass.runner.targets.llvm_functions import externals
 from proofmass.runner.targets.llvm_text import ENTRY
-from proofmass.runner.targets.native import dtype_of, moving
+from proofmass.runner.targets.native import arrays_of, dtype_of, finite_places, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 
 SHOWN_IN = " as "  # between a unit and that in which its values are shown
 _LINE = 64  # bytes that arrays are aligned to
 _DTYPES = {float: "float64", int: "int64", bool: "bool"}
-_BYTES = {float: 8, int: 8, bool: 1}
 _MOST_MODULES = 8
 _modules: dict[str, WasmModule] = {}
 
@@ -74,7 +73,7 @@ class CarriedLoop:
             "formulas": _formulas(self.plan),
             "parameters": {".".join(node): self._place(node) for node in self.varied},
             "wires": list(self._wires()),
-            "watched": self._watched(),
+            "watched": finite_places(self.plan, self.written),
             "refused": self.written.memory.counts[INTEGERS],
         }
 
@@ -88,8 +87,8 @@ class CarriedLoop:
         ]
         scratch = np.zeros(written.scratch + 1)
         return [
-            *_filled(written.constants, written.constant_values),
-            *_filled(written.memory, values),
+            *arrays_of(written.constants, written.constant_values).values(),
+            *arrays_of(written.memory, values).values(),
             scratch,
             *vectors,
         ]
@@ -98,12 +97,6 @@ class CarriedLoop:
         """The place of a parameter among the constants."""
         kinds = self.written.constants.kinds
         return (kinds.get(ParameterOf(*node)) or kinds[ConstantOf(*node)])[1]
-
-    def _watched(self) -> list[int]:
-        """Places of the numbers that must stay finite."""
-        memory, solvers = self.written.memory, self.plan.solvers
-        states = [memory.kinds[StateField(*state)] for solver in solvers for state in solver.group.states]
-        return [*(place for kind, place in states if kind is float), memory.counts[FLOATS]]
 
     def _wires(self) -> Iterator[dict[str, Any]]:
         """The scalar outputs that the loop keeps, by their names in the flat graph, and where they stand."""
@@ -131,7 +124,7 @@ class CarriedLoop:
             "doc": probe.doc,
             "stride": probe.stride,
             "type": _DTYPES[probe.dtype],
-            "bytes": _BYTES[probe.dtype],
+            "bytes": np.dtype(probe.dtype).itemsize,
             "held": holds(self.plan.blocks.get(probe.node[0]), probe.dtype is not float),
             "shape": list(probe.shape),
             "fraction": probe.format.fraction if probe.format else None,
@@ -203,15 +196,6 @@ def _calls_libm(plan: Plan, node: Endpoint) -> bool:
 def scale_key(unit: str, shown_in: str) -> str:
     """Return the name of a table of scales: the unit, and in which other one values are shown."""
     return f"{unit}{SHOWN_IN}{shown_in}" if shown_in else unit
-
-
-def _filled(slots: Slots[Any], values: Any) -> tuple[AnyArray, AnyArray]:
-    """An array of floats and one of integers, each with a place to spare."""
-    floats = np.zeros(slots.counts[FLOATS] + 1)
-    integers = np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64)
-    for key, (kind, index) in slots.kinds.items():
-        (floats if kind is float else integers)[index] = values[key]
-    return floats, integers
 
 
 def packed(data: bytes) -> str:

@@ -13,6 +13,7 @@ from proofmass.runner.plan.measuring import measured
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import PlannedProbe
 from proofmass.runner.planning.plan import plan
+from proofmass.runner.run.recorder import room
 from proofmass.runner.targets.native import CompiledLoop
 
 MOST_PIXELS = 4000
@@ -68,7 +69,7 @@ def long_run(graph: Graph, ticks: int, seed: int, pixels: int, tell: Tell, stop:
     sound, tick = True, 0
     while tick < ticks and sound and not stop.is_set():
         last = min(ticks, tick + _CHUNK)
-        rows: list[AnyArray] = [np.zeros((p.rows(tick, last), *p.shape), dtype=p.dtype) for p in planned.probes]
+        rows = room(planned, tick, last)
         sound, tick = engine.advance(last, rows), last
         for probe, values in zip(planned.probes, rows, strict=True):
             if probe.signal in envelopes:

@@ -21,7 +21,7 @@ from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.measures import MEASURES
 from proofmass.graphs.model.rates import write_seconds
-from proofmass.runner.live.bundle import permission, plots, script, styles
+from proofmass.runner.live.bundle import allowed, elements, styles
 from proofmass.runner.live.carried import SHOWN_IN, carried_loop, packed
 from proofmass.runner.live.named_values import named_values
 from proofmass.runner.live.sliders import fixed_parameters, sliders
@@ -31,7 +31,6 @@ from proofmass.runner.output.typeset import typeset
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan as make_plan
 
-_POLICY = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:"
 _DECADES = range(-24, 25)
 _MOST_DRAWINGS = 24  # with one subgraph unfolded
 
@@ -126,13 +125,11 @@ def _exact(factors: Mapping[str, Fraction]) -> dict[str, list[str]]:
 def live_part(graph: Graph, model: dict[str, Any]) -> LivePart:
     """The part of a page that carries a model and runs it. Without scripts nothing of it is seen."""
     carried = json.dumps(model | {"drawings": _drawings(graph)}, allow_nan=False).replace("<", "\\u003c")
-    drawing, page_script = plots(), script()
     html = (
         f'<section id="live" hidden aria-label="{escape(model["name"])}, live"></section>\n'
-        f'<script type="application/json" id="live-model">{carried}</script>\n'
-        f'<script>{drawing}</script>\n<script id="live-script">{page_script}</script>\n'
+        f'<script type="application/json" id="live-model">{carried}</script>\n{elements()}'
     )
-    return LivePart(html, styles(), _POLICY.format(scripts=f"{permission(drawing)} {permission(page_script)}"))
+    return LivePart(html, styles(), allowed())
 
 
 def _drawings(graph: Graph) -> str:

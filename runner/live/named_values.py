@@ -15,6 +15,7 @@ from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
+from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
@@ -74,23 +75,9 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
         if movable:
             low, high = range_of(value.number, None, None, 1.0)
             logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
-            slider = Slider(
-                path.rstrip("."),
-                name,
-                own,
-                f"{about}.",
-                value.number,
-                low,
-                high,
-                logarithmic,
-                None,
-                None,
-                None,
-                None,
-                named=True,
-                written=value.written,
-            )
-            named.sliders.append(slider)
+            ends = low, high, logarithmic
+            facts = path.rstrip("."), name, own, f"{about}.", value.number
+            named.sliders.append(Slider(*facts, *ends, named=True, written=value.written))
         else:
             named.fixed.append(FixedParameter(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
     return named
@@ -110,12 +97,7 @@ def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
 
 def _followers(key: str, steps: Mapping[str, PageFormula]) -> set[str]:
     """Return all targets that change with a value."""
-    followers, waiting = set[str](), [key]
-    for changed in waiting:
-        new = [target for target, step in steps.items() if changed in step.needs and target not in followers]
-        followers |= set(new)
-        waiting += new
-    return followers
+    return with_following([key], lambda changed: [t for t, step in steps.items() if changed in step.needs]) - {key}
 
 
 def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:

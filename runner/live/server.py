@@ -15,7 +15,7 @@ from http import HTTPStatus
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from typing import Any
 
-from proofmass.runner.live.bundle import permission, plots, script, styles
+from proofmass.runner.live.bundle import allowed, elements, styles
 from proofmass.runner.live.session import Session
 from proofmass.runner.output.page import LivePart, page_text
 
@@ -33,7 +33,6 @@ _HEADERS = {
     "Cross-Origin-Opener-Policy": "same-origin",
     "X-Frame-Options": "DENY",
 }
-_ALLOWED = "; script-src 'wasm-unsafe-eval' {scripts}; worker-src blob:; connect-src 'self'; base-uri 'none'"
 _POLICY = "default-src 'none'; style-src 'unsafe-inline'; form-action 'none'; frame-ancestors 'none'"
 _OPENING = "<noscript><p>This page needs scripts. <code>proofmass run --out</code> needs none.</p></noscript>"
 
@@ -47,14 +46,10 @@ class LiveServer(ThreadingHTTPServer):
         self.session, self.token = session, secrets.token_urlsafe(24)
         super().__init__((ADDRESS, 0), _Handler)
         self.hosts = {f"{host}:{self.server_port}" for host in (ADDRESS, "localhost")}
-        drawing, page_script = plots(), script()
-        html = (
-            '<section id="live" data-served="" hidden></section>\n'
-            f'<script>{drawing}</script>\n<script id="live-script">{page_script}</script>\n'
-        )
-        allowed = _ALLOWED.format(scripts=f"{permission(drawing)} {permission(page_script)}")
-        self.policy = _POLICY + allowed
-        self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles(), allowed)).encode()
+        html = f'<section id="live" data-served="" hidden></section>\n{elements()}'
+        more = f"{allowed()}; connect-src 'self'; base-uri 'none'"
+        self.policy = _POLICY + more
+        self.page = page_text(session.path.name, _OPENING, (), "", LivePart(html, styles(), more)).encode()
 
     @property
     def url(self) -> str:
@@ -90,21 +85,12 @@ class _Handler(BaseHTTPRequestHandler):
         if not self._is_ours(origin=True) or not self._has_token():
             return self._refuse(HTTPStatus.FORBIDDEN)
         data = self._body()
-        if self.path == "/state":
-            accepted = self._live.session.set_state(data)
-            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        if self.path == "/change":
-            accepted = self._live.session.change(data)
-            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        if self.path == "/long":
-            accepted = self._live.session.long(data)
-            return self._refuse(HTTPStatus.NO_CONTENT if accepted else HTTPStatus.BAD_REQUEST)
-        questions = {"/diagram": self._live.session.drawing, "/save": self._live.session.save}
-        questions["/undo"] = self._live.session.undo
-        if self.path in questions:
-            answer = questions[self.path](data)
-        else:
-            answer = self._live.session.answer(self.path.removeprefix("/"), data)
+        session, what = self._live.session, self.path.removeprefix("/")
+        orders = {"state": session.set_state, "change": session.change, "long": session.long}
+        if what in orders:
+            return self._refuse(HTTPStatus.NO_CONTENT if orders[what](data) else HTTPStatus.BAD_REQUEST)
+        questions = {"diagram": session.drawing, "save": session.save, "undo": session.undo}
+        answer = questions[what](data) if what in questions else session.answer(what, data)
         if answer is None:
             return self._refuse(HTTPStatus.BAD_REQUEST)
         return self._send(HTTPStatus.OK, json.dumps(answer).encode(), "application/json")

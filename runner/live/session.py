@@ -45,11 +45,9 @@ class Session:
         self.path, self._study = path, study
         self._saving = Saving(path) if edit else None
         self._changes: dict[str, int | str] = {}  # changes of parameters that need a new plan
-        self._study_stop = threading.Event()
-        self._study_shown: dict[str, Any] | None = None
+        self._stops: dict[str, threading.Event] = {}  # of what runs in the background, by kind
+        self._told: dict[str, dict[str, Any]] = {}  # how that stands
         self._long_wish: tuple[Any, ...] | None = None
-        self._long_shown: dict[str, Any] | None = None
-        self._long_stop = threading.Event()
         self._load, self._more = load, more_files
         self._graph: Graph | None = None
         self._shown: dict[str, Any] | None = None  # the last good model
@@ -83,7 +81,8 @@ class Session:
             with self._lock:
                 self._diagram = diagram
                 self._tell(diagram)
-            self._begin_study()
+                if self._study is not None:
+                    self._begin("study", self._study)
         return problems
 
     def change(self, data: object) -> bool:
@@ -118,51 +117,44 @@ class Session:
         ticks, pixels = (data.get(key) if isinstance(data, dict) else None for key in ("ticks", "pixels"))
         if state is None or self._graph is None or not _is_count(ticks) or not _is_count(pixels):
             return False
-        with self._lock:
-            wish = self._shown, state, ticks
-            if self._long_wish == wish:
-                if self._long_shown:
-                    self._tell(self._long_shown)
-                return True
-            self._long_wish, self._long_shown = wish, None
-            self._long_stop.set()
-            stop = self._long_stop = threading.Event()
         graph = self._graph
 
-        def tell(message: dict[str, Any]) -> None:
-            with self._lock:
-                if not stop.is_set():
-                    self._long_shown = {"kind": "long", "state": state, **message}
-                    self._tell(self._long_shown)
-
-        def run() -> None:
+        def run(tell: Tell, stop: threading.Event) -> None:
             try:
                 changed = with_parameters(graph, state["values"]) if state["values"] else graph
                 long_run(changed, ticks, int(state["seed"]), pixels, tell, stop)
             except ModelError as error:
                 tell({"problems": [problem.as_data() for problem in error.problems]})
 
-        threading.Thread(target=run, daemon=True).start()
+        with self._lock:
+            wish = self._shown, state, ticks
+            if self._long_wish == wish:
+                if "long" in self._told:
+                    self._tell(self._told["long"])
+                return True
+            self._long_wish = wish
+            self._told.pop("long", None)
+            self._begin("long", run, state=state)
         return True
 
     def end(self) -> None:
         """End what runs in the background."""
-        self._study_stop.set()
-        self._long_stop.set()
+        for stop in self._stops.values():
+            stop.set()
 
-    def _begin_study(self) -> None:
-        if self._study is None:
-            return
-        self._study_stop.set()
-        stop = self._study_stop = threading.Event()
+    def _begin(self, kind: str, work: Background, **of: Any) -> None:
+        """Begin work in the background, in place of that of its kind. The caller holds the lock."""
+        if kind in self._stops:
+            self._stops[kind].set()
+        stop = self._stops[kind] = threading.Event()
 
         def tell(message: dict[str, Any]) -> None:
             with self._lock:
                 if not stop.is_set():
-                    self._study_shown = {"kind": "study", **message}
-                    self._tell(self._study_shown)
+                    self._told[kind] = {"kind": kind, **of, **message}
+                    self._tell(self._told[kind])
 
-        threading.Thread(target=self._study, args=(tell, stop), daemon=True).start()
+        threading.Thread(target=work, args=(tell, stop), daemon=True).start()
 
     def files(self) -> tuple[Path, ...]:
         """The files that the graph is read from, as it was when it was last right."""
@@ -179,8 +171,8 @@ class Session:
                 heard.put(self._diagram)
             if self._problems:
                 heard.put({"kind": "problems", "problems": self._problems})
-            if self._study_shown:
-                heard.put(self._study_shown)
+            if "study" in self._told:
+                heard.put(self._told["study"])
             if self._state:
                 heard.put({"kind": "state", "state": self._state, "window": ""})
             self._listeners.add(heard)

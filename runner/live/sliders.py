@@ -37,10 +37,10 @@ class Slider:
     low: float
     high: float
     logarithmic: bool
-    above: float | None
-    at_least: float | None
-    below: float | None
-    at_most: float | None
+    above: float | None = None
+    at_least: float | None = None
+    below: float | None = None
+    at_most: float | None = None
     named: bool = False  # a named value, in coherent units; the block is the subgraph that it belongs to
     written: str = ""  # as in the file, "20 ug"; empty for a number or a default
     drawn: str = ""  # as the diagram has it

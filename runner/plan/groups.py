@@ -16,7 +16,7 @@ from proofmass.graphs.checks.schedule import (
     loop_of,
     outputs_of,
 )
-from proofmass.graphs.model.digraph import connected
+from proofmass.graphs.model.digraph import connected, with_following
 from proofmass.graphs.model.flatten import FlatGraph, has_own_rate
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.bindings import WireBinding, bindings
@@ -89,14 +89,9 @@ def sources(graph: FlatGraph, schedule: Schedule) -> tuple[Endpoint, ...]:
 
 def ahead(graph: FlatGraph, schedule: Schedule, groups: Iterable[Group]) -> tuple[Endpoint, ...]:
     """Outputs of sources from which ramps follow, in order: they are known one tick ahead."""
-    left: list[OutputStep] = [node for group in groups for node in group.ramps]
-    needed_steps = set[OutputStep]()
-    while left:
-        node = left.pop()
-        if node not in needed_steps:
-            needed_steps.add(node)
-            left += _needs(graph, schedule, node)
-    return tuple(node for node in outputs_of(schedule.order) if node in needed_steps)
+    ramps: list[OutputStep] = [node for group in groups for node in group.ramps]
+    needed = with_following(ramps, lambda node: _needs(graph, schedule, node))
+    return tuple(node for node in outputs_of(schedule.order) if node in needed)
 
 
 class _Wiring:
@@ -111,26 +106,14 @@ class _Wiring:
             if node[0] in able:
                 for before in _needs(graph, schedule, node):
                     follow.setdefault(before, []).append(node)
-        self.moving = set[OutputStep]()
         moved = (node for node in outputs_of(schedule.order) if type(graph.blocks[node[0]]).continuous())
-        left: list[OutputStep] = [*free, *moved]
-        while left:
-            node = left.pop()
-            if node not in self.moving:
-                self.moving.add(node)
-                left += follow.get(node, ())
+        first: list[OutputStep] = [*free, *moved]
+        self.moving = with_following(first, lambda node: follow.get(node, ()))
 
     def needed(self, blocks: Iterable[str]) -> set[OutputStep]:
         """All nodes on which derivatives and events of blocks depend within an instant, and the inputs."""
-        left = [node for name in blocks for node in self._of_block(name)]
-        needed_steps = set[OutputStep]()
-        while left:
-            node = left.pop()
-            if node not in needed_steps:
-                needed_steps.add(node)
-                if node in self.moving:
-                    left += _needs(self.graph, self.schedule, node)
-        return needed_steps
+        own = [node for name in blocks for node in self._of_block(name)]
+        return with_following(own, lambda n: _needs(self.graph, self.schedule, n) if n in self.moving else ())
 
     def _of_block(self, name: str) -> Iterator[OutputStep]:
         block = self.graph.blocks[name]

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert_exactly, same_dimension
 from proofmass.graphs.model.flatten import FlatGraph
@@ -73,7 +73,7 @@ def read_recordings(graph: FlatGraph, name: str) -> dict[str, tuple[float, ...]]
             hint=error.hint,
             path=("blocks", name, error.parameter),
         )
-        raise ModelError([problem if error.line else graph.placed(problem)]) from None
+        raise graph.placed(problem).error from None
     return {buffer: read[quantity] for buffer, quantity in quantities.items()}
 
 

@@ -82,7 +82,7 @@ class Builder:
         folded = _folded(operation, values)
         if folded is not None:
             return folded
-        kind = form.OPERATIONS[operation].result or kind_of(values[-1])
+        kind = form.OPERATIONS[operation].result or values[-1].kind
         return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
 
     def likely(self, condition: BuilderInput, value: BuilderInput, other: BuilderInput) -> form.Operand:
@@ -134,9 +134,10 @@ class Builder:
     def give(self, *values: BuilderInput) -> None:
         """Return from the function with these results."""
         results = tuple(map(operand, values))
+        kinds = tuple(result.kind for result in results)
         if self._results is None:
-            self._results = tuple(map(kind_of, results))
-        assert self._results == tuple(map(kind_of, results)), "results of different kinds"
+            self._results = kinds
+        assert self._results == kinds, "results of different kinds"
         self.add(form.Return(results, self.line))
 
     def leave(self) -> None:
@@ -256,11 +257,6 @@ def operand(value: BuilderInput) -> form.Operand:
     return form.Immediate(form.INTEGER, value) if isinstance(value, int) else form.Immediate(form.FLOAT, float(value))
 
 
-def kind_of(value: form.Operand) -> form.Kind:
-    """The kind of a value."""
-    return value.kind
-
-
 def zero(kind: form.Kind) -> form.Immediate:
     """The zero of a kind."""
     return form.Immediate(kind, {form.FLOAT: 0.0, form.INTEGER: 0, form.TRUTH: False}[kind])
@@ -300,7 +296,7 @@ def _folded(operation: str, operands: tuple[form.Operand, ...]) -> form.Operand 
         value: Any = EVALUATE[operation](
             *(operand.value for operand in operands if isinstance(operand, form.Immediate))
         )
-        kind = form.OPERATIONS[operation].result or kind_of(operands[-1])
+        kind = form.OPERATIONS[operation].result or operands[-1].kind
         return None if isinstance(value, float) and math.isnan(value) else form.Immediate(kind, value)
     if operation == "select":
         test, a, b = operands

@@ -145,7 +145,7 @@ class LoweredCalls(LoweredExpressions):
         if function in _SCALED:
             return self.builder.compute("multiply", number, _SCALED[function])
         looked = _LOOKS.get(function)
-        return looked(self, number) if looked else None
+        return looked(self.builder.compute, number) if looked else None
 
     def _extreme(self, less: str, largest: bool, values: Sequence[Operand]) -> Operand:
         """The first of the least or greatest values, compared as Python compares them."""
@@ -163,20 +163,8 @@ class LoweredCalls(LoweredExpressions):
         return made
 
 
-def _is_nan(reader: LoweredCalls, value: Operand) -> Operand:
-    return reader.builder.compute("not_equal", value, value)
-
-
-def _is_infinite(reader: LoweredCalls, value: Operand) -> Operand:
-    return reader.builder.compute("equal", reader.builder.compute("absolute", value), math.inf)
-
-
-def _is_finite(reader: LoweredCalls, value: Operand) -> Operand:
-    return reader.builder.compute("less", reader.builder.compute("absolute", value), math.inf)
-
-
-_LOOKS: dict[Any, Callable[[LoweredCalls, Operand], Operand]] = {
-    math.isnan: _is_nan,
-    math.isinf: _is_infinite,
-    math.isfinite: _is_finite,
+_LOOKS: dict[Any, Callable[[Any, Operand], Operand]] = {
+    math.isnan: lambda compute, value: compute("not_equal", value, value),
+    math.isinf: lambda compute, value: compute("equal", compute("absolute", value), math.inf),
+    math.isfinite: lambda compute, value: compute("less", compute("absolute", value), math.inf),
 }

@@ -5,8 +5,6 @@ import traceback
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem
@@ -17,6 +15,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.advance import IntegrationError
 from proofmass.runner.reference.interpret import Interpreter, OutOfBoundsError, TickError
 from proofmass.runner.run.engines import make_engine
+from proofmass.runner.run.recorder import room
 
 NAMED_TICKS = 64  # run again in plain Python to name the one in which a number stopped being finite
 
@@ -52,18 +51,15 @@ def name_fault(planned: Plan, seed: int, run: int, memory: Memory, end: int) -> 
     by which the loop watches its wires went beyond 1e308: then all is well.
     """
 
-    def rows(until: int) -> list[Any]:
-        return [np.empty((p.rows(memory.tick, until), *p.shape), dtype=p.dtype) for p in planned.probes]
-
     last = end
     while last - memory.tick > NAMED_TICKS:
         middle = (memory.tick + last) // 2
         engine = make_engine(planned, "compiled", seed, run, memory)
-        if engine.advance(middle, rows(middle)):
+        if engine.advance(middle, room(planned, memory.tick, middle)):
             memory = engine.memory()
         else:
             last = middle
-    Interpreter(planned, seed, run, memory).advance(end, rows(end))
+    Interpreter(planned, seed, run, memory).advance(end, room(planned, memory.tick, end))
 
 
 def failed(planned: Plan, fault: TickError) -> Problem:

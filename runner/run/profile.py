@@ -22,6 +22,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.timed_tick import CLOCK
+from proofmass.runner.run.recorder import room
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import RunOptions, simulate_plan
 from proofmass.runner.targets.machine_code import LlvmModule, is_cached, load_module
@@ -134,7 +135,7 @@ def _stretch(planned: Plan, loop: ProfiledLoop, total: int, length: int) -> tupl
         loop.restart()
     first = loop.tick
     last = min(total, first + length)
-    rows: list[Any] = [np.empty((probe.rows(first, last), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
+    rows = room(planned, first, last)
     began = time.perf_counter()
     counts = loop.advance(last, rows)
     return last - first, counts, time.perf_counter() - began

@@ -7,8 +7,13 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.host.arrays import AnyArray
-from proofmass.runner.plan.planned import PlannedProbe
+from proofmass.runner.plan.planned import Plan, PlannedProbe
 from proofmass.runner.run.result import Trace
+
+
+def room(planned: Plan, first: int, last: int) -> list[AnyArray]:
+    """Return room for what the probes record in the ticks from `first` up to, not including, `last`."""
+    return [np.zeros((probe.rows(first, last), *probe.shape), dtype=probe.dtype) for probe in planned.probes]
 
 
 class Recorder:

@@ -7,7 +7,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.changes import changed_blocks
-from proofmass.graphs.model.graph import Endpoint, split
+from proofmass.graphs.model.graph import split
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.keys import WireOf
 from proofmass.runner.plan.planned import Plan
@@ -58,7 +58,7 @@ class SideBySide:
 
     def __init__(self, plan: Plan, seed: int, ticks: int, lanes: int, names: Iterable[str]) -> None:
         self.plan, self.seed, self.ticks, self.lanes = plan, seed, ticks, whole_lanes(lanes)
-        nodes = {name: _node(name) for name in names}
+        nodes = {name: split(name) for name in names}
         self.compiled = CompiledLanes(plan, frozenset(nodes.values()), self.lanes)
         self._settled = [name for name, node in nodes.items() if node[0] in self.compiled.settled]
         self._free = {name: node for name, node in nodes.items() if name not in self._settled}
@@ -110,8 +110,3 @@ class SideBySide:
         except ModelError:
             return None
         return plan if plan.same_sizes(self.plan) else None
-
-
-def _node(name: str) -> Endpoint:
-    block, parameter = split(name)
-    return block, parameter

@@ -4,17 +4,18 @@ import math
 import shutil
 from pathlib import Path
 
+import numpy as np
+
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.plan.planned import Plan
 
 IN_MEMORY = 256 << 20  # bytes of traces; more goes to files
 LONG = 100_000_000  # ticks: some seconds at some tens of nanoseconds each
-_BYTES = {float: 8, int: 8, bool: 1}
 
 
 def trace_bytes(planned: Plan, ticks: int) -> int:
     """Bytes of all traces."""
-    return sum(p.rows(0, ticks) * math.prod(p.shape) * _BYTES[p.dtype] for p in planned.probes)
+    return sum(p.rows(0, ticks) * math.prod(p.shape) * np.dtype(p.dtype).itemsize for p in planned.probes)
 
 
 def size_text(planned: Plan, ticks: int) -> str:

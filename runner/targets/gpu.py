@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import llvmlite.binding as llvm
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.runner.program.form import Call, External, Function, Program, Storage, Value
+from proofmass.runner.program.form import Call, External, Function, Program, Value
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.llvm_operations import TYPES
@@ -87,12 +87,9 @@ def _kernel(entry: Function, of_entry: LanesOf) -> str:
         else:
             parameters += [f"ptr %p{number}", f"i64 %s{number}"]
             lines.append(f"  %o{number} = mul i64 %s{number}, %number")
-            lines.append(f"  %a{number} = getelementptr inbounds {_stored(parameter)}, ptr %p{number}, i64 %o{number}")
+            entry_type = STORED[parameter.entry]
+            lines.append(f"  %a{number} = getelementptr inbounds {entry_type}, ptr %p{number}, i64 %o{number}")
             arguments.append(f"ptr %a{number}")
     head = f"define ptx_kernel void @{KERNEL}({', '.join(parameters)}) {{"
     call = f"  call void @{ENTRY}({', '.join(arguments)})"
     return "\n".join([_THREAD, head, _RUN, *lines, call, "  br label %end", "end:", "  ret void", "}", ""])
-
-
-def _stored(array: Storage) -> str:
-    return STORED[array.entry]

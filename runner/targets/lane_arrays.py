@@ -50,8 +50,7 @@ class LaneArrays(LaneVectors):
         self.lines.append(f"{name} = add nsw {self._vector(INTEGER)} {one}, {other}")
         return name
 
-    def load(self, s: Load) -> None:
-        """Load."""
+    def _load(self, s: Load) -> None:
         kind = s.array.entry
         if self._is_apart(s.array, s.index):
             whole = "poison"
@@ -82,8 +81,7 @@ class LaneArrays(LaneVectors):
             value = byte
         self.lines.append(f"store {stored} {value}, ptr {place}, align {align}")
 
-    def store(self, s: Store) -> None:
-        """Store."""
+    def _store(self, s: Store) -> None:
         kind = s.array.entry
         if not self.varying.given(s.array).rows:
             alike = not (self.mask or self._is_apart(s.array, s.index) or self.varying.differs(s.value))
@@ -111,8 +109,7 @@ class LaneArrays(LaneVectors):
         self.lines.append(f"{chosen} = select i1 {active}, ptr {place}, ptr {self.sink}")
         return chosen
 
-    def view(self, s: View) -> None:
-        """View."""
+    def _view(self, s: View) -> None:
         if not self.varying.differs(s.first):
             self.names[s.part] = self._row(s.whole, s.first)
             if s.whole in self.offsets:

@@ -6,7 +6,7 @@ can fail. Each lane computes the bits of its run alone. In memory an entry of an
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 from proofmass.runner.program import form
 from proofmass.runner.program.shared import shared
@@ -112,17 +112,16 @@ class _LaneFunction(LaneWays):
         for statement in region:
             if not self.block:
                 break
-            _WRITERS[type(statement)](self, statement)
+            self._statement(statement)
             if id(statement) in self.varying.parting and self.block:
                 place = self.levels[-1].active if self.levels else self.alive
                 if place:
                     self.mask = self._both(outer, self._read(place))
         self.mask = outer
 
-    def compute(self, s: form.Compute) -> None:
-        """Compute."""
+    def _compute(self, s: form.Compute) -> None:
         if s.result not in self.varying.numbers:
-            super().compute(s)
+            super()._compute(s)
             return
         if s.operation == "likely":
             self.names[s.result] = self._all(s.operands[0])
@@ -145,23 +144,20 @@ class _LaneFunction(LaneWays):
             self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
 
-    def get(self, s: form.Get) -> None:
-        """Get."""
+    def _get(self, s: form.Get) -> None:
         of = self._type(s.result.kind, s.variable in self.varying.numbers)
         self.lines.append(f"{self._named(s.result)} = load {of}, ptr {self.names[s.variable]}")
 
-    def set(self, s: form.Set) -> None:
-        """Set."""
+    def _set(self, s: form.Set) -> None:
         if s.variable not in self.varying.numbers:
-            super().set(s)
+            super()._set(s)
             return
         place, kind, new = self.names[s.variable], s.variable.kind, self._all(s.value)
         if self.mask != self.base:
             new = self._blend(kind, self.mask, new, self._read(place, kind))
         self.lines.append(f"store {self._vector(kind)} {new}, ptr {place}")
 
-    def call(self, s: form.Call) -> None:
-        """Call."""
+    def _call(self, s: form.Call) -> None:
         if isinstance(s.function, form.External):
             self._external(s, s.function)
             return
@@ -194,7 +190,7 @@ class _LaneFunction(LaneWays):
 
     def _external(self, s: form.Call, function: form.External) -> None:
         if function.pure and not any(self.varying.differs(a) for a in s.arguments if not isinstance(a, form.Storage)):
-            super().call(s)
+            super()._call(s)
             return
         self._need((declared(function),))
         read = [(a.kind, self._all(a)) for a in s.arguments if not isinstance(a, form.Storage)]
@@ -221,10 +217,10 @@ class _LaneFunction(LaneWays):
         if function.result:
             self.names[s.results[0]] = self._read(whole, function.result)
 
-    def return_(self, s: form.Return) -> None:
-        """Return."""
+    def _return(self, s: form.Return) -> None:
         if self.mask == self.base:
-            self._give([self._as(v, d) for v, d in zip(s.values, self.varying.results, strict=True)])
+            values = [self._as(v, d) for v, d in zip(s.values, self.varying.results, strict=True)]
+            self._give(values, self._returned(self.varying))
             return
         for value, place in zip(s.values, self.slots, strict=True):
             new = self._blend(value.kind, self.mask, self._all(value), self._read(place, value.kind))
@@ -239,35 +235,6 @@ class _LaneFunction(LaneWays):
         if not self.slots:
             self.lines.append("unreachable" if self.function.results else "ret void")
             return
-        kinds = self.function.results
-        self._give([f"{self._vector(k)} {self._read(place, k)}" for k, place in zip(kinds, self.slots, strict=True)])
-
-    def _give(self, values: list[str]) -> None:
-        if not values:
-            self.lines.append("ret void")
-        elif len(values) == 1:
-            self.lines.append(f"ret {values[0]}")
-        else:
-            whole = "poison"
-            for place, value in enumerate(values):
-                before, whole = whole, self._fresh()
-                self.lines.append(f"{whole} = insertvalue {self._returned(self.varying)} {before}, {value}, {place}")
-            self.lines.append(f"ret {self._returned(self.varying)} {whole}")
-        self.block = ""
-
-
-_WRITERS: dict[type, Any] = {
-    form.Compute: _LaneFunction.compute,
-    form.Get: _LaneFunction.get,
-    form.Set: _LaneFunction.set,
-    form.Load: _LaneFunction.load,
-    form.Store: _LaneFunction.store,
-    form.View: _LaneFunction.view,
-    form.Call: _LaneFunction.call,
-    form.If: _LaneFunction.if_,
-    form.For: _LaneFunction.for_,
-    form.While: _LaneFunction.while_,
-    form.Break: _LaneFunction.break_,
-    form.Continue: _LaneFunction.continue_,
-    form.Return: _LaneFunction.return_,
-}
+        pairs = zip(self.function.results, self.slots, strict=True)
+        values = [f"{self._vector(kind)} {self._read(place, kind)}" for kind, place in pairs]
+        self._give(values, self._returned(self.varying))

@@ -39,10 +39,9 @@ class LaneWays(LaneArrays):
 
     levels: list[_Loop]  # the loops around a statement
 
-    def if_(self, s: If) -> None:
-        """If."""
+    def _if(self, s: If) -> None:
         if not self.varying.differs(s.condition):
-            super().if_(s)
+            super()._if(s)
             return
         outer, condition = self.mask, self._all(s.condition)
         masks = (self._both(outer, condition), self._both(outer, self._not(condition)) if s.otherwise else "")
@@ -86,8 +85,7 @@ class LaneWays(LaneArrays):
         self._begin(loop.turn)
         self.mask = outer
 
-    def for_(self, s: For) -> None:
-        """For."""
+    def _for(self, s: For) -> None:
         if self.varying.differs(s.counter):
             self._counted_apart(s)
             return
@@ -146,8 +144,7 @@ class LaneWays(LaneArrays):
         self._write(loop.live, live)
         self._branch(self._any(live), body, loop.end)
 
-    def while_(self, s: While) -> None:
-        """While."""
+    def _while(self, s: While) -> None:
         test, body, end = self._label(), self._label(), self._label()
         loop, outer = self._loop(s, test, end), self.mask
         self._jump(test)
@@ -166,8 +163,7 @@ class LaneWays(LaneArrays):
         self._jump(test)
         self._begin(end)
 
-    def break_(self, _: Break) -> None:
-        """Break."""
+    def _break(self, _: Break) -> None:
         loop = self.levels[-1]
         if self.mask == loop.base:
             self._jump(loop.end)
@@ -175,8 +171,7 @@ class LaneWays(LaneArrays):
             self._without(loop.live, self.mask)
             self._without(loop.active, self.mask)
 
-    def continue_(self, _: Continue) -> None:
-        """Continue."""
+    def _continue(self, _: Continue) -> None:
         loop = self.levels[-1]
         if self.mask == loop.base:
             self._jump(loop.turn)

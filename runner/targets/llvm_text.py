@@ -4,8 +4,7 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
-from collections.abc import Callable, Collection, Iterable, Mapping
-from typing import Any
+from collections.abc import Collection, Iterable, Mapping
 
 from proofmass.runner.program import form
 from proofmass.runner.program.shared import shared
@@ -149,15 +148,18 @@ class FunctionText:
 
     # -- statements ------------------------------------------------------------------------------------------------
 
+    def _statement(self, statement: form.Statement) -> None:
+        """Write a statement by the method that is named after its class."""
+        getattr(self, f"_{type(statement).__name__.lower()}")(statement)
+
     def region(self, region: form.Region) -> None:
         """Statements up to the first behind which nothing is reached."""
         for statement in region:
             if not self.block:
                 return
-            _WRITERS[type(statement)](self, statement)
+            self._statement(statement)
 
-    def compute(self, s: form.Compute) -> None:
-        """Compute."""
+    def _compute(self, s: form.Compute) -> None:
         read = [self._operand(operand) for operand in s.operands]
         if s.operation == "likely":
             self.names[s.result] = read[0]
@@ -174,12 +176,10 @@ class FunctionText:
                 self._need(needs)
         self.lines.append(text % (self._named(s.result), *read))
 
-    def get(self, s: form.Get) -> None:
-        """Get."""
+    def _get(self, s: form.Get) -> None:
         self.lines.append(f"{self._named(s.result)} = load {TYPES[s.result.kind]}, ptr {self.names[s.variable]}")
 
-    def set(self, s: form.Set) -> None:
-        """Set."""
+    def _set(self, s: form.Set) -> None:
         self.lines.append(f"store {self._typed(s.value)}, ptr {self.names[s.variable]}")
 
     def _place(self, array: form.Storage, index: form.Operand) -> str:
@@ -190,8 +190,7 @@ class FunctionText:
         self.lines.append(f"{place} = getelementptr inbounds {STORED[array.entry]}, ptr {base}, {self._typed(index)}")
         return place
 
-    def load(self, s: form.Load) -> None:
-        """Load."""
+    def _load(self, s: form.Load) -> None:
         place, kind = self._place(s.array, s.index), s.array.entry
         if kind is form.TRUTH:
             byte = self._fresh()
@@ -200,8 +199,7 @@ class FunctionText:
         else:
             self.lines.append(f"{self._named(s.result)} = load {TYPES[kind]}, ptr {place}, align 8")
 
-    def store(self, s: form.Store) -> None:
-        """Store."""
+    def _store(self, s: form.Store) -> None:
         place, kind = self._place(s.array, s.index), s.array.entry
         if kind is form.TRUTH:
             byte = self._fresh()
@@ -210,12 +208,10 @@ class FunctionText:
         else:
             self.lines.append(f"store {self._typed(s.value)}, ptr {place}, align 8")
 
-    def view(self, s: form.View) -> None:
-        """View."""
+    def _view(self, s: form.View) -> None:
         self.names[s.part] = self._place(s.whole, s.first)
 
-    def call(self, s: form.Call) -> None:
-        """Call."""
+    def _call(self, s: form.Call) -> None:
         if isinstance(s.function, form.External):
             how, symbol = "", f"@{symbol_of(s.function)}"
             returned = "void" if s.function.result is None else TYPES[s.function.result]
@@ -234,8 +230,7 @@ class FunctionText:
             for place, result in enumerate(s.results):
                 self.lines.append(f"{self._named(result)} = extractvalue {returned} {several}, {place}")
 
-    def if_(self, s: form.If) -> None:
-        """If."""
+    def _if(self, s: form.If) -> None:
         yes, no, end = self._label(), self._label(), self._label()
         self._branch(self._operand(s.condition), yes, no if s.otherwise else end, self._weights(s.condition))
         reached = not s.otherwise
@@ -248,7 +243,7 @@ class FunctionText:
         if reached:
             self._begin(end)
 
-    def for_(self, s: form.For) -> None:
+    def _for(self, s: form.For) -> None:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
@@ -326,8 +321,7 @@ class FunctionText:
         self._jump(following)
         self._begin(following)
 
-    def while_(self, s: form.While) -> None:
-        """While."""
+    def _while(self, s: form.While) -> None:
         test, body, end = self._label(), self._label(), self._label()
         self._jump(test)
         self._begin(test)
@@ -340,42 +334,23 @@ class FunctionText:
         self._jump(test)
         self._begin(end)
 
-    def break_(self, _: form.Break) -> None:
-        """Break."""
+    def _break(self, _: form.Break) -> None:
         self._jump(self.loops[-1][1])
 
-    def continue_(self, _: form.Continue) -> None:
-        """Continue."""
+    def _continue(self, _: form.Continue) -> None:
         self._jump(self.loops[-1][0])
 
-    def return_(self, s: form.Return) -> None:
-        """Return."""
-        if not s.values:
-            self.lines.append("ret void")
-        elif len(s.values) == 1:
-            self.lines.append(f"ret {self._typed(s.values[0])}")
+    def _return(self, s: form.Return) -> None:
+        self._give([self._typed(value) for value in s.values], result_type(self.function.results))
+
+    def _give(self, values: list[str], kind: str) -> None:
+        """Return these values with their types, together of a kind."""
+        if len(values) < 2:
+            self.lines.append(f"ret {values[0]}" if values else "ret void")
         else:
-            kind, whole = result_type(self.function.results), "poison"
-            for place, value in enumerate(s.values):
-                part, whole_before = self._typed(value), whole
-                whole = self._fresh()
-                self.lines.append(f"{whole} = insertvalue {kind} {whole_before}, {part}, {place}")
+            whole = "poison"
+            for place, value in enumerate(values):
+                before, whole = whole, self._fresh()
+                self.lines.append(f"{whole} = insertvalue {kind} {before}, {value}, {place}")
             self.lines.append(f"ret {kind} {whole}")
         self.block = ""
-
-
-_WRITERS: dict[type[form.Statement], Callable[[FunctionText, Any], None]] = {
-    form.Compute: FunctionText.compute,
-    form.Get: FunctionText.get,
-    form.Set: FunctionText.set,
-    form.Load: FunctionText.load,
-    form.Store: FunctionText.store,
-    form.View: FunctionText.view,
-    form.Call: FunctionText.call,
-    form.If: FunctionText.if_,
-    form.For: FunctionText.for_,
-    form.While: FunctionText.while_,
-    form.Break: FunctionText.break_,
-    form.Continue: FunctionText.continue_,
-    form.Return: FunctionText.return_,
-}

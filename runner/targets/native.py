@@ -21,7 +21,7 @@ from proofmass.runner.plan.keys import (
 )
 from proofmass.runner.plan.memory import Memory, Rows, start
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, fields, numbers_of
+from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of, fields, numbers_of
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
 from proofmass.runner.targets.llvm_text import llvm_text
@@ -86,18 +86,14 @@ class CompiledLoop:
         memory = memory or start(plan)
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
-        self._constants = _arrays(written.constants, compiled.constant_values(plan))
-        self._state = _arrays(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
+        self._constants = arrays_of(written.constants, compiled.constant_values(plan))
+        self._state = arrays_of(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
         self._vectors = {
             node: compiled.vector(memory, node, kind)
             for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
         }
         self._scratch = np.full(written.scratch + 1, np.nan)  # no number has been computed from it yet
-        states = [
-            written.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
-        ]
-        integrated = [place for kind, place in states if kind is float]
-        self._watched = [*integrated, written.memory.counts[FLOATS]]  # places of `state_numbers`
+        self._watched = finite_places(plan, written)
         self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
 
     def advance(self, last: int, rows: Rows) -> bool:
@@ -207,15 +203,22 @@ def already_compiled(plan: Plan) -> bool:
     return is_cached(key_of(llvm_text(written.program), settings(written)))
 
 
-def _arrays(slots: Slots[K], values: Mapping[K, Any]) -> dict[str, AnyArray]:
-    """An array of floats and one of integers, each with a place to spare behind the numbers."""
+def arrays_of(slots: Slots[K], values: Mapping[K, Any], *lanes: int) -> dict[str, AnyArray]:
+    """An array of floats and one of integers, each with a place to spare at its end; of rows if there are `lanes`."""
     arrays: dict[str, AnyArray] = {
-        FLOATS: np.zeros(slots.counts[FLOATS] + 1),
-        INTEGERS: np.zeros(slots.counts[INTEGERS] + 1, dtype=np.int64),
+        FLOATS: np.zeros((slots.counts[FLOATS] + 1, *lanes)),
+        INTEGERS: np.zeros((slots.counts[INTEGERS] + 1, *lanes), dtype=np.int64),
     }
     for key, (kind, index) in slots.kinds.items():
-        arrays[FLOATS if kind is float else INTEGERS][index] = values[key]
+        arrays[array_of(kind)][index] = values[key]
     return arrays
+
+
+def finite_places(plan: Plan, written: TickLoop) -> list[int]:
+    """Return the places of floats that must stay finite: what is integrated, and the check of the wires."""
+    kinds = written.memory.kinds
+    states = [kinds[StateField(*state)] for solver in plan.solvers for state in solver.group.states]
+    return [*(place for kind, place in states if kind is float), written.memory.counts[FLOATS]]
 
 
 def moving(memory: Memory, key: Moving) -> Any:

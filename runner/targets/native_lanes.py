@@ -10,18 +10,18 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError
-from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, StateField, VectorOf
+from proofmass.runner.plan.keys import ConstantOf, LargestOf, Moving, ParameterOf, VectorOf
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.form import Storage as ProgramArray
 from proofmass.runner.program.form import Value
-from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of
+from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop, settled_before
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
-from proofmass.runner.targets.native import block_values, dtype_of, moving
+from proofmass.runner.targets.native import arrays_of, block_values, dtype_of, finite_places, moving
 
 CHUNK = 1 << 20  # ticks of all lanes between looks at an interruption
 _WIDE = Settings(wide=True)  # vectors as wide as the processor has them
@@ -38,14 +38,11 @@ class CompiledLanes:
         written = self.written = write_tick(plan, varied, lanes=True)
         self.loop = load_lanes(written.program, lanes, _differing(plan, written, varied, self.settled), _WIDE)
         memory = start(plan)
-        self.constants = _rows(written.constants, written.constant_values, lanes)
-        self.state = _rows(written.memory, {key: moving(memory, key) for key in written.memory.kinds}, lanes)
+        self.constants = arrays_of(written.constants, written.constant_values, lanes)
+        self.state = arrays_of(written.memory, {key: moving(memory, key) for key in written.memory.kinds}, lanes)
         named = zip(written.vectors, written.vector_kinds, strict=True)
         self.vectors = {node: self._vector(memory, node, kind) for node, kind in named}
-        integrated = [
-            written.memory.kinds[StateField(name, f)] for solver in plan.solvers for name, f in solver.group.states
-        ]
-        self.watched = [place for kind, place in integrated if kind is float] + [written.memory.counts[FLOATS]]
+        self.watched = finite_places(plan, written)
 
     @property
     def size(self) -> int:
@@ -204,14 +201,3 @@ def aligned(shape: tuple[int, ...], dtype: Any) -> AnyArray:
     first = -room.ctypes.data % _LINE
     line: AnyArray = room[first : first + size].view(dtype)
     return line.reshape(shape)
-
-
-def _rows(slots: Slots[K], values: Mapping[K, Any], lanes: int) -> dict[str, AnyArray]:
-    """An array of floats and one of integers, with a row of lanes for each number and one to spare."""
-    rows: dict[str, AnyArray] = {
-        FLOATS: np.zeros((slots.counts[FLOATS] + 1, lanes)),
-        INTEGERS: np.zeros((slots.counts[INTEGERS] + 1, lanes), dtype=np.int64),
-    }
-    for key, (kind, index) in slots.kinds.items():
-        rows[array_of(kind)][index] = values[key]
-    return rows

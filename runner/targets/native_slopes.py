@@ -21,7 +21,7 @@ from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOLD, VALUED
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
-from proofmass.runner.program.slots import FLOATS, INTEGERS
+from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
@@ -148,7 +148,7 @@ class SlopesInCode(CompiledLoop):
         places, kinds = dict[int, LastingPlace](), self._written.memory.kinds
         first = {FLOATS: 0, INTEGERS: len(self._state[FLOATS])}
         for key, (kind, index) in kinds.items():
-            number = first[FLOATS if kind is float else INTEGERS] + index
+            number = first[array_of(kind)] + index
             match key:
                 case StateField(block, field) if block in moving and kind is not bool:
                     fields = type(self.plan.blocks[block]).state_class()._fields  # type: ignore[union-attr]

@@ -12,8 +12,8 @@ from proofmass.blocks.declaration.catalog import load_own_blocks
 from proofmass.blocks.language.operations import INSTEAD
 from proofmass.runner.contract.cases import TESTED, cases
 from proofmass.runner.contract.contract import check_block
-from proofmass.runner.contract.outcomes import rows_for
 from proofmass.runner.reference.interpret import Interpreter
+from proofmass.runner.run.recorder import room
 
 PAGE = (Path(__file__).parents[2] / "docs" / "block-language.md").read_text(encoding="utf-8")
 HEAD = '''
@@ -123,7 +123,7 @@ def test_expressions_mean_what_python_means(table: int, tmp_path: Path) -> None:
     drivers = {port: source for (block, port), source in planned.schedule.drivers.items() if block == TESTED}
     engine, x = Interpreter(planned, planned.graph.seed), planned.starts[TESTED]
     for tick in range(40):
-        engine.advance(tick + 1, rows_for(planned, tick + 1))
+        engine.advance(tick + 1, room(planned, 0, tick + 1))
         wires = engine.memory().wires
         for name, behaviour in kind.output_functions.items():
             given = (wires[drivers[argument]] for argument in behaviour.arguments[2:])

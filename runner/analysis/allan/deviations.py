@@ -19,7 +19,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import AllanStatistic, freedom
 from proofmass.runner.analysis.allan.levels import CONFIDENCE, NAMES, Levels, allan_terms, fitted
-from proofmass.runner.analysis.spectrum.series import Series, as_series
+from proofmass.runner.analysis.spectrum.series import Series, as_series, enough
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted, Told
 
@@ -104,15 +104,7 @@ def allan(signal: Any, *, rate: float = 0.0, unit: str = "1") -> Allan:
     ('N', 0.1)
     """
     series = as_series(signal, rate, unit)
-    count = len(series.values)
-    if count < FEWEST:
-        raise Problem(
-            message="the signal is too short for an Allan deviation",
-            key=series.name or "signal",
-            got=f"{count} values",
-            expected=f"at least {FEWEST}",
-            hint="run longer, or skip less",
-        ).error
+    count = enough(series, FEWEST, "an Allan deviation")
     if not np.ptp(series.values) > 0.0:
         raise Problem(message="the signal does not move", key=series.name or "signal").error
     levels = fitted(series)

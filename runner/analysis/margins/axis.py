@@ -68,7 +68,7 @@ class Axis(Protocol):
         ...
 
 
-class CertifiedAxis:
+class CertifiedAxis(Axis):
     """Crossovers, peaks and counts as roots of polynomials that certified arithmetic separates."""
 
     def __init__(self, loop: Transfer, sampled: bool) -> None:
@@ -80,31 +80,24 @@ class CertifiedAxis:
         return np.array([value_at(self._axis, math.tan(0.5 * t) if self.sampled else t) for t in w.tolist()])
 
     def gain_crossings(self) -> list[Crossing]:
-        """Return where |L| = 1."""
         return gain_crossings(self._axis)
 
     def phase_crossings(self) -> list[Crossing]:
-        """Return where L is negative, half the rate included."""
         return phase_crossings(self._axis)
 
     def rest(self) -> Crossing | None:
-        """Return L at rest, or None if it is infinite there."""
         return rest(self._axis)
 
     def end(self) -> Crossing | None:
-        """Return L at the end of the axis, or None if it is infinite there."""
         return end(self._axis)
 
     def sensitivity(self) -> tuple[float, float]:
-        """Return place and value of the largest |S|."""
         return largest_ratio(self._axis, self._axis.denominator, self._axis.closed)
 
     def difference(self) -> tuple[float, float]:
-        """Return place and value of the largest |S - T|."""
         return largest_ratio(self._axis, self._axis.denominator - self._axis.numerator, self._axis.closed)
 
     def fall(self) -> float | None:
-        """Return the first place at which |T| is 3 dB less than at rest."""
         return first_fall(self._axis, self._axis.numerator, self._axis.closed)
 
     def outwards(self, factor: float, w: float) -> float:

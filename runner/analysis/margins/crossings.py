@@ -65,14 +65,12 @@ def phase_crossings(loop: Rational) -> list[Crossing]:
 
 def rest(loop: Rational) -> Crossing | None:
     """Return L at rest, or None if it is infinite there."""
-    bottom, top = int(loop.denominator[0]), int(loop.numerator[0])
-    return None if bottom == 0 else _real(0.0, top, bottom)
+    return real_crossing(0.0, loop.numerator[0], loop.denominator[0])
 
 
 def end(loop: Rational) -> Crossing | None:
     """Return L at the end of the axis: at half the rate, or at infinite frequency; None if it is infinite there."""
-    bottom, top = int(loop.denominator[loop.degree]), int(loop.numerator[loop.degree])
-    return None if bottom == 0 else _real(_end_of(loop), top, bottom)
+    return real_crossing(_end_of(loop), loop.numerator[loop.degree], loop.denominator[loop.degree])
 
 
 def largest_ratio(loop: Rational, above: Polynomial, below: Polynomial) -> tuple[float, float]:
@@ -127,8 +125,11 @@ def _end_of(loop: Rational) -> float:
     return math.pi if loop.sampled else math.inf
 
 
-def _real(w: float, top: int, bottom: int) -> Crossing:
+def real_crossing(w: float, top: Any, bottom: Any) -> Crossing | None:
+    """Return a crossing at which L is a quotient of integers, or None if it is infinite there."""
     precise()
+    if bottom == 0:
+        return None
     value = flint.fmpq(top, bottom)
     return Crossing(w, float(abs(flint.arb(value))), 0.0 if value < 0 else math.pi)
 

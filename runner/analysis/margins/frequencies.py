@@ -26,7 +26,7 @@ _ROUNDING = 1e-12
 _NARROWEST = 1e-4  # radians in a period: half the width of a line beyond the first turn that counts
 _MOST_CHECKED = 32  # frequencies
 _SPARSE = 64  # states, from which on a matrix is taken as sparse
-_ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
+ABOUT_A_POLE = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 RealFunction = Callable[[Complex], Array]
 
 
@@ -47,7 +47,7 @@ def sweep(system: OpenLoop) -> Array:
         for turn in range(turns):
             centre = abs(log.imag) + 2.0 * math.pi * turn
             width = max(abs(log.real), 1e-9 * abs(log), _NARROWEST if turn else 0.0)
-            points.append((centre + width * _ABOUT_A_POLE) / period)
+            points.append((centre + width * ABOUT_A_POLE) / period)
     w = np.unique(np.concatenate(points))
     w = w[(w >= lowest) & (w <= last)]
     on_boundary = logs[np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15].imag

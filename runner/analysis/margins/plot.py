@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import prefix
+from proofmass.blocks.declaration.shown_units import in_print, prefix
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -72,14 +72,9 @@ def _title(margins: Margins) -> str:
     parts = {
         "gain margin": margins.nearest_gain and f"{margins.least_gain_margin:.2f} dB",
         "phase margin": margins.phase_margin and f"{math.degrees(margins.phase_margin):.1f}°",
-        "delay margin": margins.delay_margin and _seconds(margins.delay_margin),
+        "delay margin": margins.delay_margin and in_print(margins.delay_margin, "s"),
     }
     return f"{margins.loop}: " + ", ".join(f"{name} {value}" for name, value in parts.items() if value)
-
-
-def _seconds(time: float) -> str:
-    factor, unit = prefix("s", time)
-    return f"{time * factor:.4g} {unit}"
 
 
 def _draw_bode(

@@ -9,10 +9,18 @@ from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.host.arrays import Array
 
 WITHIN = 0.02  # of the final value, in which a step has settled
+SHOWN = 1.6  # settling times that a picture shows
 _DECAYED = 1e-4  # of the slowest pole at the end
 _FEWEST, _MOST = 64, 1 << 18  # periods
 _POINTS = 32.0  # of the fastest time constant of a continuous loop
-_SHOWN, _GROWN = 1.6, 6.0  # settling times, and time constants of an unstable pole, that a picture shows
+_GROWN = 6.0  # time constants of an unstable pole that a picture shows
+
+
+def doubled(columns: Array, power: Array, count: int) -> tuple[Array, Array]:
+    """Return at least `count` columns, each the power times the one before, and the power that leads beyond them."""
+    while columns.shape[1] < count:
+        columns, power = np.hstack([columns, power @ columns]), power @ power
+    return columns, power
 
 
 def step_response(margins: Margins) -> tuple[Array, Array]:
@@ -32,8 +40,7 @@ def step_response(margins: Margins) -> tuple[Array, Array]:
     columns = np.zeros((len(closed) + 1, 1))
     power = _whole(np.asarray(closed, dtype=np.float64), np.asarray(entry, dtype=np.float64), 1.0)
     columns[-1] = 1.0
-    while columns.shape[1] < count:  # x[n + 1] = A x[n] + b from rest, by doubling
-        columns, power = np.hstack([columns, power @ columns]), power @ power
+    columns, _ = doubled(columns, power, count)  # x[n + 1] = A x[n] + b from rest
     values = (inverse @ c) @ columns[:-1] + (d @ inverse).sum(axis=1)[:, None]
     return np.asarray(np.arange(count) * step, dtype=np.float64), np.asarray(values.T, dtype=np.float64)
 
@@ -45,7 +52,7 @@ def shown_step(margins: Margins) -> tuple[Array, Array]:
     times, values = (times[:, None] + each * np.arange(values.shape[1])).ravel(), values.ravel()
     if margins.stable:
         outside = np.flatnonzero(np.abs(values - values[-1]) > WITHIN * np.max(np.abs(values)))
-        end = _SHOWN * float(times[outside[-1]]) if len(outside) else 0.0
+        end = SHOWN * float(times[outside[-1]]) if len(outside) else 0.0
     elif (growth := _growth(margins)) > 0.0:
         end = _GROWN / growth
     count = max(int(np.searchsorted(times, end, side="right")), min(_FEWEST, len(times)))

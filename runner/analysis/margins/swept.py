@@ -11,14 +11,13 @@ import math
 from collections.abc import Sequence
 from functools import cached_property
 
-import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
-from proofmass.runner.analysis.linearisation.rational import Transfer, precise, roots
-from proofmass.runner.analysis.margins.axis import poles_outside
-from proofmass.runner.analysis.margins.crossings import Crossing
-from proofmass.runner.analysis.margins.frequencies import RealFunction, Samples, crossings, highest
+from proofmass.runner.analysis.linearisation.rational import Transfer, roots
+from proofmass.runner.analysis.margins.axis import Axis, poles_outside
+from proofmass.runner.analysis.margins.crossings import Crossing, real_crossing
+from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE, RealFunction, Samples, crossings, highest
 from proofmass.runner.host.arrays import Array, Complex
 
 _A_TURN = 16  # points of the grid in each turn of the longest delay
@@ -26,14 +25,13 @@ _A_DECADE = 60
 _LEAST = 1e-7  # of the angle of the slowest pole, from which the grid begins
 _BEFORE_THE_END = 60  # points after the last step
 _SHARP = 4.0  # points of the grid, within which the width of a pole gets points of its own
-_AROUND = np.concatenate([-np.geomspace(1e-2, 30.0, 24), [0.0], np.geomspace(1e-2, 30.0, 24)])
 _FLAT = 1e-9  # distance of |L| from 1 at rest within which it counts as 1 there
 _ON_POLE = 1e-12  # distance from a pole, of its angle, within which L has no value
 _ALL = 1 << 30
 _HALVED, _WIDE = 40, 1.0  # how often steps are halved in which f N + D turns further, in radians
 
 
-class SweptAxis:
+class SweptAxis(Axis):
     """L of a sampled loop on the unit circle, over the angle of a period."""
 
     sampled = True
@@ -59,19 +57,17 @@ class SweptAxis:
         return self._crossings(found)
 
     def phase_crossings(self) -> list[Crossing]:
-        """Return where L is negative, half the rate included."""
         below = self._samples.up_to(math.pi * (1.0 - 1e-12))
         found = [c for c in self._crossings(crossings(below, lambda values: values.imag, _ALL)) if abs(c.lag) < 1.0]
         last = self.end()
         return [*(Crossing(c.w, c.size, 0.0) for c in found), *([last] if last and last.lag == 0.0 else [])]
 
     def rest(self) -> Crossing | None:
-        """Return L at rest, or None if it is infinite there."""
-        return _real(0.0, self._loop, 1)
+        return real_crossing(0.0, self._loop.numerator(1), self._loop.denominator(1))
 
     def end(self) -> Crossing | None:
         """Return L at half the rate, or None if it is infinite there."""
-        return _real(math.pi, self._loop, -1)
+        return real_crossing(math.pi, self._loop.numerator(-1), self._loop.denominator(-1))
 
     def sensitivity(self) -> tuple[float, float]:
         """Return frequency and value of the largest |S|."""
@@ -148,19 +144,10 @@ class SweptAxis:
             np.array([math.pi]),
         ]
         for log in logs[(np.abs(logs.real) < _SHARP * step) & (logs.imag >= 0.0)]:
-            points.append(log.imag + max(abs(log.real), 1e-9 * abs(log)) * _AROUND)
+            points.append(log.imag + max(abs(log.real), 1e-9 * abs(log)) * ABOUT_A_POLE)
         w = np.unique(np.concatenate(points))
         w = w[(w >= lowest) & (w <= math.pi)]
         on_circle = logs[(np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15) & (logs.imag >= 0.0)].imag
         if len(on_circle):
             w = w[np.min(np.abs(w[:, None] - on_circle) / w[:, None], axis=1) > _ON_POLE]
         return np.asarray(w)
-
-
-def _real(w: float, loop: Transfer, z: int) -> Crossing | None:
-    precise()
-    top, bottom = loop.numerator(z), loop.denominator(z)
-    if bottom == 0:
-        return None
-    value = flint.fmpq(top, bottom)
-    return Crossing(w, float(abs(flint.arb(value))), 0.0 if value < 0 else math.pi)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
+from proofmass.blocks.declaration.shown_units import prefix
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.delays import only_counted
 from proofmass.runner.analysis.margins.figures import decibels
@@ -13,7 +14,6 @@ from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 _ROWS = 12  # of a table of parameters
 _SLOWEST = 3  # poles that are shown
 _CROSSOVERS = 8  # of each kind
-_PREFIXES = (("T", 1e12), ("G", 1e9), ("M", 1e6), ("k", 1e3), ("", 1.0), ("m", 1e-3), ("u", 1e-6), ("n", 1e-9))
 _IN_THE_LIMIT = ", in the limit of high frequencies"
 _VERDICTS = {"stable": "stable", "marginal": "MARGINAL", "unstable": "UNSTABLE"}
 
@@ -97,10 +97,8 @@ def seconds_text(seconds: float) -> str:
     >>> seconds_text(0.00076679), seconds_text(2.1272), seconds_text(0.0)
     ('766.79 us', '2.1272 s', '0 s')
     """
-    if seconds == 0.0:
-        return "0 s"
-    prefix, size = next((pair for pair in _PREFIXES[4:] if abs(seconds) >= pair[1]), _PREFIXES[-1])
-    return f"{seconds / size:.5g} {prefix}s"
+    factor, unit = prefix("s", abs(seconds))
+    return f"{seconds * factor:.5g} {unit.replace('µ', 'u')}"
 
 
 def _limits(margins: Margins) -> list[tuple[str, str]]:

@@ -14,13 +14,12 @@ from typing import Any
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.wire_response import WireResponse
+from proofmass.runner.analysis.margins.step import SHOWN, WITHIN, doubled
 from proofmass.runner.host.arrays import Array
 
-SETTLED = 0.02  # of the final value
 RISE = (0.1, 0.9)  # of the final value
 _AT_ONCE = 1 << 14  # periods
 _LEFT = math.log(1e8)  # by which the slowest mode has decayed at the end
-_SHOWN = 1.6  # settling times that a picture shows
 _DECAY = 6.0  # times of the peak, the same where it comes back to zero
 _NOTHING = 1e-9  # of the largest value: a final value that is rounding
 
@@ -53,7 +52,7 @@ class StepResponse:
     def shown(self) -> tuple[Array, Array]:
         """The part that a picture shows."""
         decay = self.figures.settling or _DECAY * self.figures.peak_time
-        end = _SHOWN * max(decay, self.figures.peak_time)
+        end = SHOWN * max(decay, self.figures.peak_time)
         count = max(2, int(np.searchsorted(self.times, end)))
         return self.times[:count], self.values[:count]
 
@@ -85,9 +84,7 @@ def _decays(a: Array, end: Array, radius: float) -> Iterator[tuple[int, int, Arr
     first, stride, power, column = 0, 1, a, end[:, None]
     while first < wanted:
         count = _AT_ONCE if first == 0 else _AT_ONCE // 2
-        columns, jump = column, power
-        while columns.shape[1] < min(count, -(-(wanted - first) // stride)):
-            columns, jump = np.hstack([columns, jump @ columns]), jump @ jump
+        columns, jump = doubled(column, power, min(count, -(-(wanted - first) // stride)))
         yield first, stride, columns
         column = jump @ columns[:, :1]
         first += stride * columns.shape[1]
@@ -120,13 +117,13 @@ def _reached(times: Array, part: Array, share: float) -> float | None:
 
 def _stays(times: Array, part: Array) -> float | None:
     """Return from when on the output stays near its final value."""
-    outside = np.flatnonzero(np.abs(part - 1.0) > SETTLED)
+    outside = np.flatnonzero(np.abs(part - 1.0) > WITHIN)
     if not len(outside):
         return 0.0
     last = int(outside[-1])
     if last + 1 == len(part):
         return None
-    return _crossed(times, part, last + 1, 1.0 + math.copysign(SETTLED, float(part[last]) - 1.0))
+    return _crossed(times, part, last + 1, 1.0 + math.copysign(WITHIN, float(part[last]) - 1.0))
 
 
 def _crossed(times: Array, part: Array, after: int, level: float) -> float:

@@ -70,6 +70,20 @@ class Series:
         return replace(self, values=self.values[first:])
 
 
+def enough(series: Series, fewest: int, purpose: str) -> int:
+    """Return the number of values of a series; raises `ModelError` where a purpose needs more."""
+    count = len(series.values)
+    if count < fewest:
+        raise Problem(
+            message=f"the signal is too short for {purpose}",
+            key=series.name or "signal",
+            got=f"{count} values",
+            expected=f"at least {fewest}",
+            hint="run longer, or skip less",
+        ).error
+    return count
+
+
 def as_series(source: Any, rate: float = 0.0, unit: str = "1") -> Series:
     """A series as it is, of a trace, or of plain values at a rate."""
     if isinstance(source, Series):

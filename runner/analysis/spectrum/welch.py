@@ -15,7 +15,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
-from proofmass.runner.analysis.spectrum.series import as_series
+from proofmass.runner.analysis.spectrum.series import as_series, enough
 from proofmass.runner.analysis.spectrum.windows import terms, window
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.host.notebook import Plotted, Told
@@ -148,15 +148,7 @@ def spectrum(
     (0.707107, 'V/sqrt(Hz)')
     """
     series = as_series(signal, rate, unit)
-    count = len(series.values)
-    if count < FEWEST:
-        raise Problem(
-            message="the signal is too short for a spectrum",
-            key=series.name or "signal",
-            got=f"{count} values",
-            expected=f"at least {FEWEST}",
-            hint="run longer, or skip less",
-        ).error
+    count = enough(series, FEWEST, "a spectrum")
     length = count if segment == 0 else segment or max(FEWEST, 1 << (count // SEGMENTS).bit_length() - 1)
     if not FEWEST <= length <= count:
         raise Problem(

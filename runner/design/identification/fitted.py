@@ -235,7 +235,7 @@ def _shifts(outputs: Sequence[Wanted], offsets: Sequence[str], delays: Sequence[
 
 
 def _refuse_few(solver: UnknownsSolver, unknowns: Sequence[Unknown]) -> None:
-    rows = sum(int(mask.sum()) for masks in solver.masks for mask in masks)
+    rows = sum(len(solver.compared(signal)) for signal in solver.signals)
     if rows <= len(unknowns):
         message, expected = "too few values are left to compare", f"more than {len(unknowns)}, one for each unknown"
         raise Problem(message=message, key="data", got=str(rows), expected=expected).error
@@ -246,12 +246,14 @@ def _best(solver: UnknownsSolver, unknowns: Sequence[Unknown], starts: int, seed
     begin = np.array([unknown.start for unknown in unknowns])
     drawn = np.random.default_rng(seed).random((max(starts - 1, 0), len(unknowns)))
     others = [np.array([u.sampled(p) for u, p in zip(unknowns, row, strict=True)]) for row in drawn]
+    counts = {signal: len(solver.compared(signal)) for signal in solver.signals}
+    rows = sum(counts.values())
     first_noise, solutions, interrupted = dict(solver.noise), list[tuple[float, Solution]](), False
     try:
         for start in (begin, *others):
             solver.noise = dict(first_noise)
             solution = solver.solved(start)
-            size = sum(math.log(solution.noise[s]) * _share(solver, s) for s in solver.signals)
+            size = sum(math.log(solution.noise[s]) * (counts[s] / rows) for s in solver.signals)
             solutions.append((size, solution))
     except InterruptedSearch:
         interrupted = True
@@ -277,15 +279,6 @@ def _elsewhere(outputs: Sequence[OutputFit], ran: tuple[int, int, bool]) -> Iter
         )
 
 
-def _share(solver: UnknownsSolver, signal: str) -> float:
-    """Return the part of all values that an output has."""
-    counts = dict.fromkeys(solver.signals, 0)
-    for model, masks in zip(solver.models, solver.masks, strict=True):
-        for name, mask in zip(model.signals, masks, strict=True):
-            counts[name] += int(mask.sum())
-    return counts[signal] / sum(counts.values())
-
-
 def _outcome(
     graph: Graph,
     solver: UnknownsSolver,
@@ -306,7 +299,7 @@ def _outcome(
     outputs = tuple(_output(solver, signal, raw) for signal in solver.signals)
     known = {u.name: float(v) for u, v in zip(unknowns, values, strict=True) if u.of_block}
     fitted = with_parameters(graph, {u.written: known[u.name] for u in unknowns if u.of_block})
-    counts = {o.signal: sum(int(mask.sum()) for mask in _masks_of(solver, o.signal)) for o in outputs}
+    counts = {signal: len(solver.compared(signal)) for signal in solver.signals}
     free = max(rows - len(unknowns), 0) / rows  # of each row
     left = {o.signal: (o.rms**2 * counts[o.signal], free * counts[o.signal]) for o in outputs}
     return Fitted(
@@ -327,15 +320,6 @@ def _outcome(
         modelled=tuple(solver.modelled(values)),
         written={u.name: u.written for u in unknowns},
     )
-
-
-def _masks_of(solver: UnknownsSolver, signal: str) -> list[AnyArray]:
-    return [
-        mask
-        for model, masks in zip(solver.models, solver.masks, strict=True)
-        for name, mask in zip(model.signals, masks, strict=True)
-        if name == signal
-    ]
 
 
 def _output(solver: UnknownsSolver, signal: str, raw: Sequence[tuple[str, AnyArray]]) -> OutputFit:

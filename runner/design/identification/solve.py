@@ -81,15 +81,19 @@ class UnknownsSolver:
         """Number of runs of the graph."""
         return sum(model.runs for model in self.models)
 
-    def spread(self, signal: str) -> float:
-        """Return how much an output moves in all recordings."""
+    def compared(self, signal: str) -> AnyArray:
+        """Return the recorded values of an output that are compared, of all recordings."""
         parts = [
             model.recording.outputs[signal][mask]
             for model, masks in zip(self.models, self.masks, strict=True)
             for name, mask in zip(model.signals, masks, strict=True)
             if name == signal
         ]
-        values = np.concatenate(parts)
+        return np.concatenate(parts)
+
+    def spread(self, signal: str) -> float:
+        """Return how much an output moves in all recordings."""
+        values = self.compared(signal)
         if not len(values):
             return 1.0
         return float(np.std(values)) or float(np.max(np.abs(values))) or 1.0

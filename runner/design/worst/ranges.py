@@ -74,10 +74,8 @@ def read_tolerances(graph: Graph, tolerances: Mapping[str, Any]) -> dict[str, To
     read = StudyTables(checked(graph), docs=_DOCS)
     adjustable, known = Adjustable(read.flat), dict[str, Tolerance]()
     for name, (given, unit) in read.parameters("tolerances", tolerances, lambda entry, unit: (entry, unit)).items():
-        try:
+        with read.noting("tolerances", read.written[name]):
             known[name] = _tolerance(read.written[name], given, adjustable.nominal(name), unit)
-        except Refusal as error:
-            read.refuse(error, "tolerances", read.written[name])
     if read.problems:
         raise ModelError([graph.placed(problem) for problem in read.problems])
     return known

@@ -25,16 +25,9 @@ class Cost:
     constant_multipliers: Counter[tuple[int, int]] = field(default_factory=Counter)
 
     def __add__(self, other: "Cost") -> "Cost":
-        return Cost(
-            self.adder_bits + other.adder_bits,
-            self.comparator_bits + other.comparator_bits,
-            self.multiplexer_bits + other.multiplexer_bits,
-            self.register_bits + other.register_bits,
-            self.pipeline_bits + other.pipeline_bits,
-            max(self.widest, other.widest),
-            self.multipliers + other.multipliers,
-            self.constant_multipliers + other.constant_multipliers,
-        )
+        sums: dict[str, Any] = {name: own + vars(other)[name] for name, own in vars(self).items()}
+        sums["widest"] = max(self.widest, other.widest)
+        return Cost(**sums)
 
     def as_data(self) -> dict[str, Any]:
         """Plain data: multipliers as {"32 x 24": 2}."""

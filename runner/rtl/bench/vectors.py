@@ -2,10 +2,8 @@
 
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from proofmass.blocks.declaration.instance import shape_of
 from proofmass.graphs.model.graph import Endpoint, split
@@ -18,6 +16,7 @@ from proofmass.runner.rtl.machine.machine import Machine
 from proofmass.runner.rtl.machine.words import VerilogPort
 from proofmass.runner.run.engines import choose, make_engine
 from proofmass.runner.run.faults import RunError, failed, name_fault
+from proofmass.runner.run.recorder import room
 
 MOST_CLOCKS = 10_000  # by default
 
@@ -48,7 +47,7 @@ def _recorded(planned: Plan, nodes: Iterable[Endpoint], base: int, clocks: int) 
     probes = tuple(_probe(planned, node, base) for node in sorted(nodes))
     recording = replace(planned, probes=probes)
     ticks, seed = clocks * base, planned.graph.seed
-    rows: list[NDArray[Any]] = [np.empty((probe.rows(0, ticks), *probe.shape), dtype=probe.dtype) for probe in probes]
+    rows = room(recording, 0, ticks)
     engine = make_engine(recording, choose(recording, ticks, "auto"), seed, 0, start(recording))
     try:
         if not engine.advance(ticks, rows):

@@ -7,6 +7,7 @@ itself through a cut, no stage is late enough, and the cut is refused.
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+from proofmass.graphs.model.digraph import with_following
 from proofmass.runner.fixed.integer_ir import Operation, TraceError
 
 
@@ -97,13 +98,9 @@ def _refuse_feedback(flow: Flow, cut: Operation, name: str) -> None:
 
 def _below(flow: Flow, operations: Iterable[Operation]) -> set[Operation]:
     """Return all operations on which some depend, these included, also through registers."""
-    below: set[Operation] = set()
-    todo = list(operations)
-    while todo:
-        operation = todo.pop()
-        if operation not in below:
-            below.add(operation)
-            todo += flow.operands.get(operation, ())
-            if operation.kind == "input" and operation.name in flow.registers:
-                todo.append(flow.following[flow.registers[operation.name]])
-    return below
+
+    def operands(operation: Operation) -> tuple[Operation, ...]:
+        before = operation.kind == "input" and operation.name in flow.registers
+        return (flow.following[flow.registers[operation.name]],) if before else flow.operands.get(operation, ())
+
+    return with_following(operations, operands)

@@ -70,7 +70,6 @@ class ModuleReference(Reference):
         self._module = module
 
     def clock(self, present: RegisterValues, merge: Merge) -> ClockStep:
-        """Outputs and following registers for what inputs and registers are."""
         texts = {each.text: present[each.name] for each in self.held}
         outputs = {}
         for name in type(self._module.block).outputs:
@@ -91,7 +90,6 @@ class MachineReference(Reference):
         self.registers = tuple(self._registers())
 
     def clock(self, present: RegisterValues, merge: Merge) -> ClockStep:
-        """Outputs and following registers for what inputs and registers are."""
         due = self._due(present)
         nets = {self._machine.nets[port.text].signal: present[port.name] for port in self.inputs}
         following = dict[str, Any]()

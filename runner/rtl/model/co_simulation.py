@@ -21,11 +21,8 @@ class CoSimulation(CompiledLoop):
     def __init__(self, plan: Plan, seed: int, run: int, memory: Memory) -> None:
         machine = compose(plan)
         if machine.latency:
-            message, got = (
-                "hardware with pipeline cuts is late, and the graph would see that",
-                f"{machine.latency} ticks",
-            )
-            hint = "run it with --engine python, and the hardware in its bench"
+            message = "hardware with pipeline cuts is late, and the graph would see that"
+            got, hint = f"{machine.latency} ticks", "run it with --engine python, and the hardware in its bench"
             raise Problem(message=message, got=got, hint=hint).error
         self._model = VerilogModel(reference_of(plan, machine), machine_text(machine))
         paths = {instance.path for instance in machine.instances}

@@ -198,3 +198,46 @@ def test_annotations_in_quotes_and_lists_of_numbers(tmp_path: Path) -> None:
 def test_a_name_of_no_block_is_no_attribute() -> None:
     with pytest.raises(AttributeError, match="gian"):
         blocks.gian  # noqa: B018
+
+
+@pytest.mark.defect("S810", before="param(0.1, 'V') and Input('V'): Python's own words", after="the line to write")
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ('param("1", "Gain.", default=2.0)', 'param(0.1, "V")', r"'default': write gain: float = param\("),
+        ('param("1", "Gain.", default=2.0)', 'param("V", 2.0, 3.0)', r"too many .*write gain: float = param"),
+        ('param("1", "Gain.", default=2.0)', 'param(0.1, "V", default=2.0)', r"gain: the unit comes first.* got 0.1"),
+        ('Input("1", "Input.")', 'Input("1")', r"'doc': write voltage = Input\("),
+        ('Input("1", "Input.")', 'Input(1.0, "V")', r"input: the unit comes first, as a text .* got 1.0"),
+        ('Input("1", "Input.")', 'Buffer("Line.")', r"'dtype': write line = Buffer\("),
+        ('@Mine.output("1")', "@Mine.output(1.0)", r"level: the unit comes first"),
+    ],
+)  # fmt: skip
+def test_a_declaration_written_wrongly_has_the_line_to_write(old: str, new: str, told: str, tmp_path: Path) -> None:
+    assert old in HEAD + LEVEL
+    (tmp_path / "mine.py").write_text((HEAD.replace("Block,", "Block, Buffer,") + LEVEL).replace(old, new))
+    with pytest.raises(TypeError, match=told):
+        load_own_blocks(tmp_path / "mine.py")
+
+
+@pytest.mark.defect(
+    "S811", before="@requires that yields no pairs: an error inside proofmass", after="its line, a cure"
+)
+@pytest.mark.parametrize(
+    ("body", "got"),
+    [
+        ('yield "gain"', "'gain'"),
+        ('yield "gian", "less than 1"', "('gian', 'less than 1')"),
+        ("yield 1, 2", "(1, 2)"),
+        ("return None", "None"),
+        ('return "gain"', "'gain'"),
+    ],
+)
+def test_requirements_that_are_no_pairs_are_told_of_the_block(body: str, got: str, tmp_path: Path) -> None:
+    kind = mine(tmp_path, f"@Mine.requires\ndef together(p):\n    {body}\n\n{LEVEL}")
+    with pytest.raises(ModelError) as caught:
+        kind()
+    (problem,) = caught.value.problems
+    assert (problem.got, problem.hint) == (got, 'write yield "gain", "less than 1"')
+    assert (problem.file, problem.line) == (str(tmp_path / "mine.py"), HEAD.count("\n") + 1)
+    assert problem.code

@@ -128,6 +128,7 @@ TOO_LARGE = pytest.mark.defect(
         ('loop = "main", measure = "mean"', "", "must name one quantity", "one of loop, noise"),
         ('measure = "mean", band = ["1 Hz", "2 Hz"]', ".band", "measure has no band", "leave it out"),
         ('loop = "adc.cod", figure = "phase_margin"', ".loop", "adc.cod is not an output", "did you mean code?"),
+        ('loop = "main", figure = "phase_margin"', ".loop", "there is no such loop", 'output: "mass.displacement"'),
         (f'{RESPONSE}, figure = "gian"', ".figure", "there is no such figure", "did you mean gain?"),
         (f'{RESPONSE}, figure = "bandwidth", frequency = 1', ".frequency", "bandwidth has no", "leave it out"),
         (f"{RESPONSE}, frequency = -1", ".frequency", *NOT_IN_HERTZ),

@@ -62,6 +62,14 @@ def test_a_parameter_named_by_its_export_and_by_its_block() -> None:
     assert told == 'spread."adc.reference": the parameter is named twice'
 
 
+@pytest.mark.defect("S812", before="hinted at dac.voltage, whatever the graph has", after="names a wire of the graph")
+@pytest.mark.parametrize(("text", "output"), [(STUDY, "filter.output"), (CALIBRATED, "corrected.output")])
+def test_margins_without_a_loop_hint_at_a_wire_of_the_graph(text: str, output: str) -> None:
+    """In order of their names; of the second graph the wires of the loop of its register come first."""
+    told = only_problem(changed(text, "[study]", '[study]\nmargins = "0 s"'), "margins =")
+    assert told.endswith(f'add [loops.main] to it with open_at = "{output}"')
+
+
 def test_a_name_of_a_change() -> None:
     told = only_problem(f'{STUDY}\n[study.changes]\nDrift = {{ measure = "bias" }}\n', "Drift =")
     assert told.startswith("changes.Drift: not a name\n  got:      'Drift'\n  expected: at most 64 lower-case letters")

@@ -9,7 +9,7 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.study_reader import read_study, read_variants
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.montecarlo_command import compared, write_comparison
+from proofmass.runner.comparison.variants import VariantComparison
 from proofmass.runner.studies.shown.curves import variant_pictures
 from proofmass.runner.studies.whole.study import run_study
 from tests.by_hand.study_texts import STUDY
@@ -157,5 +157,5 @@ def test_swept_integers_and_laws_have_curves_together(tmp_path: Path) -> None:
     assert "drift.adc.reference.ramp [ppm/year]" in ramp
     assert "adc.bits = 12" in ramp
     assert not variant_pictures({name: results[next(iter(results))] for name in ("coarse", "fine")})
-    write_comparison(results, compared(results), tmp_path)
+    VariantComparison(results).save(tmp_path)
     assert "over adc.bits" in (tmp_path / "variants.html").read_text(encoding="utf-8")

@@ -18,7 +18,7 @@ from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.commands.run_text import run_lines
-from proofmass.runner.commands.study_data import study_data
+from proofmass.runner.commands.study_files import study_data
 from proofmass.runner.live.model import live_model
 from proofmass.runner.output.plot import plot_traces
 from proofmass.runner.output.report import save_report

@@ -9,7 +9,7 @@ import pytest
 
 from proofmass.graphs.studies.study_reader import read_study_text
 from proofmass.runner.command_line import main
-from proofmass.runner.commands.study_data import study_data as as_json
+from proofmass.runner.commands.study_files import study_data as as_json
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown.plot import plot_study
 from proofmass.runner.studies.shown.points import MOST_POINTS, by_point, parts, point_text, swept_parts

@@ -1,0 +1,60 @@
+"""Variants of a study, the later ones compared with the first: as tables, as plain data and as a page."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from proofmass.runner.comparison.studies import StudyComparison, compare_studies
+from proofmass.runner.comparison.tables import Table, save_tables, study_tables
+from proofmass.runner.output.export import write_whole
+from proofmass.runner.output.json_text import json_text
+from proofmass.runner.studies.outcome.result import StudyResult
+from proofmass.runner.studies.shown.curves import variant_pictures
+
+PAGE, DATA = "variants.html", "variants.json"
+_ABOUT = "Each variant has the same sensors as the first. Their own reports are in the folders beside this page."
+
+
+def folder_of(out: Path, name: str) -> Path:
+    """Return the folder of a variant.
+
+    >>> folder_of(Path("out"), "cheap, adc.bits = 12").name
+    'cheap_adc.bits_12'
+    """
+    return out / re.sub(r"[^A-Za-z0-9.+-]+", "_", name).strip("_")
+
+
+@dataclass(frozen=True)
+class VariantComparison:
+    """Results of the variants of a study by name, and the later ones beside the first."""
+
+    results: Mapping[str, StudyResult]
+
+    @cached_property
+    def comparisons(self) -> dict[str, StudyComparison]:
+        """Comparisons of the later variants with the first."""
+        (_, first), *others = self.results.items()
+        return {name: compare_studies(first, result) for name, result in others}
+
+    def tables(self) -> list[Table]:
+        """Return the means and yields of each variant beside the first, and what moved."""
+        first = next(iter(self.results))
+        return [
+            Table(f"{name}, after {first}: {table.title}", table.heads, table.rows, table.left)
+            for name, comparison in self.comparisons.items()
+            for table in study_tables(comparison)[1:]
+        ]
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the comparisons as plain data."""
+        return {name: comparison.as_data() for name, comparison in self.comparisons.items()}
+
+    def save(self, out: Path) -> list[str]:
+        """Write a page and the plain data; returns the names of the files."""
+        write_whole(out / DATA, json_text(self.as_data(), indent=1) + "\n")
+        title = f"{next(iter(self.results.values())).study.graph.name}: variants"
+        save_tables(out / PAGE, title, _ABOUT, self.tables(), variant_pictures(self.results))
+        return [DATA, PAGE]
