@@ -292,7 +292,7 @@ def _write(file: Path, text: bytes) -> None:
 
 
 _processes = multiprocessing.get_context("forkserver")
-_processes.set_forkserver_preload(LIBRARIES.split())
+_processes.set_forkserver_preload([*LIBRARIES.split()])
 
 
 def _failed(copy: Path, words: Sequence[str], longer: int = 1) -> str:
