@@ -99,3 +99,49 @@ def test_a_phase_crossover_of_nothing_is_no_limit() -> None:
     found = amounts(resonant([small, 1e-2], R, ANGLE), kind)
     assert found.certain.tolist() == [True, False]
     checked(found, 0, gain_margin=math.inf, gain_reduction=0.0, sensitivity_peak=1.0)
+
+
+def test_an_integrator_beside_a_way_through() -> None:
+    """d + k / (z - 1): its pole is at 1 - k / (1 + d), |L| = 1 at 4 sin^2(w / 2) = k^2 / (1 - d^2 + d k)."""
+    gains, d = [0.8, 0.7, 3.0], 0.3
+    own = loops(gains, [[1.0]], [1.0], [1.0])._replace(d=np.full(3, d))
+    places = [2.0 * math.asin(0.5 * k / math.sqrt(1.0 - d * d + d * k)) if k < 1.0 else math.nan for k in gains]
+    kind = kind_of(OpenLoops(*(part[:1] for part in own)), places[:1], [math.pi])
+    found = amounts(own, kind)
+    assert found.stable.tolist() == [True, True, False]
+    assert found.certain.tolist() == [True, True, False]
+    for row, (k, w) in enumerate(zip(gains[:2], places, strict=False)):
+        z = complex(math.cos(w), math.sin(w))
+        margin = math.pi + float(np.angle(d + k / (z - 1.0)))
+        checked(found, row, gain_margin=1.0 / (0.5 * k - d), phase_margin=margin, delay_margin=margin / w)
+        checked(found, row, sensitivity_peak=2.0 / (2.0 + 2.0 * d - k))
+
+
+def test_a_slow_loop_has_its_peak_at_rest() -> None:
+    """k / (z - 1 - x): |1 / (1 + L)| is x / (k - x) at rest, and |L| = 1 at 4 sin^2(w / 2) = (k^2 - x^2) / (1 + x)."""
+    x, k = 3e-5, 4.5e-5
+    w = 2.0 * math.asin(0.5 * math.sqrt((k * k - x * x) / (1.0 + x)))
+    found = amounts(loops([k], [[1.0 + x]], [1.0], [1.0]), LoopKind(np.ones(1), (w,), ()))
+    assert found.certain.all()
+    assert found.sensitivity_peak[0] == pytest.approx(2.0, rel=1e-9)
+    assert found.gain_reduction[0] == pytest.approx(x / k, rel=1e-9)
+    assert found.delay_margin[0] == pytest.approx((math.pi - math.atan2(math.sin(w), math.cos(w) - 1.0 - x)) / w)
+
+
+def test_two_crossovers_close_to_each_other() -> None:
+    """k^2 = 4 r^2 c^2 - 4 r cos(angle) (1 + r^2) c + 4 r^2 cos^2(angle) + (1 - r^2)^2 with c = cos w."""
+    r, gains, places = 0.99, list[float](), list[list[float]]()
+    for peak in (1.05, 1.03):
+        gains.append(peak * (1.0 - r * r) * math.sin(ANGLE))
+        rest = 4.0 * (r * math.cos(ANGLE)) ** 2 + (1.0 - r * r) ** 2 - gains[-1] ** 2
+        roots = np.roots([4.0 * r * r, -4.0 * r * math.cos(ANGLE) * (1.0 + r * r), rest])
+        places.append(sorted(np.arccos(roots).tolist()))
+        assert 1e-3 < places[-1][1] - places[-1][0] < 1e-2
+    kind = LoopKind(np.ones(2), tuple(places[0]), (math.acos(r * math.cos(ANGLE)),))
+    found = amounts(resonant(gains, r, ANGLE), kind)
+    assert found.certain.all()
+    for row, (k, crossovers) in enumerate(zip(gains, places, strict=True)):
+        z = np.exp(1j * np.array(crossovers))
+        lags = np.angle(-k / (z * z - 2.0 * r * math.cos(ANGLE) * z + r * r))
+        assert found.phase_margin[row] == pytest.approx(np.min(np.abs(lags)), rel=1e-6)
+        assert found.delay_margin[row] == pytest.approx(np.min(lags % (2.0 * math.pi) / crossovers), rel=1e-6)
