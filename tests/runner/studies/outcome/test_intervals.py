@@ -45,7 +45,7 @@ def test_means_against_scipy() -> None:
 
 
 @pytest.mark.parametrize("percent", [1.0, 50.0, 99.0])
-@pytest.mark.parametrize("runs", [5, 100, 700])
+@pytest.mark.parametrize("runs", [5, 6, 100, 700])
 def test_percentiles_by_the_binomial_distribution(percent: float, runs: int) -> None:
     """The ranks hold the percentile with 95 % at least, and would not if either came nearer by one."""
     low, high = percentile_interval(np.arange(1.0, runs + 1.0)[::-1], percent)
