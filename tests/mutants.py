@@ -49,7 +49,7 @@ COPIED = ("blocks", "graphs", "runner", "src", "tests", "benchmarks", "docs", "p
 STAY = Path(__file__).with_name("mutants_that_stay.toml")
 BUDGET = 40.0  # seconds, after which no other test of a mutant begins
 HANGS = 60  # seconds of one test, after which it counts as failed: it does not end; ten times if it is exhaustive
-MOST = 16  # files of tests
+MOST = 24  # files of tests
 LIBRARIES = (
     "numpy scipy.linalg scipy.optimize scipy.signal scipy.stats scipy.integrate networkx llvmlite.binding mpmath"
 )
@@ -244,11 +244,12 @@ class Nearest:
         named = Path("tests", file).with_name(f"test_{Path(file).name}")
         module = _module(ROOT / file)
         rings = [*nx.bfs_layers(self._imports, [module])] if module in self._imports else []
-        folders = [[_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2]]
+        away = {name: distance for distance, ring in enumerate(rings) for name in ring}
+        near, far = ([_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2])
         found = dict.fromkeys([str(named)] if (ROOT / named).exists() else [])
-        for ring in (*rings[:2], folders[0], *rings[2:], folders[1]):
+        for ring in (*rings[:2], near, *rings[2:], far):
             tests = [name for name in ring if name.startswith("tests.") and ".test_" in name]
-            tests.sort(key=lambda name: (name not in folders[0], self._imports.in_degree(name), name))
+            tests.sort(key=lambda name: (name not in near, away.get(name, 99), self._imports.in_degree(name), name))
             found |= dict.fromkeys(f"{name.replace('.', '/')}.py" for name in tests)
         return list(found)[:MOST]
 
