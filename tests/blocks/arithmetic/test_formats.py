@@ -1,5 +1,6 @@
 """How a block says the formats of its fixed-point values, and what follows from them."""
 
+from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 import pytest
