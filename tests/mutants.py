@@ -4,8 +4,11 @@
 
 A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
 first, as `make coverage` has measured them, or `python -m tests.coverage tests/ROOM` for one room; without that those
-nearest to its file: the one of its name, those that import it, or those of its folder. What they all pass has survived.
-Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+nearest to its file: the one of its name, those that import it, then those of its folder. What passes them within
+`BUDGET` has survived. Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+
+They run in a process that forks from one with the large libraries and nothing of the project. It compiles the changed
+file and all machine code anew. If it crashes, or a test does not end, that counts as noticed.
 
 No number meets a tolerance, and both sides of a clip are its bound there: `<` is not changed to `<=` at these, but to
 `>=` at the former. Numbers are doubled, and tolerances multiplied by a million.
@@ -17,36 +20,40 @@ same tests for every file.
 import argparse
 import ast
 import itertools
+import multiprocessing
 import os
 import random
 import re
 import shutil
-import subprocess
+import signal
 import sys
 import tempfile
+import time
 import tomllib
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
 import networkx as nx
+import pytest
 
 from tests.coverage import SECONDS, Passing
 
 ROOT = Path(__file__).parents[1]
-ROOMS = ("blocks", "graphs/checks", "graphs/files", "graphs/formulas", "graphs/model", "graphs/studies")
-ROOMS += tuple(
-    f"runner/{room}"
-    for room in (
-        *("analysis", "comparison", "continuous", "derivatives", "design", "fixed", "plan", "planning", "program"),
-        *("reference", "run", "studies", "targets", "verification"),
-    )
-)
+_GRAPHS = ("checks", "files", "formulas", "model", "studies")
+_RUNNER = "analysis comparison continuous derivatives design fixed plan planning program reference run studies targets"
+ROOMS = ["blocks", *(f"graphs/{room}" for room in _GRAPHS)]
+ROOMS += [f"runner/{room}" for room in (*_RUNNER.split(), "verification")]
 COPIED = ("blocks", "graphs", "runner", "src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "Makefile")
 STAY = Path(__file__).with_name("mutants_that_stay.toml")
-BUDGET = 60.0  # seconds of tests, as they were measured, beside the one of the file's name
-HANGS = 400.0  # seconds, after which a mutant counts as noticed: it does not end
+BUDGET = 20.0  # seconds of processor time, after which no other test of a mutant begins
+HANGS = 60  # seconds of one test, after which it counts as failed: it does not end; ten times if it is exhaustive
+MOST = 24  # files of tests
+LIBRARIES = (
+    "numpy scipy.linalg scipy.optimize scipy.signal scipy.stats scipy.integrate networkx llvmlite.binding mpmath"
+)
+LIBRARIES += " flint control matplotlib.figure pandas hypothesis pytest"
 
 _SWAPPED: dict[type[ast.AST], str] = {
     **{ast.Lt: "<=", ast.LtE: "<", ast.Gt: ">=", ast.GtE: ">", ast.Eq: "!=", ast.NotEq: "=="},
@@ -95,6 +102,10 @@ def _changes(file: str) -> Iterator[Mutant]:
     def at(line: int | None, column: int | None) -> int:
         return starts[(line or 1) - 1] + (column or 0)
 
+    def instead(node: ast.expr | ast.stmt, new: str) -> Mutant:
+        place, end = at(node.lineno, node.col_offset), at(node.end_lineno, node.end_col_offset)
+        return Mutant(file, node.lineno, place, end, new)
+
     tree = ast.parse(source)
     tolerances, clips = _tolerances(tree), _clips(tree)
 
@@ -121,15 +132,14 @@ def _changes(file: str) -> Iterator[Mutant]:
             case ast.BoolOp(operator, [left, right, *_]):
                 found = between(left, right, _SWAPPED[type(operator)])
             case ast.Constant(bool() | int() | float() as value):
-                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), _other(value))
+                found = instead(node, _other(value))
             case ast.UnaryOp(ast.Not() | ast.USub(), inside):
                 place = at(node.lineno, node.col_offset)
                 found = Mutant(file, node.lineno, place, at(inside.lineno, inside.col_offset), "")
             case ast.Break() | ast.Continue():
-                new = "continue" if isinstance(node, ast.Break) else "break"
-                found = Mutant(file, node.lineno, at(node.lineno, node.col_offset), _end(node, at), new)
+                found = instead(node, "continue" if isinstance(node, ast.Break) else "break")
             case ast.Call(ast.Name(name) as called) if name in _NAMES:
-                found = Mutant(file, node.lineno, at(called.lineno, called.col_offset), _end(called, at), _NAMES[name])
+                found = instead(called, _NAMES[name])
             case _:
                 found = None
         if found is not None:
@@ -169,9 +179,7 @@ def _clips(tree: ast.Module) -> set[ast.expr]:
     found = set[ast.expr]()
     for node in ast.walk(tree):
         match node:
-            case ast.IfExp(ast.Compare(left, [_], [right]) as test, body, last) if _is_number(left) or _is_number(
-                right
-            ):
+            case ast.IfExp(ast.Compare(left, [_], [right]) as test, body, last) if any(map(_is_number, (left, right))):
                 while isinstance(last, ast.IfExp):  # the other bound of a clip
                     last = last.orelse
                 if {ast.dump(left), ast.dump(right)} == {ast.dump(body), ast.dump(last)}:
@@ -184,16 +192,10 @@ def _is_number(node: ast.expr) -> bool:
     return isinstance(inside, ast.Constant) and isinstance(inside.value, int | float) and inside.value != 0
 
 
-def _end(node: ast.expr | ast.stmt, at: object) -> int:
-    return at(node.end_lineno, node.end_col_offset)  # type: ignore[operator, no-any-return]
-
-
 def _parses(mutant: Mutant) -> bool:
-    try:
-        ast.parse(mutant.text((ROOT / mutant.file).read_bytes()))
-    except SyntaxError:
-        return False
-    return True
+    with suppress(SyntaxError):
+        return bool(ast.parse(mutant.text((ROOT / mutant.file).read_bytes())))
+    return False
 
 
 def _code(tree: ast.AST) -> Iterator[ast.AST]:
@@ -230,39 +232,26 @@ class Nearest:
 
     def at(self, mutant: Mutant) -> list[str]:
         """Files of tests that pass the line, the one of its name first; those nearest to the file if none does."""
-        near, passing = self.of(mutant.file), self._passing.of(mutant.file, mutant.line) if self._passing else {}
+        tests = self.of(mutant.file)
+        if self._passing and (passing := self._passing.of(mutant.file, mutant.line)):
+            tests = [*(test for test in tests[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"), *passing]
         line = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()[mutant.line - 1]
         read = (*(_DECLARED if mutant.file.startswith("blocks/") else ()), *(_FROZEN if "@dataclass" in line else ()))
-        if not passing:
-            return [*near, *read]
-        named = [test for test in near[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"]
-        tests, seconds = list[str](), 0.0
-        for test, more in passing.items():
-            seconds += more
-            if test not in named and (not tests or seconds <= BUDGET):
-                tests.append(test)
-        return [*named, *read, *tests]
+        return list(dict.fromkeys([*tests[:1], *read, *tests[1:]]))[:MOST]
 
     def of(self, file: str) -> list[str]:
-        """Files of tests, the one of its name first; those that import it by way of others only if no one else does."""
-        path = ROOT / file
-        named = ROOT / "tests" / Path(file).parent / f"test_{path.name}"
-        found = [named] if named.exists() else []
-        module = _module(path)
-        if module in self._imports:
-            for ring in nx.bfs_layers(self._imports, [module]):
-                tests = sorted(ROOT / f"{name.replace('.', '/')}.py" for name in ring if _tests(name))
-                found += [test for test in tests if test not in found and test.exists()]
-                if found:
-                    break
-        folder = named.parent
-        while not found and folder != ROOT:
-            found, folder = sorted(folder.rglob("test_*.py")), folder.parent
-        return [str(test.relative_to(ROOT)) for test in found]
-
-
-def _tests(module: str) -> bool:
-    return module.startswith("tests.") and module.rpartition(".")[2].startswith("test_")
+        """Files of tests: the one of its name, those that import it, those of its folder, those that import least."""
+        named = Path("tests", file).with_name(f"test_{Path(file).name}")
+        module = _module(ROOT / file)
+        rings = [*nx.bfs_layers(self._imports, [module])] if module in self._imports else []
+        away = {name: distance for distance, ring in enumerate(rings) for name in ring}
+        near, far = ([_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2])
+        found = dict.fromkeys([str(named)] if (ROOT / named).exists() else [])
+        for ring in (*rings[:2], near, *rings[2:], far):
+            tests = [name for name in ring if name.startswith("tests.") and ".test_" in name]
+            tests.sort(key=lambda name: (name not in near, away.get(name, 99), self._imports.in_degree(name), name))
+            found |= dict.fromkeys(f"{name.replace('.', '/')}.py" for name in tests)
+        return list(found)[:MOST]
 
 
 def _module(path: Path) -> str:
@@ -280,31 +269,17 @@ def _imported(path: Path) -> Iterator[str]:
 # -- one mutant after the other -------------------------------------------------------------------------------------
 
 
-class Outcome(NamedTuple):
-    """What became of a mutant."""
-
-    mutant: Mutant
-    before: str
-    after: str
-    noticed: str  # the test that failed; "" if none did
-    tests: int  # files that ran
-
-
-def examined(mutant: Mutant, copy: Path, tests: Sequence[str], exhaustive: bool = False) -> Outcome:
-    """Run the nearest tests in a copy of the project that has the change, and undo it.
+def examined(mutant: Mutant, copy: Path, tests: Sequence[str], exhaustive: bool = False) -> str:
+    """Return the first of the nearest tests that fails in a copy of the project that has the change, or "".
 
     What none of them notices, the `exhaustive` ones of the nearest file may.
     """
     changed, source = copy / mutant.file, (ROOT / mutant.file).read_bytes()
-    before, after = mutant.told(source)
     _write(changed, mutant.text(source))
     try:
-        noticed = _failed(copy, tests) if tests else ""
-        if tests and exhaustive and not noticed:
-            noticed = _failed(copy, [*tests[:1], "--exhaustive"], ends=False)
+        return _failed(copy, tests) or (_failed(copy, [*tests[:1], "--exhaustive"], 10) if exhaustive else "")
     finally:
         _write(changed, source)
-    return Outcome(mutant, before, after, noticed, len(tests))
 
 
 _moments = itertools.count(1_000_000_000)
@@ -317,21 +292,47 @@ def _write(file: Path, text: bytes) -> None:
     os.utime(file, (moment, moment))
 
 
-def _failed(copy: Path, tests: Sequence[str], ends: bool = True) -> str:
-    """Return the first test of some files that fails, or ""; those that usually end fail if they do not."""
-    environment = {**os.environ, "PYTHONPATH": f"{copy / 'src'}{os.pathsep}{copy}"}
-    environment.pop("PYTHONDONTWRITEBYTECODE", None)
-    command = [sys.executable, "-m", "pytest", "-x", "-q", "--no-header", "-p", "no:cacheprovider", *tests]
-    try:
-        done = subprocess.run(
-            command, cwd=copy, env=environment, capture_output=True, text=True, timeout=HANGS, check=False
-        )
-    except subprocess.TimeoutExpired:
-        return f"{tests[0]}: does not end" if ends else ""
-    if done.returncode in (0, 5):  # 5: no test is there
-        return ""
-    failed = [line for line in done.stdout.splitlines() if line.startswith(("FAILED", "ERROR"))]
-    return failed[0].partition(" ")[2].partition(" - ")[0] if failed else tests[0]
+_processes = multiprocessing.get_context("forkserver")
+_processes.set_forkserver_preload([*LIBRARIES.split()])
+
+
+def _failed(copy: Path, words: Sequence[str], longer: int = 1) -> str:
+    """Return the first test of some files that fails, or the first file if tests crash or do not end, or ""."""
+    said = copy / "noticed.txt"
+    said.write_text(words[0])
+    os.environ["OPENBLAS_NUM_THREADS"] = "1"  # read when the libraries are imported
+    process = _processes.Process(target=_run_tests, args=(copy, words, said, longer))
+    process.start()
+    process.join()
+    with suppress(ProcessLookupError):
+        os.killpg(process.pid or 0, signal.SIGKILL)  # what tests have started and left
+    return said.read_text()
+
+
+def _run_tests(copy: Path, words: Sequence[str], said: Path, longer: int) -> None:
+    """Run tests of the copy, and write which one fails first; to be called in a process of its own."""
+    os.setsid()
+    sys.dont_write_bytecode = False  # most files do not change from one mutant to the next
+    os.chdir(copy)
+    for output in (1, 2):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), output)
+    sys.path[:] = [str(copy / "src"), str(copy), *(path for path in sys.path if Path(path) not in (ROOT, ROOT / "src"))]
+    tempfile.tempdir = str(copy / "temporary")
+    Path(tempfile.tempdir).mkdir(exist_ok=True)
+    os.environ |= {"PYTHONPATH": os.pathsep.join(sys.path[:2]), "TMPDIR": tempfile.tempdir}
+    for name in [name for name in sys.modules if name.partition(".")[0] in ("tests", "proofmass")]:
+        del sys.modules[name]
+
+    def seen(report: pytest.CollectReport | pytest.TestReport) -> None:
+        signal.alarm(longer * HANGS)  # which kills this process, also in machine code
+        if report.failed or sum(os.times()[:4]) > longer * BUDGET:
+            said.write_text(report.nodeid if report.failed else "")
+            os._exit(0)
+
+    signal.alarm(longer * HANGS)
+    plugin = type("Seen", (), {"pytest_collectreport": seen, "pytest_runtest_logreport": seen})
+    code = pytest.main(["-q", "--assert=plain", "-p", "no:cacheprovider", "-p", "no:xdist", *words], plugins=[plugin])
+    said.write_text("" if code in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED) else words[0])
 
 
 def chosen(count: int, seed: int, rooms: Sequence[str]) -> list[Mutant]:
@@ -352,14 +353,6 @@ def reasons() -> dict[tuple[str, str, str], str]:
     return {(row["file"], row["before"], row["after"]): row["reason"] for row in rows}
 
 
-def run(count: int, seed: int, rooms: Sequence[str] = ROOMS, exhaustive: bool = False) -> Iterator[Outcome]:
-    """Examine mutants, one after the other."""
-    nearest = Nearest()
-    with project_copied() as copy:
-        for mutant in chosen(count, seed, rooms):
-            yield examined(mutant, copy, nearest.at(mutant), exhaustive)
-
-
 @contextmanager
 def project_copied() -> Iterator[Path]:
     """A copy of the project, in which files may change."""
@@ -376,24 +369,30 @@ def project_copied() -> Iterator[Path]:
 def main() -> int:
     """Print every survivor, and how many there are."""
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0] if __doc__ else "")
-    parser.add_argument("rooms", nargs="*", default=list(ROOMS), help="folders or files")
+    parser.add_argument("rooms", nargs="*", default=ROOMS, help="folders or files")
     parser.add_argument("--count", type=int, default=300)
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--exhaustive", action="store_true", help="exhaustive tests of the nearest file too")
     arguments = parser.parse_args()
-    known, survived, examined_ones = reasons(), 0, 0
-    for outcome in run(arguments.count, arguments.seed, arguments.rooms, arguments.exhaustive):
-        examined_ones += 1
-        if outcome.noticed:
-            continue
-        reason = known.get((outcome.mutant.file, outcome.before, outcome.after), "")
-        survived += not reason
-        print(f"{outcome.mutant.file}:{outcome.mutant.line}: {outcome.tests} files of tests pass", flush=True)
-        print(f"    {outcome.before}\n    {outcome.after}", flush=True)
-        if reason:
-            print(f"    stays: {reason}", flush=True)
-    print(f"{examined_ones} mutants, {survived} survive without a reason", flush=True)
-    return int(survived > examined_ones // 20)
+    nearest, known, noticed, survived, begun = Nearest(), reasons(), set[str](), 0, time.monotonic()
+    changes = chosen(arguments.count, arguments.seed, arguments.rooms)
+    with project_copied() as copy:
+        for mutant in changes:
+            tests = nearest.at(mutant)
+            if test := examined(mutant, copy, tests, arguments.exhaustive):
+                noticed.add(test)
+                continue
+            before, after = mutant.told((ROOT / mutant.file).read_bytes())
+            reason = known.get((mutant.file, before, after), "")
+            survived += not reason
+            told = [f"{mutant.file}:{mutant.line}: {len(tests)} files of tests pass", before, after]
+            print(*told, *([f"stays: {reason}"] if reason else []), sep="\n    ", flush=True)
+        seconds = (time.monotonic() - begun) / len(changes)
+        unsound = _failed(copy, sorted(noticed), 100) if noticed else ""
+    print(f"{len(changes)} mutants, {survived} survive without a reason, {seconds:.1f} s each")
+    if unsound:
+        print(f"{unsound} fails without any change: what it has noticed counts for nothing")
+    return int(survived > len(changes) // 20 or bool(unsound))
 
 
 if __name__ == "__main__":

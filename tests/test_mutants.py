@@ -9,6 +9,7 @@ from tests.mutants import ROOT, Nearest, chosen, examined, mutants, project_copi
 
 FILE = "blocks/arithmetic/rounding.py"
 NEAR, FAR = "arithmetic/test_rounding.py", "magnetics/test_hall_element.py"
+CRASHES = "tests/test_crash.py"
 
 
 def test_every_change_is_one_place_of_a_file_that_still_parses() -> None:
@@ -38,6 +39,7 @@ def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
     assert "tests/runner/program/test_tangents.py" in nearest.of("runner/program/tangents.py")
     assert nearest.of("runner/program/walk.py"), "it is imported by way of others"
     assert nearest.of("runner/design/modulators/graph.py"), "no test imports it: those of its folder"
+    assert nearest.of(FILE)[1] == "tests/runner/derivatives/test_dual_functions.py", "it imports the file"
     assert len({mutant.file for mutant in chosen(20, 7, ["blocks/arithmetic", "runner/program"])}) > 10
 
 
@@ -49,8 +51,11 @@ def test_a_change_is_noticed_by_some_tests_and_not_by_others() -> None:
     with project_copied() as copy:
         near, far = (examined(mutant, copy, [f"tests/blocks/{name}"]) for name in (NEAR, FAR))
         assert (copy / FILE).read_bytes() == source
-    assert near.noticed.startswith(f"tests/blocks/{NEAR}::")
-    assert not far.noticed
+        (copy / CRASHES).write_text("import os\n\n\ndef test_crash():\n    os.kill(os.getpid(), 11)\n")
+        crash = examined(mutant, copy, [CRASHES])
+    assert near.startswith(f"tests/blocks/{NEAR}::")
+    assert far == ""
+    assert crash == CRASHES
 
 
 BOUNDS = """\

@@ -1,5 +1,6 @@
 """How a block says the formats of its fixed-point values, and what follows from them."""
 
+from fractions import Fraction
 from typing import Any, Literal, NamedTuple
 
 import pytest
@@ -98,3 +99,12 @@ def test_a_format_travels_through_toml() -> None:
     text = write_graph(graph)
     assert 'word = "(9, -2) unsigned"' in text
     assert read_graph_text(text, own={"Average": kind}).blocks == graph.blocks
+
+
+def test_the_most_bits() -> None:
+    """The ends belong to the formats that there are."""
+    for fraction in (512, -512):
+        assert Fixed(512, fraction).resolution == Fraction(2) ** -fraction
+    for width, fraction in ((0, 0), (513, 0), (8, 513), (8, -513)):
+        with pytest.raises(ValueError, match="512"):
+            Fixed(width, fraction)

@@ -178,6 +178,7 @@ def test_products_and_quotients_read_from_the_left() -> None:
         ("5 V)", "V", "cannot read the unit 'V)' at ')'", '"kg*m^2/s"'),
         ("5 V^13", "V", "an exponent beyond 12", ""),
         ("5 V^x", "V", "an exponent must be a number such as 2, -1 or 0.5", ""),
+        ("5 V^1.23456", "V", "an exponent must be a number such as 2, -1 or 0.5", ""),
     ],
 )
 def test_errors_say_what_is_wrong_and_what_to_write(text: str, target: str, message: str, hint: str) -> None:

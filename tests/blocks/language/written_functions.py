@@ -105,6 +105,28 @@ def handed_on(a: float, b: float) -> float:
     return applied_to(math.floor, a) + applied_to(math.fabs, b)
 
 
+def left_out(a: float, b: float) -> float:
+    total = 0.0
+    for one in TABLE:
+        if one > a:
+            continue
+        else:
+            part = one * b
+        total = total + part
+    return total
+
+
+def left_early(a: float, b: float) -> float:
+    total = 0.0
+    for one in TABLE:
+        if one < a:
+            break
+        else:
+            part = one * b
+        total = total + part
+    return total
+
+
 def refused_number(a: float) -> float:
     if a < 0.0:
         raise ValueError("below zero")
@@ -213,6 +235,8 @@ COMPILED = [
         of_record,
         of_tuple,
         both_turned,
+        left_out,
+        left_early,
         reset,
         every_way,
         levelled,

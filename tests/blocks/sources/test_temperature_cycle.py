@@ -5,6 +5,7 @@ import pytest
 
 from proofmass.blocks import TemperatureCycle
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.blocks.sources.temperature_cycle import Constants, bends
 from tests.by_hand.functions import drive
 
 
@@ -30,3 +31,11 @@ def test_many_cycles_against_interpolation(soak: str) -> None:
 def test_nothing_to_cycle_between_is_refused() -> None:
     with pytest.raises(ModelError, match="above low"):
         TemperatureCycle(low=300.0, high=300.0)
+
+
+def test_marks_differ_between_stretches_and_stay_within_them() -> None:
+    """Two seconds up, two at the top, two down, two at the bottom, and so on: a mark for each."""
+    c = Constants(250.0, 100.0, 50.0, 4.0)
+    marks = [{bends(c, 2.0 * stretch + part) for part in (0.1, 1.0, 1.9)} for stretch in range(9)]
+    assert [len(mark) for mark in marks] == [1] * 9
+    assert len(set.union(*marks)) == 9

@@ -12,7 +12,7 @@ from tests.by_hand.functions import drive
 PERIOD = 1e-2
 
 
-@pytest.mark.parametrize(("segment", "line"), [(32, 0), (32, 5), (32, 16), (33, 4)])
+@pytest.mark.parametrize(("segment", "line"), [(32, 0), (32, 1), (32, 5), (32, 16), (33, 4)])
 @pytest.mark.parametrize("skip", [0, 11])
 def test_against_welch(segment: int, line: int, skip: int) -> None:
     inputs = (5.0 + np.random.default_rng(2).normal(size=500)).tolist()

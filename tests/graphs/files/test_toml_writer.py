@@ -178,3 +178,15 @@ def test_a_unit_too_long_for_a_quantity_is_left_to_the_block() -> None:
     unit = "*".join(["kg/kg"] * 32) + "*V"
     text = assert_same(Graph(name="", blocks={"long": Constant(value=0.1 + 0.2, unit=unit)}))
     assert "value = 0.30000000000000004\n" in text
+
+
+def test_quantities_in_base_units_unless_they_are_to_stay_as_written() -> None:
+    """The one form is for comparisons, the other for people."""
+    graph = read_graph_text(
+        'name = "a"\nrate = "1 kHz"\nduration = "5 ms"\n[blocks.one]\nkind = "Constant"\nvalue = "3 mV"\nunit = "V"\n'
+    )
+    plain, written = write_graph(graph), write_graph(graph, as_written=True)
+    assert 'duration = "1/200 s"\n' in plain
+    assert 'value = "0.003 V"\n' in plain
+    assert 'duration = "5 ms"\n' in written
+    assert 'value = "3 mV"\n' in written

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from scipy import stats
 from scipy.special import stdtr
 
 from proofmass.graphs.files.toml_reader import read_graph_text
@@ -70,6 +71,9 @@ def test_other_sensors_are_independent_samples() -> None:
     all_of_them = sorted([probability, *(c.probability for c in found.means if c is not change)])
     assert change.probability >= probability
     assert not change.moved
+    assert change.difference == pytest.approx(other.mean() - one.mean())
+    of_scipy = stats.ttest_ind(other, one, equal_var=False).confidence_interval(0.95)
+    assert change.interval == pytest.approx((of_scipy.low, of_scipy.high))
     assert len(all_of_them) == 2
     assert {"study.runs", "study.seed"} <= {difference.key for difference in found.differences}
 

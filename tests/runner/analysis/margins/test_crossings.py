@@ -105,3 +105,16 @@ def test_values() -> None:
     rational = Transfer(flint.fmpz_poly([1, 2]), flint.fmpz_poly([3, 4, 5])).on_axis(False)
     s = 0.7j
     assert value_at(rational, 0.7) == pytest.approx((1 + 2 * s) / (3 + 4 * s + 5 * s * s), rel=1e-15)
+
+
+@pytest.mark.parametrize(("millionths", "crossovers"), [(0.2, 1), (1.0, 0)])
+def test_a_crossover_counts_if_the_gain_has_left_one_before_it(millionths: float, crossovers: int) -> None:
+    """|L|^2 = (a - b y)^2 + c^2 y over (a (1 + y))^2, y = w^2, is 1 at y = 0 and at y = 1, and nowhere else.
+
+    With a = m^2 + 1, b = m^2 - 4 m + 1 and c = 2 (m^2 - 1), |L| - 1 is about 4 y (1 - y) / (m (1 + y)^2) between. Of
+    that 1e-12 is rounding: 0.039, 0.48 and 0.19 / m at 0.1, 0.5 and 0.9 rad/s.
+    """
+    m = round(millionths * 1e12)
+    a, b, c = m * m + 1, m * m - 4 * m + 1, 2 * (m * m - 1)
+    found = axis_of([a, c, b], [a, 2 * a, a], sampled=False).gain_crossings()
+    assert [crossing.w for crossing in found] == pytest.approx([1.0] * crossovers)

@@ -15,6 +15,7 @@ from proofmass.blocks import (
     Product,
     WhiteNoise,
 )
+from proofmass.runner.analysis.noise.along_run import _lines
 
 RATE, FREQUENCY, GAIN, COUNT, RUNS = 1000.0, 7.3890561, 40.0, 1001, 250
 LENGTH = COUNT // 4 * 2  # values in the window
@@ -117,3 +118,14 @@ def test_a_gyroscope_against_runs() -> None:
 def _within_three_errors(values: np.ndarray, window: np.ndarray, rms: float, freedom: int = RUNS) -> None:
     squares = values**2 @ window**2 / float(np.sum(window**2)) * len(values) / freedom
     assert abs(np.mean(squares) - rms**2) < 3.0 * np.std(squares) / math.sqrt(len(values))
+
+
+@pytest.mark.parametrize("count", [100, 102])
+def test_lines_of_a_band_are_those_of_the_transform(count: int) -> None:
+    whole = np.fft.rfftfreq(count, 1.0 / RATE)
+    assert _lines(RATE, count, (0.0, RATE), ()) == pytest.approx(whole)
+    assert _lines(RATE, count, (whole[3], whole[7]), ()) == pytest.approx(whole[3:7])
+    assert _lines(RATE, count, None, (3.0, 70.0)).tolist() == [3.0, 70.0]
+    spread = _lines(RATE, count, None, ())
+    assert (spread[0], spread[-1]) == pytest.approx((2.0 * RATE / count, RATE / 2.0))
+    assert np.ptp(np.diff(np.log(spread))) < 1e-9

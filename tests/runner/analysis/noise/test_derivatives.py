@@ -140,21 +140,33 @@ def test_without_being_asked_there_are_none() -> None:
     assert math.isfinite(found.rms)
 
 
-def test_derivatives_in_a_band_are_those_of_the_integral() -> None:
-    """x' = 0.6 x + 0.8 w, y = 1.5 x + 0.2 w, w white: density 2 T |h|^2, h = 1.5 * 0.8 / (z - 0.6) + 0.2."""
-    period, entries = 1e-3, {"a": 0.6, "b": 0.8, "c": 1.5, "d": 0.2}
-    units = {name: tuple(np.full((1, 1), float(other == name)) for other in entries) for name in entries}
-    matrices = tuple(np.full((1, 1), value) for value in entries.values())
-    of = NoiseMap(matrices, period, inputs=(("hiss", DEVIATE, 0),), values=1, slopes=units)  # type: ignore[arg-type]
+@pytest.mark.parametrize("values", [1, 2])
+def test_derivatives_in_a_band_are_those_of_the_integral(values: int) -> None:
+    """x' = 0.6 x + 0.8 w, y[i] = c[i] x + d[i] w, w white, values y[0] and y[1] half a period T apart.
 
-    def square(a: float, b: float, c: float, d: float) -> float:
+    The density is 2 T / r^2 |sum of exp(-2 pi j f i T / r) h[i]|^2 for r values, h[i] = 0.8 c[i] / (z - 0.6) + d[i].
+    """
+    period, entries = 1e-3, {"a0": 0.6, "b0": 0.8, "c0": 1.5, "d0": 0.2}
+    if values == 2:
+        entries |= {"c1": -0.4, "d1": 0.7}
+    shapes = {"a": 1, "b": 1, "c": values, "d": values}
+
+    def of_matrices(at: dict[str, float]) -> tuple[np.ndarray, ...]:
+        return tuple(np.array([[at.get(f"{name}{i}", 0.0)] for i in range(rows)]) for name, rows in shapes.items())
+
+    units = {name: of_matrices({name: 1.0}) for name in entries}
+    of = NoiseMap(of_matrices(entries), period, inputs=(("hiss", DEVIATE, 0),), values=values, slopes=units)  # type: ignore[arg-type]
+
+    def square(at: dict[str, float]) -> float:
         def density(f: float) -> float:
-            return 2.0 * period * abs(c * b / (np.exp(2j * math.pi * f * period) - a) + d) ** 2
+            h = at["b0"] / (np.exp(2j * math.pi * f * period) - at["a0"])
+            turns = [np.exp(-2j * math.pi * f * i * period / values) for i in range(values)]
+            heard = sum(turn * (at[f"c{i}"] * h + at[f"d{i}"]) for i, turn in enumerate(turns))
+            return float(2.0 * period / values**2 * abs(heard) ** 2)
 
         return float(scipy.integrate.quad(density, 50.0, 200.0, epsabs=0.0, epsrel=1e-12)[0])
 
-    rms = math.sqrt(square(**entries))
-    found = rms_slopes(of, (50.0, 200.0), rms)
+    found = rms_slopes(of, (50.0, 200.0), math.sqrt(square(entries)))
     for name, value in entries.items():
-        sides = [math.sqrt(square(**{**entries, name: value + side})) for side in (1e-5, -1e-5)]
+        sides = [math.sqrt(square({**entries, name: value + side})) for side in (1e-5, -1e-5)]
         assert found[name] == pytest.approx((sides[0] - sides[1]) / 2e-5, rel=1e-6), name

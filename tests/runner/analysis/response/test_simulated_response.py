@@ -110,3 +110,20 @@ def test_what_is_wrong_is_said(two_rates: Graph, wrong: dict[str, object], messa
 def test_a_stimulus_between_continuous_blocks_is_refused(two_rates: Graph) -> None:
     with pytest.raises(ModelError, match="between continuous blocks"):
         response(two_rates, "plant.output", "mean.mean", simulate="sine", amplitude=1.0)
+
+
+def test_progress_ends_when_the_last_run_does() -> None:
+    """All runs together, the quiet one too, are one whole."""
+    graph = Graph(
+        name="",
+        rate="1 kHz",
+        blocks={"zero": Constant(value=0.0), "lag": LowPass(corner_frequency=50.0)},
+        wires=["zero.output -> lag.input"],
+    )
+    parts = list[float]()
+    response(
+        graph, "zero.output", "lag.output", simulate="sine", amplitude=1.0, band=(20.0, 20.5),
+        progress=lambda done, of: parts.append(done / of),
+    )  # fmt: skip
+    assert parts == sorted(parts)
+    assert (parts[-1], max(parts)) == (1.0, 1.0)

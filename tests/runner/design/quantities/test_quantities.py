@@ -56,6 +56,17 @@ def test_margins_are_those_of_the_closed_form(evaluator: Evaluator, gain: float)
     assert wide.slopes["controller.gain"] == pytest.approx(by_gain, rel=1e-6)
 
 
+@pytest.mark.parametrize(("name", "step"), [("controller.gain", 2.0), ("plant.gain", 0.02)])
+def test_a_measure_moves_as_its_values_do(evaluator: Evaluator, name: str, step: float) -> None:
+    values = {"controller.gain": 100.0, "plant.gain": 1.0}
+    at, *sides = (evaluator.readings({**values, name: values[name] + side * step})["end"] for side in (0.0, 1.0, -1.0))
+    assert at is not None
+    assert [side is not None for side in sides] == [True, True]
+    high, low = (side.value for side in sides if side is not None)
+    assert at.slopes[name] == pytest.approx((high - low) / (2.0 * step), rel=1e-2)
+    assert at.slopes[name] != 0.0
+
+
 @pytest.mark.exhaustive
 def test_derivatives_are_those_of_differences_between_whole_evaluations(evaluator: Evaluator) -> None:
     nominal = {"controller.gain": 300.0, "plant.gain": 1.1}

@@ -45,7 +45,7 @@ def test_means_against_scipy() -> None:
 
 
 @pytest.mark.parametrize("percent", [1.0, 50.0, 99.0])
-@pytest.mark.parametrize("runs", [5, 100, 700])
+@pytest.mark.parametrize("runs", [5, 6, 100, 700])
 def test_percentiles_by_the_binomial_distribution(percent: float, runs: int) -> None:
     """The ranks hold the percentile with 95 % at least, and would not if either came nearer by one."""
     low, high = percentile_interval(np.arange(1.0, runs + 1.0)[::-1], percent)
@@ -126,3 +126,18 @@ def test_one_value_and_equal_values() -> None:
 )
 def test_values_with_their_uncertainty(value: float, interval: tuple[float, float], text: str) -> None:
     assert concise(value, interval) == text
+
+
+@pytest.mark.parametrize("count", [5, 6, 9, 40])
+def test_deviations_by_bonett(count: int) -> None:
+    """The formula of the docstring with SciPy's trimmed mean: 1 / (2 sqrt(n - 4)) of the values from either end."""
+    values = np.random.default_rng(count).exponential(size=count)
+    middle = stats.trim_mean(values, 0.5 / math.sqrt(count - 4.0))
+    kurtosis = count * np.sum((values - middle) ** 4) / np.sum((values - values.mean()) ** 2) ** 2
+    c, student = count / (count - stats.norm.ppf(0.975)), stats.t.ppf(0.975, count - 1)
+    for sign, g, found in zip(
+        (-1.0, 1.0), (kurtosis, kurtosis * (1.0 + 4.0 / math.sqrt(count))), deviation_interval(values), strict=True
+    ):
+        error = c * math.sqrt(max(g - (count - 3.0) / count, 0.0) / (count - 1.0))
+        squared = math.exp(math.log(c * values.var(ddof=1)) + sign * student * error)
+        assert found == pytest.approx(math.sqrt(squared), rel=1e-9)

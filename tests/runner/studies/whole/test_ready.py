@@ -220,7 +220,9 @@ def test_in_python_too() -> None:
     assert check(good) == list[Problem]()
 
 
-@pytest.mark.parametrize(("ages", "said"), [("[0, 5, 10]", "10 s"), ('["0 h", "10 h"]', "10 h"), ('[0, "1 d"]', "")])
+@pytest.mark.parametrize(
+    ("ages", "said"), [("[0, 5, 10]", "10 s"), ("[0, 0.5]", "0.5 s"), ('["0 h", "10 h"]', "10 h"), ('[0, "1 d"]', "")]
+)
 def test_ages_below_a_day_are_noted(ages: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     """Ages without a unit are seconds: `[0, 5, 10]` was hardly meant for years of drift."""
     path = tmp_path / "study.toml"

@@ -18,7 +18,7 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
-from proofmass.runner.studies.whole.study import replay, run_study
+from proofmass.runner.studies.whole.study import _processors, replay, run_study
 from tests.by_hand.study_texts import STUDY
 
 
@@ -192,3 +192,13 @@ def test_a_result_is_shown_in_a_line(study: Study) -> None:
     assert repr(run_study(study, runs=2, engine="python")) == (
         "<StudyResult of a converter that ages: 4 of 4 runs at 3 epochs; bias, noise>"
     )
+
+
+@pytest.mark.parametrize(("count", "expected"), [(6, 6), (None, 1)])
+def test_processors_where_the_system_does_not_say_which_are_allowed(
+    count: int | None, expected: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on macOS: all that there are, or one."""
+    monkeypatch.delattr(os, "sched_getaffinity", raising=False)
+    monkeypatch.setattr(os, "cpu_count", lambda: count)
+    assert _processors() == expected
