@@ -7,7 +7,6 @@ from typing import Any
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.prove import Proofs
@@ -73,7 +72,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
         )
     claim = proof.claim
     more = {"any_change": True} if claim.any_change else {}
-    of_quantity = {"most": claim.most, "unit": claim.unit} if claim.kind in QUANTITIES else {}
+    of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity
         | more
@@ -85,7 +84,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             "kind": claim.kind,
             "limit": claim.limit,
             "period": claim.period,
-            "factor": claim.factor.name,
+            "factor": claim.row.factor,
             "ends": claim.ends,
             "leaves": leaves,
         }

@@ -22,7 +22,6 @@ from proofmass.graphs.model.quantities import (
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES
 from proofmass.runner.design.proof.least_found import value_there
 from proofmass.runner.design.proof.prove import prove, prove_margin
 from proofmass.runner.design.quantities.evaluator import Evaluator
@@ -145,7 +144,7 @@ class Measurements:
             return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
         sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
         value = value_there(self.graph, proof.claim, proof.counterexample)
-        value = value if proof.claim.kind in QUANTITIES else max(value, 0.0)
+        value = value if proof.claim.row.of_output else max(value, 0.0)
         return value, f"a sensor within the tolerances has {proof.shown}: {sensor}"
 
     def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:

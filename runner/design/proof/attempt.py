@@ -9,7 +9,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import (
@@ -26,7 +26,7 @@ from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
 _FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
-_LEAST_ROOM, _SMALLEST = {SCALE_FACTOR: 1e-6, RMS: 0.01, PEAK: 0.01}, 1e-12  # of the value, and of a value of zero
+_SMALLEST = 1e-12  # room beside a value of zero
 _WIDENED = 8  # times
 
 
@@ -79,7 +79,7 @@ class Attempt:
 
     def at(self, claim: Claim, until: float) -> MarginProof:
         """Return what comes of a claim, of which the nominal sensor is looked at first."""
-        if claim.kind not in AT_CORNERS:  # whose search begins with the corners
+        if claim.row.at_corners is None:  # whose search begins with the corners
             text, fails = _checked(self.graph, claim, self._nominal)
             if fails:
                 return self._refuted(claim, self._nominal, text)
@@ -119,8 +119,7 @@ class Attempt:
 
     def _breaks(self, claim: Claim, box: Sides) -> bool:
         """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""
-        looked_at = claim.kind in ("delay margin", "disk margin", *QUANTITIES)
-        return not looked_at or _checked(self.graph, claim, self._middle(box))[1]
+        return not claim.row.looks or _checked(self.graph, claim, self._middle(box))[1]
 
     def _middle(self, box: Sides) -> dict[str, float]:
         return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])
@@ -163,7 +162,7 @@ class Attempt:
         way = abs(nominal - least.margin)
         if not math.isfinite(way):
             return self._refuted(claim, least.at, _checked(self.graph, claim, least.at)[0])
-        close = max(_CLOSEST * way, _LEAST_ROOM[claim.kind] * abs(nominal), rounding) or _SMALLEST
+        close = max(_CLOSEST * way, claim.row.room * abs(nominal), rounding) or _SMALLEST
         room, best, tries = max(_ROOM * way, _FINER * close), None, 0
         while True:
             now = time.monotonic()
@@ -194,10 +193,9 @@ def beyond(value: float, sign: float, room: float) -> float:
 
 def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
     """Return the margins or the value of a sensor in words, and whether the claim fails for it."""
-    if claim.kind in QUANTITIES:
+    if claim.row.of_output:
         value, rounding = quantity_there(graph, claim, parameters)
-        without = "it does not settle" if claim.kind == SCALE_FACTOR else "it has no bound"
-        shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else without
+        shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else claim.row.nowhere
         return shown, claim.broken_by(value + claim.sign * rounding)
     found = margins_there(graph, claim, parameters)
     kinds: dict[str, None] = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))

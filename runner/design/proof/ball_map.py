@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.ends import Ends
@@ -120,10 +120,10 @@ class StartingLoop:
         ends, signal = Ends((node,), (node,), cut=True), ".".join(node)
         point = linearised(plan).point_of(ends)
         if point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told):
-            raise ModelError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
+            raise plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START)).error
         between = point.map.between()
         if not between.order:
-            raise ModelError([plan.graph.placed(_not_a_loop(node))])
+            raise plan.graph.placed(_not_a_loop(node)).error
         if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"
@@ -131,7 +131,7 @@ class StartingLoop:
                 f"{MOST_STATES} states and {MOST_VALUES} values",
                 "open the loop at its slowest wire with --loop",
             )
-            raise ModelError([plan.graph.placed(too_large(has, node, most, hint))])
+            raise plan.graph.placed(too_large(has, node, most, hint)).error
         self._run = BallRun(plan, ends, point)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 

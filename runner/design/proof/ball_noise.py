@@ -11,7 +11,7 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.decisions.truths import decided_by_noise
@@ -53,19 +53,19 @@ class StartingNoise:
         bits = [name for name, own in noisy.items() if own or name in plan.digital]
         bits += decided_by_noise(plan, target, first)
         if bits:
-            raise ModelError([plan.graph.placed(_decides(target, bits))])
+            raise plan.graph.placed(_decides(target, bits)).error
         ends = Ends((), (target,), noise=noisy)
         point = about.point_of(ends)
         if point.map.tick != first:
-            raise ModelError([plan.graph.placed(changes_later(way, target))])
+            raise plan.graph.placed(changes_later(way, target)).error
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares()):
-            raise ModelError([plan.graph.placed(_none(target))])
+            raise plan.graph.placed(_none(target)).error
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:
             has = f"{way} has {point.map.order} states and {size} random numbers or values in a period"
             most = f"{MOST_STATES} states and {_MOST_ENDS} numbers"
-            raise ModelError([plan.graph.placed(too_large(has, target, most))])
+            raise plan.graph.placed(too_large(has, target, most)).error
         self._run = _NoiseRun(plan, ends, point)
         self.period, self.values = point.map.period, 1
 

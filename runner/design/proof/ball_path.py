@@ -11,7 +11,6 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
@@ -43,10 +42,10 @@ class StartingPath:
         ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
         self._point: OrbitPoint = linearised(plan).point_of(ends)
         if self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target)):
-            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+            raise plan.graph.placed(changes_later(way, target, _ALIKE)).error
         order = self._point.map.between().order
         if order > MOST_STATES:
-            raise ModelError([plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES)))])
+            raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
         self._run = BallRun(plan, ends, self._point)
         self.period = self._point.map.period
         self.values = 1
@@ -79,12 +78,12 @@ class StartingResponse(StartingPath):
         super().__init__(plan, source, target)
         if self._point.moves:
             way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
-            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+            raise plan.graph.placed(changes_later(way, target, _ALIKE)).error
         response_of_map(plan, source, target, self._point.map)
         size = max(len(self._point.map.inputs), len(self._point.map.outputs))
         if size > MOST_VALUES:
             has = f"a wire of the way to {'.'.join(target)} has {size} values in a period"
-            raise ModelError([plan.graph.placed(too_large(has, target, str(MOST_VALUES)))])
+            raise plan.graph.placed(too_large(has, target, str(MOST_VALUES))).error
         self.values = size
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:

@@ -79,10 +79,6 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
 
 GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
-DISK = Factor("disk", 1, GAIN.derivatives)  # its coordinate is a, both ends of which are the same
-NOISE = Factor("noise", 1, GAIN.derivatives)  # the same
-THROUGH = Factor("peak", 1, GAIN.derivatives)  # the same
-REST = Factor("rest", 1, GAIN.derivatives)  # its coordinate is a limit, both ends of which are the same
 
 
 @dataclass(frozen=True)
@@ -181,12 +177,8 @@ def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
     ]
 
 
-def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
     """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
-    if factor is DISK:
-        return _with_disk(of, ends[0], widths)
-    if factor is THROUGH:
-        return _through(of, ends[0], widths)
     last = len(widths) - 1
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
@@ -208,9 +200,9 @@ def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], lin
     return shares
 
 
-def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
-    """Return the matrix of all factors of a disk, over a box of half `widths`."""
-    n, k = of.order, of.values
+def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+    """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over half `widths`."""
+    size, n, k = ends[0], of.order, of.values
     a, b, c, d = (
         of.corners[rows, columns]
         for rows in (slice(None, n), slice(n, None))
@@ -227,9 +219,9 @@ def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
     return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
 
 
-def _through(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
-    """Return the matrix of a response whose output is divided by a limit, over a box of half `widths`."""
-    n, k = of.order, of.values
+def through(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+    """Return the matrix of a response whose output is divided by a limit, both `ends`, over a box of half `widths`."""
+    limit, n, k = ends[0], of.order, of.values
     above, below = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
     scale: Jet = {(): flint.arb_mat([[(i == j) / flint.arb(limit) for j in range(k)] for i in range(k)])}
     jets = [joined([[a, b], [product(scale, c), product(scale, d)]], (n, k)) for a, b, c, d in of.jets]

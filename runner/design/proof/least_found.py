@@ -20,7 +20,7 @@ from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.noise.noise_map import noise_map
 from proofmass.runner.analysis.response.response import response_of
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.claim import PEAK, RMS, Claim
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -51,7 +51,7 @@ def value_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> 
 
     Raises `ModelError` where it has none that is known.
     """
-    if claim.kind not in QUANTITIES:
+    if not claim.row.of_output:
         return margin_of(margins_there(graph, claim, parameters), claim.kind)
     return quantity_there(graph, claim, parameters)[0]
 

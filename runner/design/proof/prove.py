@@ -29,7 +29,7 @@ from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
-from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
+from proofmass.runner.design.proof.claim import KINDS, PEAK, RMS, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.known import KnownProofs
@@ -44,13 +44,6 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
-USUAL: Mapping[str, float | None] = {  # limits of what nobody gives one for
-    "gain margin": 6.0,
-    "phase margin": 45.0,
-    "disk margin": None,
-    "delay margin": None,
-    "decay rate": None,
-}
 MOST_DISK = 2.0
 _Subject = tuple[
     Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
@@ -170,7 +163,7 @@ def prove(
     ]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
     if input_ranges and not no_overflow and not rounding:
-        raise ModelError([_of_nothing(", ".join(input_ranges))])
+        raise _of_nothing(", ".join(input_ranges)).error
     alone = not quantities and not no_overflow and not rounding
     loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
     claims: list[_Subject] = [
@@ -219,7 +212,7 @@ def prove_margin(
     tolerances: Mapping[str, Any],
     seconds: float = SECONDS,
 ) -> MarginProof:
-    """Prove one of `UNITS` of a loop, "gain margin" in dB or "stable", as `prove` does all of them.
+    """Prove one of `KINDS` of a loop, "gain margin" in dB or "stable", as `prove` does all of them.
 
     Raises `ModelError`.
     """
@@ -276,7 +269,7 @@ def _proofs(
                 yield attempt.bounded(claim, search_ends)
                 continue
             proof = attempt.at(claim, search_ends)
-            if bounds and proof.status == "proved" and claim.kind in QUANTITIES:
+            if bounds and proof.status == "proved" and claim.row.of_output:
                 nearer = attempt.bounded(claim, search_ends)
                 proof = nearer if nearer.claim.broken_by(claim.limit) else replace(proof, least=nearer.least)
             elif bounds and proof.status == "proved" and claim.unit:
@@ -286,14 +279,14 @@ def _proofs(
 
 def _why_open(claim: Claim, values: int) -> str:
     """Return why a claim is not searched, "" for one that is."""
-    if claim.any_change and claim.kind in ("delay margin", SCALE_FACTOR):
+    if claim.any_change and claim.row.stays:
         return _STAY
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
 def _starting(planned: Plan, node: Endpoint) -> StartingLoop:
     if analog_group(planned, node) is not None:
-        raise ModelError([planned.graph.placed(_continuous(node))])
+        raise planned.graph.placed(_continuous(node)).error
     return StartingLoop(planned, node)
 
 
@@ -318,17 +311,16 @@ def _claims(required: Loop | None, name: str, node: Endpoint, given: Mapping[str
     """Yield the claims about a loop: those given, and without them those that it requires, or the usual ones."""
     at = ".".join(node)
     yield Claim(name, at, "stable", 0.0)
-    for kind, usual in USUAL.items():
-        limit = _limit(kind, given[kind]) if given[kind] else getattr(required, kind.replace(" ", "_"), None)
-        if limit is None:
-            limit = usual
+    for kind, text in given.items():
+        limit = _limit(kind, text) if text else getattr(required, kind.replace(" ", "_"), None)
+        limit = KINDS[kind].usual if limit is None else limit
         if limit is not None:
             yield Claim(name, at, kind, limit)
 
 
 def _limit(kind: str, given: str) -> float:
     """Return a limit in the unit of its kind; raises `ModelError`."""
-    unit = UNITS[kind]
+    unit = KINDS[kind].unit or ""
     try:
         limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
         if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
@@ -336,7 +328,7 @@ def _limit(kind: str, given: str) -> float:
         if kind == "disk margin" and limit >= MOST_DISK:
             raise Refusal("must be below 2", "such a disk is a half plane")
     except Refusal as error:
-        raise ModelError([error.problem(kind.replace(" ", "_"), given)]) from None
+        raise error.problem(kind.replace(" ", "_"), given).error from None
     return limit
 
 

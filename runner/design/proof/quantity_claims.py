@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.quantities import checked_quantity
@@ -27,10 +27,10 @@ def scale_factor_claims(planned: Plan, source: str, wanted: Mapping[str, Any]) -
             quantity = checked_quantity({"scale_factor": output, "input": source}, planned.graph)
             ends = _ends(limits, quantity.unit)
         except Refusal as error:
-            raise ModelError([_refused(error, output)]) from None
+            raise _refused(error, output).error from None
         loop, open_at = (inside(planned.graph.root, signal) for signal in (source, output))
         if loop == open_at:
-            raise ModelError([_refused(Refusal("is the input itself", "name an output that follows it"), output)])
+            raise _refused(Refusal("is the input itself", "name an output that follows it"), output).error
         yield [
             Claim(loop, open_at, SCALE_FACTOR, limit, most=most, unit_of_quantity=quantity.unit) for limit, most in ends
         ]
@@ -51,7 +51,7 @@ def upper_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: st
             if not most > 0.0:
                 raise Refusal("must be above zero", got=shown(limit))
         except Refusal as error:
-            raise ModelError([_refused(error, output, kind)]) from None
+            raise _refused(error, output, kind).error from None
         loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
         yield [Claim(loop, open_at, kind, most, most=True, unit_of_quantity=quantity.unit)]
 

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES, Claim
+from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.digital_inputs import DigitalInput
 from proofmass.runner.design.proof.digital_proof import DigitalProof
 from proofmass.runner.design.proof.prove import Proofs
@@ -52,7 +52,7 @@ def _row(proof: DigitalProof) -> tuple[str, str, str]:
 
 
 def _about(claim: Claim) -> str:
-    if claim.kind in QUANTITIES:
+    if claim.row.of_output:
         return f"from {claim.about}" if claim.loop else f"at {claim.about}"
     return f"loop {claim.loop}" + (f", opened at {claim.open_at}" if claim.open_at != claim.loop else "")
 
@@ -79,7 +79,7 @@ def _result(proof: MarginProof) -> str:
 
 
 def _found(claim: Claim, value: float) -> str:
-    return in_print(value, claim.unit, 8) if claim.kind in QUANTITIES else f"{value:.4g} {claim.unit}"
+    return in_print(value, claim.unit, 8) if claim.row.of_output else f"{value:.4g} {claim.unit}"
 
 
 def _shown(proofs: Proofs) -> Iterator[str]:
@@ -99,7 +99,7 @@ def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, flo
     settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items()]
     yield f"{what}: see it by"
     command = f'margins GRAPH --at "0 s" --loop {claim.loop}'
-    if claim.kind in QUANTITIES:
+    if claim.row.of_output:
         command = f'response GRAPH {claim.loop} {claim.open_at} --at "0 s"' if claim.loop else _noise_of(claim)
     yield f"  proofmass {command}{''.join(settings)}"
 
