@@ -22,7 +22,6 @@ from proofmass.graphs.model.quantities import (
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.least_found import value_there
 from proofmass.runner.design.proof.prove import prove, prove_margin
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.worst import worst_of
@@ -143,8 +142,7 @@ class Measurements:
         if proof.counterexample is None:
             return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
         sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
-        value = value_there(self.graph, proof.claim, proof.counterexample)
-        value = value if proof.claim.row.of_output else max(value, 0.0)
+        value = proof.value if proof.claim.row.of_output else max(proof.value, 0.0)
         return value, f"a sensor within the tolerances has {proof.shown}: {sensor}"
 
     def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:

@@ -8,7 +8,7 @@ import copy
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.digraph import reached
@@ -51,11 +51,25 @@ class Kept:
 
     states: tuple[int, ...]
     values: tuple[int, ...]
+    rest: Any = None  # where the sensors of the box rest, within which those of its parts do
 
 
 def coordinate(value: Any, number: int) -> Any:
     """Return a ball or number as the coordinate of a number, with its first and second derivative."""
     return dual(dual(value, {number: 1.0}, SECOND), {number: 1.0}, FIRST)
+
+
+class Resting(Protocol):
+    """Where sensors rest, as `RestRun` encloses it."""
+
+    def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
+        """Return where all sensors with such parameters rest."""
+
+    def begun(self, parameters: Mapping[str, Any], rest: Any) -> tuple[Memory, Plan]:
+        """Return the memory there, and the plan with the parameters."""
+
+    def map_between(self, ends: Ends) -> OrbitPoint:
+        """Return the map between some ends about the point of rest of the sensor as it is."""
 
 
 class BallTicks(DualTicks):
@@ -68,30 +82,41 @@ class BallTicks(DualTicks):
 class BallRun:
     """A period from the start of a run in balls: what is between two ends at its operating point."""
 
-    def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint) -> None:
-        self._plan, self._ends, self._point = plan, ends, point
+    def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint, rest: "Resting | None" = None) -> None:
+        self._plan, self._ends, self._point, self._rest = plan, ends, point, rest
         self._blocks = ends.blocks(plan)[0]
 
-    def rows(self, parameters: Mapping[str, Any]) -> tuple[MatrixRows, int]:
+    def rest(self, parameters: Mapping[str, Any], kept: "Kept | None") -> Any:
+        """Return where sensors with such parameters rest, None at the start of a run; raises `UndecidedError`."""
+        return None if self._rest is None else self._rest.enclosed(parameters, None if kept is None else kept.rest)
+
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None) -> tuple[MatrixRows, int]:
         """Return the map of all states for parameters that hold balls, and how many these are.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        plan = with_balls(self._plan, parameters)
-        begin = self._begin(plan)
+        begin, plan = self._begun(parameters, rest)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
-            _seed(begin, place_of(begin, entry, rings), entry)
+            place = place_of(begin, entry, rings)
+            put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
         engine = self._engine(plan, begin)
         advanced(engine, begin.tick + self._point.ticks)
         memory = engine.memory()
-        values = [_at(memory, place_of(memory, entry, rings)) for entry in entries]
+        values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
 
+    def _begun(self, parameters: Mapping[str, Any], rest: Any) -> tuple[Memory, Plan]:
+        """Return the memory from which the period goes on, and the plan with the parameters."""
+        if self._rest is not None:
+            return self._rest.begun(parameters, rest)
+        plan = with_balls(self._plan, parameters)
+        return self._begin(plan), plan
+
     def _begin(self, plan: Plan) -> Memory:
-        """Return the memory from which the period goes on."""
+        """Return the memory from which the period goes on, at the start of a run."""
         return start(plan)
 
     def _engine(self, plan: Plan, begin: Memory) -> DualTicks:
@@ -115,11 +140,12 @@ def advanced(engine: DualTicks, tick: int) -> None:
 class StartingLoop:
     """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
 
-    def __init__(self, plan: Plan, node: Endpoint) -> None:
+    def __init__(self, plan: Plan, node: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""
         ends, signal = Ends((node,), (node,), cut=True), ".".join(node)
-        point = linearised(plan).point_of(ends)
-        if point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told):
+        point = linearised(plan).point_of(ends) if rest is None else rest.map_between(ends)
+        later = point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told)
+        if rest is None and later:
             raise plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START)).error
         between = point.map.between()
         if not between.order:
@@ -132,7 +158,7 @@ class StartingLoop:
                 "open the loop at its slowest wire with --loop",
             )
             raise plan.graph.placed(too_large(has, node, most, hint)).error
-        self._run = BallRun(plan, ends, point)
+        self._run = BallRun(plan, ends, point, rest)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -140,8 +166,9 @@ class StartingLoop:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rows, order = self._run.rows(parameters)
-        kept = _kept(rows, order) if kept is None else kept
+        rest = self._run.rest(parameters, kept)
+        rows, order = self._run.rows(parameters, rest)
+        kept = replace(_kept(rows, order), rest=rest) if kept is None else kept
         places = [*kept.states, *(order + value for value in kept.values)]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
@@ -169,17 +196,17 @@ def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
     return replace(plan, blocks=blocks, constants=constants, starts=starts, buffers=buffers)
 
 
-def _at(memory: Memory, place: Any) -> Any:
+def at_place(memory: Memory, place: Any) -> Any:
+    """Return what a memory holds at a place."""
     kind, of, number = place
     if kind == "state":
         return memory.states[of][number]
     return memory.buffers[of][number] if kind == "buffer" else memory.wires[of]
 
 
-def _seed(memory: Memory, place: Any, entry: Any) -> None:
-    """Give a number of the memory a direction of its own."""
+def put(memory: Memory, place: Any, value: Any) -> None:
+    """Let a memory hold a number at a place."""
     kind, of, number = place
-    value = _at(memory, place) + dual(0.0, {entry: 1.0}, SIGNALS)
     if kind == "state":
         state = memory.states[of]
         memory.states[of] = state._replace(**{state._fields[number]: value})

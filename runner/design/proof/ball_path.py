@@ -25,6 +25,7 @@ from proofmass.runner.design.proof.ball_map import (
     BallRun,
     Kept,
     MatrixRows,
+    Resting,
     changes_later,
     states_between,
     too_large,
@@ -37,16 +38,17 @@ _ALIKE = "a way that is the same in each period from the start of the run"
 class StartingPath:
     """The way from one wire to another at the start of a run."""
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, or has too many states."""
         ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
-        self._point: OrbitPoint = linearised(plan).point_of(ends)
-        if self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target)):
+        self._point: OrbitPoint = linearised(plan).point_of(ends) if rest is None else rest.map_between(ends)
+        later = self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target))
+        if rest is None and later:
             raise plan.graph.placed(changes_later(way, target, _ALIKE)).error
         order = self._point.map.between().order
         if order > MOST_STATES:
             raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
-        self._run = BallRun(plan, ends, self._point)
+        self._run = BallRun(plan, ends, self._point, rest)
         self.period = self._point.map.period
         self.values = 1
 
@@ -55,9 +57,10 @@ class StartingPath:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rows, order = self._run.rows(parameters)
+        rest = self._run.rest(parameters, kept)
+        rows, order = self._run.rows(parameters, rest)
         rows = self._seen(rows, order)
-        kept = Kept(tuple(states_between(rows, order)), ()) if kept is None else kept
+        kept = Kept(tuple(states_between(rows, order)), (), rest) if kept is None else kept
         places = [*kept.states, *range(order, len(rows))]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
@@ -73,9 +76,9 @@ class StartingResponse(StartingPath):
     and i of size 1: at most sqrt(p / r) times the norm of H.
     """
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, has too many states, or nothing comes out."""
-        super().__init__(plan, source, target)
+        super().__init__(plan, source, target, rest)
         if self._point.moves:
             way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
             raise plan.graph.placed(changes_later(way, target, _ALIKE)).error

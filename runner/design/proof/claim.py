@@ -62,7 +62,7 @@ class ClaimKind:
         return self.unit is None
 
 
-SCALE_FACTOR, RMS, PEAK = "scale factor", "noise", "peak"
+SCALE_FACTOR, BIAS, RMS, PEAK = "scale factor", "bias", "noise", "peak"
 KINDS = {
     "stable": ClaimKind("", looks=False),
     "gain margin": ClaimKind("dB", usual=6.0, looks=False),
@@ -71,6 +71,9 @@ KINDS = {
     "delay margin": ClaimKind("s", PHASE.name, _OF_PHASE, PHASE, stays=True),
     "decay rate": ClaimKind("1/s", looks=False),
     SCALE_FACTOR: ClaimKind(
+        None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
+    ),
+    BIAS: ClaimKind(
         None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
     ),
     RMS: ClaimKind(None, "noise", norm=norm_of_noise, at_corners=rms_at_corners),
@@ -93,6 +96,7 @@ class Claim:
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
     any_change: bool = False  # the parameters may have others of their values in each period
+    at_rest: bool = False  # where the sensor rests, not at the start of the run
 
     @property
     def row(self) -> ClaimKind:
@@ -153,7 +157,8 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
-        return self._words + (" under any change" if self.any_change else "")
+        at_rest = self.at_rest and self.kind != BIAS
+        return self._words + " at rest" * at_rest + " under any change" * self.any_change
 
     @property
     def _words(self) -> str:

@@ -38,6 +38,7 @@ from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
 from proofmass.runner.design.proof.enclosed import UP, Enclosed
+from proofmass.runner.design.proof.rest_point import RestPoint
 from proofmass.runner.host.arrays import Array
 
 _WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
@@ -98,6 +99,7 @@ class OpenCorners:
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
     jets: tuple[tuple[Jet, Jet, Jet, Jet], ...]  # of A, B, C and D, in parts that cover the box
+    rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
 
 
@@ -155,7 +157,8 @@ def open_loops(corners: Sequence[BallMap], around: Sequence[BallMap], interpolat
     """Return an open loop from its maps at the corners of a box, and those over parts that cover the box."""
     entries = [[[plain(value) for value in row] for row in corner.rows] for corner in corners]
     n, k = corners[0].order, len(corners[0].rows) - corners[0].order
-    return OpenCorners(n, k, Enclosed.of_balls(entries), tuple(map(_jets, around)), tuple(interpolated))
+    corners_of, jets = Enclosed.of_balls(entries), tuple(map(_jets, around))
+    return OpenCorners(n, k, corners_of, jets, around[0].kept.rest, tuple(interpolated))
 
 
 def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:

@@ -21,6 +21,7 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
+from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
@@ -30,6 +31,7 @@ from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_o
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
+Starting = StartingLoop | StartingPath | StartingNoise | RestingOutput
 _Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
 MOST_CORNERS = 9  # coordinates whose ends are looked at together
 _SLICES = 8  # in which second derivatives are bounded one by one
@@ -69,7 +71,7 @@ class Searched:
 class BoxMaps:
     """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
-    def __init__(self, loop: StartingLoop | StartingPath | StartingNoise, parameters: _Parameters) -> None:
+    def __init__(self, loop: Starting, parameters: _Parameters) -> None:
         self._loop, self._parameters, self.values = loop, parameters, loop.values
         self._known: dict[Sides, OpenCorners] = {}
 
