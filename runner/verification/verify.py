@@ -10,6 +10,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.requirements import PROVABLE, StabilityVerdict, asked, quantity_of
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.model.quantities import (
     LoopFigure,
     MeasureOf,
@@ -148,18 +149,20 @@ class Measurements:
     def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:
         """Return what comes of the claims of a requirement: one for each limit."""
         quantity, tolerances = quantity_of(self.flat, requirement), _tolerances(requirement)
+        at = requirement.at or AUTO
         source = self.graph if tolerances else self._needed_study("a proof over the spread")
         if isinstance(quantity, TransferPart):
             wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
-            return prove(source, tolerances=tolerances, input=quantity.input, scale_factor=wanted).proofs
+            of = {"bias": wanted} if quantity.part == "bias" else {"scale_factor": wanted}
+            return prove(source, tolerances=tolerances, input=quantity.input, at=at, **of).proofs
         if isinstance(quantity, ResponseFigure):
             peak = {quantity.output: limits[1]}
-            return prove(source, tolerances=tolerances, input=quantity.input, peak=peak).proofs
+            return prove(source, tolerances=tolerances, input=quantity.input, at=at, peak=peak).proofs
         if isinstance(quantity, Noise):
-            return prove(source, tolerances=tolerances, noise={quantity.output: limits[1]}).proofs
+            return prove(source, tolerances=tolerances, at=at, noise={quantity.output: limits[1]}).proofs
         assert isinstance(quantity, LoopFigure | StabilityVerdict)
         kind = PROVABLE[quantity.figure] if isinstance(quantity, LoopFigure) else "stable"
-        return (prove_margin(source, quantity.loop, kind, limits[0], tolerances),)
+        return (prove_margin(source, quantity.loop, kind, limits[0], tolerances, at=at),)
 
     @cached_property
     def flat(self) -> FlatGraph:

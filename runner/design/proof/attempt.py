@@ -55,6 +55,7 @@ class MarginProof:
             "claim": str(self.claim),
             "kind": self.claim.kind,
             "limit": self.claim.limit if math.isfinite(self.claim.limit) else None,
+            "at_rest": self.claim.at_rest,
             "side": "at most" if self.claim.most else "at least",
             "status": self.status,
             "part": self.searched.part,

@@ -6,7 +6,8 @@ About a point c(q) near the point of rest x, with J and C for all that lies betw
 
 as the mean of derivatives on the way from c to x is one of J's. So y = D + C (I - A)^-1 B with A = J, B = F(c, q) - c
 and D = y(c, q). c moves with the parameters as the point of rest does at the centre of the box, so that B is small. All
-that the output depends on is in A, also what B does not reach: it has to decay.
+that the output depends on is in A, also what B does not reach: it has to decay. Where F is not a period of the sensor
+itself, the map of that period stands beside it in A, which then says that the sensor stays at rest.
 """
 
 from collections.abc import Mapping, Sequence
@@ -15,10 +16,20 @@ from typing import Any
 import flint
 
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.derivatives.ball import Ball
 from proofmass.runner.derivatives.dual import slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
-from proofmass.runner.design.proof.ball_map import MOST_STATES, BallMap, Kept, states_between, too_large, with_balls
+from proofmass.runner.design.proof.ball_map import (
+    MOST_STATES,
+    BallMap,
+    BallRun,
+    Kept,
+    states_between,
+    too_large,
+    with_balls,
+)
+from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun, varied
 from proofmass.runner.plan.planned import Plan
 
@@ -28,10 +39,13 @@ class RestingOutput:
 
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun) -> None:
         """Raises `ModelError` where the output depends on too many states."""
-        if len(rest.entries) > MOST_STATES:
+        most = MOST_STATES if rest.is_exact else MOST_STATES // 2
+        if len(rest.entries) > most:
             has = f"{'.'.join(target)} depends on {len(rest.entries)} states"
-            raise plan.graph.placed(too_large(has, target, str(MOST_STATES))).error
+            raise plan.graph.placed(too_large(has, target, str(most))).error
         self._plan, self._rest = plan, rest
+        ends = Ends((), (target,), everything=True)
+        self._run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)
         self.period, self.values = rest.period, 1
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -53,7 +67,18 @@ class RestingOutput:
             reached = [[*row[:-1], 1.0] for row in rows]
             kept = Kept(tuple(states_between(reached, order)), (), rest)
         places = [*kept.states, order]
-        return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
+        rows, period = [[rows[i][j] for j in places] for i in places], self._period(given, rest)
+        beside, empty = [0.0] * len(period), [0.0] * len(places)
+        return BallMap(
+            len(beside) + len(kept.states), [[*r, *empty] for r in period] + [[*beside, *r] for r in rows], kept
+        )
+
+    def _period(self, parameters: Mapping[str, Any], rest: RestPoint) -> list[list[Any]]:
+        """Return the map of a period of the sensor at rest where F is another one, else nothing."""
+        if self._run is None:
+            return []
+        rows, order = self._run.rows(parameters, rest, moves=False)
+        return [row[:order] for row in rows[:order]]
 
     def _slopes(self, value: Any) -> list[Any]:
         slopes = slopes_of(value, SIGNALS)

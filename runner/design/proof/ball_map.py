@@ -65,7 +65,7 @@ class Resting(Protocol):
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""
 
-    def begun(self, parameters: Mapping[str, Any], rest: Any) -> tuple[Memory, Plan]:
+    def begun(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Memory, Plan]:
         """Return the memory there, and the plan with the parameters."""
 
     def map_between(self, ends: Ends) -> OrbitPoint:
@@ -90,12 +90,14 @@ class BallRun:
         """Return where sensors with such parameters rest, None at the start of a run; raises `UndecidedError`."""
         return None if self._rest is None else self._rest.enclosed(parameters, None if kept is None else kept.rest)
 
-    def rows(self, parameters: Mapping[str, Any], rest: Any = None) -> tuple[MatrixRows, int]:
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
         """Return the map of all states for parameters that hold balls, and how many these are.
+
+        The point of rest `moves` with the parameters, or is any point within its reach.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        begin, plan = self._begun(parameters, rest)
+        begin, plan = self._begun(parameters, rest, moves)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
             place = place_of(begin, entry, rings)
@@ -108,10 +110,10 @@ class BallRun:
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
 
-    def _begun(self, parameters: Mapping[str, Any], rest: Any) -> tuple[Memory, Plan]:
+    def _begun(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Memory, Plan]:
         """Return the memory from which the period goes on, and the plan with the parameters."""
         if self._rest is not None:
-            return self._rest.begun(parameters, rest)
+            return self._rest.begun(parameters, rest, moves)
         plan = with_balls(self._plan, parameters)
         return self._begin(plan), plan
 

@@ -38,7 +38,7 @@ from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
 from proofmass.runner.design.proof.enclosed import UP, Enclosed
-from proofmass.runner.design.proof.rest_point import RestPoint
+from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.host.arrays import Array
 
 _WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it

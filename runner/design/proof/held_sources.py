@@ -1,6 +1,6 @@
 """Sources that a proof at rest takes as constant: each is a `Constant` of the same name."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from proofmass.blocks.declaration.instance import unit_of
@@ -8,37 +8,50 @@ from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.sources.constant import Constant
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.linearise import node_of
-from proofmass.runner.design.proof.quantity_claims import number_of
+from proofmass.runner.design.proof.quantity_claims import both_ends
+from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.plan.planned import Plan
 
 
-def with_constants(graph: Graph, planned: Plan, constants: Mapping[str, Any]) -> Graph:
-    """Return the graph with constant values at some outputs, such as "0.1 V" at "step.output".
+def with_constants(
+    graph: Graph, planned: Plan, constants: Mapping[str, Any], varied: Iterable[Range]
+) -> tuple[Graph, list[Range]]:
+    """Return the graph with constant values at some outputs, such as "0.1 V" or "-1..1 V", and these as ranges.
 
-    Raises `ModelError` for an output that is not there or not that of a source, and for a value in another unit.
+    Raises `ModelError` for an output that is not there or not that of a source, for a value in another unit, and where
+    something of that source is `varied`.
     """
-    blocks, names = dict(graph.blocks), set[str]()
-    for signal, value in constants.items():
+    blocks, ranges = dict(graph.blocks), dict[str, Range]()
+    for signal, written in constants.items():
         name, port = node_of(planned, signal)
         block = planned.blocks[name]
         if name not in graph.blocks or [*type(block).outputs] != ["output"]:
             raise planned.graph.placed(_no_source(signal, name)).error
         unit = unit_of(block, type(block).outputs[port])
         try:
-            number = number_of(value, unit)
-            if not abs(number) < 1e300:
-                raise Refusal("must be a finite number", got=shown(value))
+            low, high = both_ends(written if ".." in str(written) else [written] * 2, unit)
         except Refusal as error:
-            got, expected = error.got or shown(value), error.expected or f"a value in {unit}"
-            problem = Problem(message=str(error), key=signal, got=got, expected=expected, hint=error.hint)
+            problem = error.under("", written, f"a value in {unit}").problem(signal, shown(written))
             raise planned.graph.placed(problem).error from None
-        blocks[name] = Constant(value=number, unit=unit or "1")
-        names.add(name)
-    if not names:
-        return graph
-    wires = tuple(wire for wire in graph.wires if wire.target.partition(".")[0] not in names)
-    formulas = {key: one for key, one in graph.formulas.items() if key.partition(".")[0] not in names}
-    return graph.changed(blocks=blocks, wires=wires, formulas=formulas)
+        middle = 0.5 * low + 0.5 * high
+        blocks[name] = Constant(value=middle, unit=unit or "1")
+        ranges[name] = Range(f"{name}.value", f"{name}.value", unit, middle, low, high)
+    twice = next((r for r in varied if r.name.partition(".")[0] in ranges), None)
+    if twice is not None:
+        raise planned.graph.placed(_constant(twice)).error
+    wires = tuple(wire for wire in graph.wires if wire.target.partition(".")[0] not in ranges)
+    formulas = {key: one for key, one in graph.formulas.items() if key.partition(".")[0] not in ranges}
+    return graph.changed(blocks=blocks, wires=wires, formulas=formulas) if ranges else graph, [*ranges.values()]
+
+
+def _constant(varied: Range) -> Problem:
+    name = varied.name.partition(".")[0]
+    return Problem(
+        message="the tolerance is that of a source that is a constant here",
+        key=f"tolerances.{varied.written}",
+        hint=f'leave it out, and give the constant a range: --constant "{name}.output=-1..1"',
+        path=("tolerances", varied.written),
+    )
 
 
 def _no_source(signal: str, name: str) -> Problem:

@@ -74,6 +74,7 @@ class Proofs(Told):
     interrupted: bool  # True after Ctrl-C
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
+    constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
 
     @property
     def proved(self) -> bool:
@@ -93,6 +94,7 @@ class Proofs(Told):
             "digital": [proof.as_data() for proof in self.digital],
             "proved": self.proved,
             "interrupted": self.interrupted,
+            "constants": sorted(self.constants),
             "left_out": dict(self.left_out),
         }
 
@@ -159,9 +161,10 @@ def prove(
     """
     graph, box = _varied(source, tolerances)
     held = dict(constants or {}) | ({input: 0.0} if bias and input else {})
-    sensor = with_constants(graph, plan(graph), held)
+    ranges = list(box.ranges) if box else []
+    sensor, of_constants = with_constants(graph, plan(graph), held, ranges)
     planned = plan(sensor)
-    coordinates, rests = _coordinates(planned, box), RestRuns(planned, at)
+    coordinates, rests = coordinates_of(planned, ranges + of_constants), RestRuns(planned, at)
     given = {
         "gain margin": gain_margin,
         "phase margin": phase_margin,
@@ -199,8 +202,8 @@ def prove(
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
-        left_out = box.left_out if box else {}
-        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital))
+        left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
+        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names)
 
 
 def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
@@ -235,9 +238,10 @@ def prove_margin(
     planned = plan(graph)
     name, node = one_loop(planned, loop)
     claim, rests = Claim(name, ".".join(node), kind, limit), RestRuns(planned, at)
+    coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         subjects = [(partial(_starting, planned, node), [claim])]
-        return next(_proofs(graph, rests, subjects, _coordinates(planned, box), False, seconds, stop, KnownProofs(())))
+        return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
 
 
 def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -> tuple[Graph, ToleranceBox | None]:
@@ -245,10 +249,6 @@ def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -
     graph = source.graph if isinstance(source, Study) else graph_from(source)
     varied = isinstance(source, Study) or bool(tolerances)
     return graph, box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
-
-
-def _coordinates(planned: Plan, box: ToleranceBox | None) -> Coordinates:
-    return coordinates_of(planned, tuple(box.ranges) if box else ())
 
 
 def _proofs(
@@ -298,7 +298,8 @@ def _proof(attempt: Attempt, claim: Claim, bounds: bool, until: float) -> Margin
 
 
 def _open(claim: Claim, error: ModelError) -> MarginProof:
-    why = "; ".join(problem.message for problem in error.problems)
+    hint = next((problem.hint for problem in reversed(error.problems) if problem.hint), "")
+    why = "; ".join([*(problem.message for problem in error.problems), *filter(None, [hint])])
     return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
 
 

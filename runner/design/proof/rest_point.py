@@ -1,29 +1,24 @@
 """The point of rest of every sensor of a box, enclosed by Krawczyk's operator.
 
-With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q). About any c, with R near
-(I - dF/dx)^-1,
-
-    |R (F(c, q) - c)| + |I - R (I - J)| r < r   for all J = dF/dx within r of c, and all q of the box
-
-says that each q has one point of rest within r of c, entry by entry (Krawczyk, Computing 4, 1969, 187; Neumaier,
-Interval Methods for Systems of Equations, section 5.1). Its derivatives by q follow from those of F:
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. The
+derivatives by q follow from those of F:
 
     x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
 
 F is that of ideal converters, without noise, at all times after the operating point: what depends on time is refused.
-It is a tick in which all blocks compute, or a whole period. Where a continuous group is not linear, its rates f are
-zero if it rests, so that x + P f serves for any regular P.
+It is a tick in which all blocks compute, or a whole period (`rest_ticks`).
 """
 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import flint
 import numpy as np
 
+from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
@@ -34,64 +29,22 @@ from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
 from proofmass.runner.analysis.linearisation.seeds import place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
-from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of, ball
+from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_groups import DualAdvance
-from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_hold
-from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallTicks, advanced, at_place, put, with_balls
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.design.proof.ball_map import FIRST, SECOND, advanced, at_place, put, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
+from proofmass.runner.design.proof.rest_ticks import RestTicks, is_late
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.bindings import Binding, Tick, Time
+from proofmass.runner.plan.bindings import Time
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.plan.solver import Solver
-from proofmass.runner.reference.advance import Advance, Moment
 
-_TIME, _LATEST = "time", 1e18  # direction of the time, and the last one, in seconds
 _VARIED = -1  # direction of all that varies, so that converters do not round it
-_NEWTON, _WIDENED = 12, 16  # steps at most
-_CLOSE, _ROOM, _LEAST = 1e-15, 1.1, 1e-70  # of reaches: part of a number, part of itself, and beside zero
-
-
-@dataclass(frozen=True)
-class RestPoint:
-    """Where the sensors of a box rest: within `reach` of `centre`, as `left`, `step` and `matrix` show."""
-
-    centre: Array  # c
-    reach: Array  # r
-    left: Array  # R
-    step: Enclosed  # F(c, q) - c, a column
-    matrix: Enclosed  # J
-    follows: Mapping[str, tuple[float, Array]] = field(
-        default_factory=dict
-    )  # parameters at c, and how x moves with them
-
-    @cached_property
-    def values(self) -> list[Any]:
-        """All numbers that may be there, as balls."""
-        ends = zip(self.centre.tolist(), self.reach.tolist(), strict=True)
-        return [Ball(flint.arb(c) + flint.arb(0, r)) for c, r in ends]
-
-    def as_data(self) -> dict[str, Any]:
-        """Return what shows it as plain data, for certificates."""
-        enclosed = {"step": self.step, "matrix": self.matrix}
-        own = {"centre": self.centre, "reach": self.reach, "left": self.left}
-        parts = own | {name: one.middle[0] for name, one in enclosed.items()}
-        parts |= {f"{name}_radius": one.radius[0] for name, one in enclosed.items()}
-        return {name: part.reshape(-1).tolist() if "step" in name else part.tolist() for name, part in parts.items()}
-
-    def near(self, parameters: Mapping[str, Any]) -> list[Any]:
-        """Return a point near that of rest for parameters; raises `UndecidedError` if it may lie beyond the reach."""
-        moved = balls_of(self.centre)
-        for name, (origin, slopes) in self.follows.items():
-            moved = [x + (parameters[name] - origin) * slope for x, slope in zip(moved, slopes.tolist(), strict=True)]
-        if not all(a.arb.contains(arb_of(plain(x))) for a, x in zip(self.values, moved, strict=True)):
-            raise UndecidedError("the point of rest bends too much")
-        return moved
-
-    def holds(self, part: "RestPoint") -> bool:
-        """Return whether the points of a part of the box lie within, so that they are the same."""
-        return all(a.arb.contains(b.arb) for a, b in zip(self.values, part.values, strict=True))
+_NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
+_CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
+_ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
 
 
 class RestRun:
@@ -112,13 +65,14 @@ class RestRun:
         self._memory = self._onward.begin.copy()
         self.steps = dict[int, Array]()  # P of each group that is not linear
         linear = all(one.exact for one in solvers)
-        for ticks in dict.fromkeys((1, self._period)):
+        for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
             self._ticks = ticks
             self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
             options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
             self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
             counts = self._counting()
             if not counts and (ticks == 1 or linear) and not (ticks == 1 < self._period and self._offsets()):
+                self.is_exact = linear and ticks == self._period
                 break
         else:
             what = (
@@ -126,9 +80,7 @@ class RestRun:
             )
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
         with flint.ctx.workprec(BITS):
-            late = self._late(*self.image(plan, balls_of(np.array(self._start))))
-        if late:
-            raise plan.graph.placed(_depends_on_time(late, self._signal, self._clocks())).error
+            self._check_time()
 
     def _after(self, ticks: int, times: int) -> Memory:
         return self._onward.at(self.tick + times * ticks)
@@ -144,14 +96,39 @@ class RestRun:
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
 
-    def _clocks(self) -> list[str]:
-        """Return the blocks upstream that read the time."""
-        functions = ((name, f) for name in sorted(self.upstream) for f in self._functions(name))
-        return list(dict.fromkeys(n for n, f in functions if Time() in self._plan.bindings(n, f)))
+    def _check_time(self) -> None:
+        """Raise `ModelError` that names sources which change with time, where that matters."""
+        engine, why = self._engine(self._plan, self.memory_of(balls_of(np.array(self._start)))), ""
+        try:
+            late = self._late(*self._image(engine))
+        except UndecidedError as error:
+            late = why = str(error)
+        wires, at = engine.memory().wires, why.partition(":")[0]
+        clocks = [node for node in wires if node[0] in self.upstream and Time() in self._plan.bindings(*node)]
+        sources = [node for node in clocks if is_late(wires[node]) or ".".join(node) == at]
+        if late and sources:
+            raise self._plan.graph.placed(self._depends_on_time(sources)).error
+        if late:
+            raise self._plan.graph.placed(not_at_rest(why or f"{late} depends on time", self._signal)).error
 
-    def _functions(self, name: str) -> list[str]:
-        kind = type(self._plan.blocks[name])
-        return [*kind.output_functions, *(f for f in ("update", "derivative") if f in kind.functions)]
+    def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
+        wires = self._memory.wires
+        units = [
+            unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port]) for name, port in sources
+        ]
+        values = [
+            f"{wires[node]:.9g} {unit if unit != '1' else ''}".rstrip()
+            for node, unit in zip(sources, units, strict=True)
+        ]
+        held = [f'--constant "{".".join(node)}={value}"' for node, value in zip(sources, values, strict=True)]
+        return Problem(
+            message=f"{self._signal} has no point of rest, since sources change with time",
+            key=self._signal,
+            got=", ".join(map(".".join, sources)),
+            expected="sources that are constant once the loops have settled",
+            hint=f"give them constant values: {' '.join(held)}",
+            path=("blocks", sources[0][0]),
+        )
 
     def _counting(self) -> list[str]:
         """Return the blocks whose counts and switches are not back after the ticks of the map."""
@@ -163,14 +140,17 @@ class RestRun:
     def _late(self, image: Sequence[Any], outputs: Sequence[Any]) -> str:
         """Return what depends on time, "" if nothing does."""
         names = [".".join(entry[:2]) for entry in self.entries] + [self._signal] * len(outputs)
-        slopes = (plain(slopes_of(value, SIGNALS).get(_TIME, 0.0)) for value in [*image, *outputs])
-        return next((name for name, slope in zip(names, slopes, strict=True) if not arb_of(slope).is_zero()), "")
+        return next((name for name, value in zip(names, [*image, *outputs], strict=True) if is_late(value)), "")
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
-        begin = self.memory_of(values)
-        engine = _RestTicks(plan, begin, self.upstream, self._outputs, self.steps)
-        advanced(engine, begin.tick + self._ticks)
+        return self._image(self._engine(plan, self.memory_of(values)))
+
+    def _engine(self, plan: Plan, begin: Memory) -> RestTicks:
+        return RestTicks(plan, begin, self.upstream, self._outputs, self.steps)
+
+    def _image(self, engine: RestTicks) -> tuple[list[Any], list[Any]]:
+        advanced(engine, self.tick + self._ticks)
         memory = engine.memory()
         image = [at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries]
         return image, [value for node in self._outputs for value in engine.recorded[node]]
@@ -193,17 +173,22 @@ class RestRun:
         if not len(centre):
             empty = Enclosed(np.zeros((1, 0, 0)), np.zeros((1, 0, 0)))
             return RestPoint(centre, centre, np.zeros((0, 0)), empty, empty)
-        moved = math.inf
+        sizes, before = np.abs(centre), np.full(len(centre), math.inf)
         for _ in range(_NEWTON):
             image, _ = self.image(plan, balls_of(centre))
-            left = _near_inverse(self._matrix(image))
+            left = near_inverse(self._matrix(image))
             by = left @ np.array([float(arb_of(plain(x)).mid()) for x in image] - centre)
-            size = float(np.max(np.abs(by) / (np.abs(centre) + 1e-300)))
-            if not math.isfinite(size) or size >= moved:
+            if not np.isfinite(by).all():
                 break
-            centre, moved = centre + by, size
+            centre, sizes = centre + by, np.maximum(sizes, np.abs(by))
+            if bool(((np.abs(by) <= _NEAR * sizes) | (np.abs(by) >= 0.5 * before)).all()):  # or rounding is left
+                break
+            before = np.abs(by)
         found = self._around(plan, centre, left)
-        if within is not None and not within.holds(found):
+        if within is None:
+            return found
+        found = replace(found, reach=found.needed())
+        if not within.holds(found):
             raise UndecidedError("a sensor rests elsewhere than its neighbours")
         return found
 
@@ -219,11 +204,11 @@ class RestRun:
             rest, follows={name: (middles[name], rest.left @ np.array(move)) for name, move in moves.items()}
         )
 
-    def begun(self, parameters: Mapping[str, Any], rest: RestPoint) -> tuple[Memory, Plan]:
-        """Return the memory at rest, each number with a direction, and the plan with the parameters."""
+    def begun(self, parameters: Mapping[str, Any], rest: RestPoint, moves: bool) -> tuple[Memory, Plan]:
+        """Return the memory at rest, which `moves` with the parameters or is any in reach, and the plan with them."""
         given = {name: varied(value) for name, value in parameters.items()}
         plan = with_balls(self._plan, given)
-        return self.memory_of(self.point(plan, given, rest), seeded=False), plan
+        return self.memory_of(self.point(plan, given, rest) if moves else rest.values, seeded=False), plan
 
     def map_between(self, ends: Ends) -> OrbitPoint:
         """Return the map between some ends about the point of rest of the sensor as it is; raises `ModelError`."""
@@ -238,8 +223,8 @@ class RestRun:
             image, outputs = self.image(plan, point.values)
             matrix = Enclosed.of_balls([self._matrix(image)])
             point = replace(point, matrix=matrix)
-            needs = _needed(point)
-            if bool((needs < reach).all()):
+            needs = point.needed()
+            if bool((needs * _SPARE < reach).all()):
                 if late := self._late(image, outputs):
                     raise UndecidedError(f"{late} depends on time")
                 return point
@@ -261,7 +246,7 @@ class RestRun:
         if not keys or not values:
             return values
         image, _ = self.image(plan, values)
-        apart = _differences(self._matrix(image))
+        apart = differences_of(self._matrix(image))
         own = [value_of(value, SIGNALS) for value in image]
         first = {i: _solved(apart, [plain(slopes_of(value, FIRST).get(i, 0.0)) for value in own]) for i in keys}
         values = [_jet(x, {i: (first[i][k], {}) for i in keys}, first, k) for k, x in enumerate(rest.values)]
@@ -341,101 +326,9 @@ def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory) -> OrbitPoi
     return OrbitPoint(whole, 1, memory=memory, ticks=run.ticks, rings=run.rings)
 
 
-class _RestTicks(BallTicks):
-    """Ticks at any time after the operating point: the time has a direction of its own."""
-
-    def __init__(
-        self, plan: Plan, begin: Memory, blocks: Any, outputs: Sequence[Endpoint], steps: dict[int, Array]
-    ) -> None:
-        self._any_time = dual(ball(begin.tick * plan.period, _LATEST), {_TIME: 1.0}, SIGNALS)
-        self._steps = steps
-        super().__init__(plan, begin, blocks, (), outputs, False, False)
-
-    def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
-        number = plan.solvers.index(solver)
-        return _RestAdvance(plan, solver, self._any_time, self._steps, number)
-
-    def _getter(self, binding: Binding) -> Any:
-        match binding:
-            case Time():
-                return lambda tick: self._any_time
-            case Tick():
-                return _counting
-            case _:
-                return super()._getter(binding)
-
-
-def _counting(tick: int) -> Any:
-    raise UndecidedError("it counts ticks, and has no point of rest")
-
-
-class _RestAdvance(DualAdvance):
-    """Moves the states of a group by its exact step where it is linear, and else by P f."""
-
-    def __init__(self, plan: Plan, solver: Solver, time: Any, steps: dict[int, Array], number: int) -> None:
-        super().__init__(plan, solver.group, False)
-        self._time, self._steps, self._number, self._exact = time, steps, number, solver.exact
-
-    def moved(self, moment: Moment) -> dict[str, Any]:
-        """Return the states of the group's blocks one tick later."""
-        moment = moment._replace(time=self._time)
-        if self._exact:
-            return super().moved(moment)
-        group, states, wires = self.stages.group, moment.states, moment.wires
-        now = [getattr(states[block], field) for block, field in group.states]
-        point = [*now, *(wires[node] for node in group.inputs)]
-        if self._number not in self._steps:
-            self._steps[self._number] = self._step(moment, point)
-        rates = self._rates(moment.constants, point, len(now), [], self._time)
-        rows = self._steps[self._number].tolist()
-        moved = [
-            x + sum((p * rate for p, rate in zip(row, rates, strict=True)), 0.0)
-            for x, row in zip(now, rows, strict=True)
-        ]
-        kinds = zip(group.kinds, now, moved, strict=False)
-        return self.stages.states([after if kind is float else before for kind, before, after in kinds])
-
-    def _step(self, moment: Moment, point: Sequence[Any]) -> Array:
-        """Return P, a regular matrix of doubles: near phi(A T) T."""
-        a, _, _ = self._linear(moment, [value_of(value, SIGNALS) for value in point])
-        near = [[float(arb_of(plain(value)).mid()) for value in row] for row in a]
-        unit = [[float(i == j) for j in range(len(a))] for i in range(len(a))]
-        step = np.array(dual_hold(near, unit, self.period)[1])
-        regular: Any = flint.arb_mat(step.tolist()).det()
-        return step if np.isfinite(step).all() and not regular.contains(0) else self.period * np.eye(len(a))
-
-
-def balls_of(values: Array) -> list[Any]:
-    """Return numbers as exact balls."""
-    return [Ball(flint.arb(value)) for value in values.tolist()]
-
-
 def varied(value: Any) -> Any:
     """Return a parameter with a direction: what varies is never rounded by a converter."""
     return value if isinstance(value, Dual) else dual(value, {_VARIED: 1.0}, FIRST)
-
-
-def _near_inverse(matrix: Sequence[Sequence[Any]]) -> Array:
-    near = np.array([[float(arb_of(value).mid()) for value in row] for row in matrix])
-    try:
-        return np.asarray(np.linalg.inv(np.eye(len(near)) - near))
-    except np.linalg.LinAlgError:
-        raise UndecidedError("something on the way does not come to rest") from None
-
-
-def _needed(point: RestPoint) -> Array:
-    """Return |R step| + |I - R (I - J)| r, rounded up."""
-    n = len(point.centre)
-    left = Enclosed(point.left[None], np.zeros((1, n, n)))
-    minus = Enclosed(-point.matrix.middle, point.matrix.radius).moved(np.eye(n))
-    off = (Enclosed(-point.left[None], np.zeros((1, n, n))) @ minus).moved(np.eye(n))
-    by = left @ point.step
-    sizes = np.abs(by.middle) + by.radius
-    return np.asarray((sizes[0, :, 0] + (np.abs(off.middle[0]) + off.radius[0]) @ point.reach) * (1.0 + 1e-12))
-
-
-def _differences(matrix: Sequence[Sequence[Any]]) -> Any:
-    return flint.arb_mat([[(i == j) - arb_of(value) for j, value in enumerate(row)] for i, row in enumerate(matrix)])
 
 
 def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:
@@ -462,16 +355,4 @@ def not_at_rest(what: str, signal: str) -> Problem:
         key=signal,
         hint="proofs are about the start of a run or a point of rest; `proofmass worst` searches at other points",
         path=("blocks", signal.rpartition(".")[0]),
-    )
-
-
-def _depends_on_time(name: str, signal: str, clocks: Sequence[str]) -> Problem:
-    hold = f"--constant {clocks[0]}.output=0" if clocks else "--constant BLOCK.PORT=VALUE"
-    return Problem(
-        message=f"{signal} has no point of rest: what it depends on changes with time, at {name}",
-        key=signal,
-        got=", ".join(clocks),
-        expected="sources that are constant once the loops have settled",
-        hint=f"give sources constant values: {hold}",
-        path=("blocks", clocks[0] if clocks else name),
     )

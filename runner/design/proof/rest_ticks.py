@@ -1,0 +1,97 @@
+"""Ticks in balls at any time after an operating point: the time has a direction of its own.
+
+Continuous groups move by phi(A T) T f, with A and f where they are, which is their exact step where they are linear.
+Elsewhere they move by P f for a regular P, so that they rest where f is zero.
+"""
+
+from collections.abc import Sequence
+from collections.abc import Set as AbstractSet
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.derivatives.ball import UndecidedError, arb_of, ball
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_groups import DualAdvance
+from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_hold
+from proofmass.runner.design.proof.ball_map import BallTicks
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.bindings import Binding, Tick, Time
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+from proofmass.runner.plan.solver import Solver
+from proofmass.runner.reference.advance import Advance, Moment
+
+_TIME, _LATEST = "time", 1e18  # direction of the time, and the last one, in seconds
+
+
+class RestTicks(BallTicks):
+    """Ticks at any time after the operating point: the time has a direction of its own."""
+
+    def __init__(
+        self, plan: Plan, begin: Memory, blocks: AbstractSet[str], outputs: Sequence[Endpoint], steps: dict[int, Array]
+    ) -> None:
+        self._any_time = dual(ball(begin.tick * plan.period, _LATEST), {_TIME: 1.0}, SIGNALS)
+        self._steps = steps
+        super().__init__(plan, begin, blocks, (), outputs, False, False)
+
+    def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
+        number = plan.solvers.index(solver)
+        return _RestAdvance(plan, solver, self._any_time, self._steps, number)
+
+    def _getter(self, binding: Binding) -> Any:
+        match binding:
+            case Time():
+                return lambda tick: self._any_time
+            case Tick():
+                return _counting
+            case _:
+                return super()._getter(binding)
+
+
+def _counting(tick: int) -> Any:
+    raise UndecidedError("it counts ticks, and has no point of rest")
+
+
+class _RestAdvance(DualAdvance):
+    """Moves the states of a group by its exact step where it is linear, and else by P f."""
+
+    def __init__(self, plan: Plan, solver: Solver, time: Any, steps: dict[int, Array], number: int) -> None:
+        super().__init__(plan, solver.group, False)
+        self._time, self._steps, self._number, self._exact = time, steps, number, solver.exact
+
+    def moved(self, moment: Moment) -> dict[str, Any]:
+        """Return the states of the group's blocks one tick later."""
+        moment = moment._replace(time=self._time)
+        if self._exact:
+            return super().moved(moment)
+        group, states, wires = self.stages.group, moment.states, moment.wires
+        now = [getattr(states[block], field) for block, field in group.states]
+        point = [*now, *(wires[node] for node in group.inputs)]
+        if self._number not in self._steps:
+            self._steps[self._number] = self._step(moment, point)
+        rates = self._rates(moment.constants, point, len(now), [], self._time)
+        rows = self._steps[self._number].tolist()
+        moved = [
+            x + sum((p * rate for p, rate in zip(row, rates, strict=True)), 0.0)
+            for x, row in zip(now, rows, strict=True)
+        ]
+        kinds = zip(group.kinds, now, moved, strict=False)
+        return self.stages.states([after if kind is float else before for kind, before, after in kinds])
+
+    def _step(self, moment: Moment, point: Sequence[Any]) -> Array:
+        """Return P, a regular matrix of doubles: near phi(A T) T."""
+        a, _, _ = self._linear(moment, [value_of(value, SIGNALS) for value in point])
+        near = [[float(arb_of(plain(value)).mid()) for value in row] for row in a]
+        unit = [[float(i == j) for j in range(len(a))] for i in range(len(a))]
+        step = np.array(dual_hold(near, unit, self.period)[1])
+        regular: Any = flint.arb_mat(step.tolist()).det()
+        return step if np.isfinite(step).all() and not regular.contains(0) else self.period * np.eye(len(a))
+
+
+def is_late(value: Any) -> bool:
+    """Return whether a number depends on the time, or an entry of a vector does."""
+    values = value if isinstance(value, list) else [value]
+    return not all(arb_of(plain(slopes_of(v, SIGNALS).get(_TIME, 0.0))).is_zero() for v in values)
