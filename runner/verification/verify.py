@@ -153,8 +153,10 @@ class Measurements:
         source = self.graph if tolerances else self._needed_study("a proof over the spread")
         if isinstance(quantity, TransferPart):
             wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
-            of = {"bias": wanted} if quantity.part == "bias" else {"scale_factor": wanted}
-            return prove(source, tolerances=tolerances, input=quantity.input, at=at, **of).proofs
+            biases, factors = (wanted if quantity.part == part else None for part in ("bias", "scale_factor"))
+            return prove(
+                source, tolerances=tolerances, input=quantity.input, at=at, bias=biases, scale_factor=factors
+            ).proofs
         if isinstance(quantity, ResponseFigure):
             peak = {quantity.output: limits[1]}
             return prove(source, tolerances=tolerances, input=quantity.input, at=at, peak=peak).proofs

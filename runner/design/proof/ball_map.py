@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.ends import Ends
@@ -145,10 +145,10 @@ class StartingLoop:
     def __init__(self, plan: Plan, node: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""
         ends, signal = Ends((node,), (node,), cut=True), ".".join(node)
-        point = linearised(plan).point_of(ends) if rest is None else rest.map_between(ends)
+        point = at_start(plan, ends) if rest is None else rest.map_between(ends)
         later = point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told)
         if rest is None and later:
-            raise plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START)).error
+            raise ChangesLaterError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
         between = point.map.between()
         if not between.order:
             raise plan.graph.placed(_not_a_loop(node)).error
@@ -252,6 +252,18 @@ def _is_zero(value: Any) -> bool:
     if isinstance(value, Dual):
         return False
     return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
+
+
+class ChangesLaterError(ModelError):
+    """What is not that of the start of the run later."""
+
+
+def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:
+    """Return the map between some ends at the start; raises `ChangesLaterError` where there is none."""
+    try:
+        return linearised(plan, tick).point_of(ends)
+    except ModelError as error:
+        raise ChangesLaterError(error.problems) from None
 
 
 def changes_later(what: str, node: Endpoint, expected: str = "") -> Problem:

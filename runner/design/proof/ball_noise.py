@@ -28,10 +28,12 @@ from proofmass.runner.design.proof.ball_map import (
     BallMap,
     BallRun,
     BallTicks,
+    ChangesLaterError,
     Kept,
     MatrixRows,
     Resting,
     advanced,
+    at_start,
     changes_later,
     states_between,
     too_large,
@@ -56,9 +58,9 @@ class StartingNoise:
         if bits:
             raise plan.graph.placed(_decides(target, bits)).error
         ends = Ends((), (target,), noise=noisy)
-        point = about.point_of(ends) if rest is None else rest.map_between(ends)
+        point = at_start(plan, ends, first) if rest is None else rest.map_between(ends)
         if rest is None and point.map.tick != first:
-            raise plan.graph.placed(changes_later(way, target)).error
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target))])
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares()):
             raise plan.graph.placed(_none(target)).error

@@ -13,7 +13,7 @@ import flint
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.response.response import response_of_map
@@ -23,9 +23,11 @@ from proofmass.runner.design.proof.ball_map import (
     MOST_VALUES,
     BallMap,
     BallRun,
+    ChangesLaterError,
     Kept,
     MatrixRows,
     Resting,
+    at_start,
     changes_later,
     states_between,
     too_large,
@@ -41,10 +43,10 @@ class StartingPath:
     def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, or has too many states."""
         ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
-        self._point: OrbitPoint = linearised(plan).point_of(ends) if rest is None else rest.map_between(ends)
+        self._point: OrbitPoint = at_start(plan, ends) if rest is None else rest.map_between(ends)
         later = self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target))
         if rest is None and later:
-            raise plan.graph.placed(changes_later(way, target, _ALIKE)).error
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
         order = self._point.map.between().order
         if order > MOST_STATES:
             raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
@@ -81,7 +83,7 @@ class StartingResponse(StartingPath):
         super().__init__(plan, source, target, rest)
         if self._point.moves:
             way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
-            raise plan.graph.placed(changes_later(way, target, _ALIKE)).error
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
         response_of_map(plan, source, target, self._point.map)
         size = max(len(self._point.map.inputs), len(self._point.map.outputs))
         if size > MOST_VALUES:

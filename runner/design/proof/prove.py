@@ -299,7 +299,8 @@ def _proof(attempt: Attempt, claim: Claim, bounds: bool, until: float) -> Margin
 
 def _open(claim: Claim, error: ModelError) -> MarginProof:
     hint = next((problem.hint for problem in reversed(error.problems) if problem.hint), "")
-    why = "; ".join([*(problem.message for problem in error.problems), *filter(None, [hint])])
+    words = [*(problem.message for problem in error.problems), *filter(None, [hint])]
+    why = "; ".join(dict.fromkeys(words))
     return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
 
 

@@ -5,7 +5,7 @@ derivatives by q follow from those of F:
 
     x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
 
-F is that of ideal converters, without noise, at all times after the operating point: what depends on time is refused.
+F is that of ideal converters, without noise, with sources that are constant from the operating point on.
 It is a tick in which all blocks compute, or a whole period (`rest_ticks`).
 """
 
@@ -35,12 +35,12 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, advanced, at_place, put, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
-from proofmass.runner.design.proof.rest_ticks import RestTicks, is_late
+from proofmass.runner.design.proof.rest_ticks import RestTicks, changes_later_on, sources_of, value_at_start
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.bindings import Time
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
+_LATE = 1e9  # s: a source that changes then never stays
 _VARIED = -1  # direction of all that varies, so that converters do not round it
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
@@ -59,6 +59,8 @@ class RestRun:
         looped = any(one.group.guesses for one in solvers)
         if looped or any(node[0] in self.upstream for loop in plan.schedule.loops for node in loop.nodes):
             raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
+        self._sources = sources_of(plan, self.upstream)
+        self._check_sources(_LATE)
         self._period, settled = ends.common_period(plan), settled_tick(course)
         self.tick = settled + -settled % self._period
         self._onward = course.onward(self.tick)
@@ -79,8 +81,7 @@ class RestRun:
                 f"{counts[0]} counts on" if counts else "a continuous part that is not linear lies among several rates"
             )
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
-        with flint.ctx.workprec(BITS):
-            self._check_time()
+        self._check_sources(self._time)
 
     def _after(self, ticks: int, times: int) -> Memory:
         return self._onward.at(self.tick + times * ticks)
@@ -96,30 +97,22 @@ class RestRun:
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
 
-    def _check_time(self) -> None:
-        """Raise `ModelError` that names sources which change with time, where that matters."""
-        engine, why = self._engine(self._plan, self.memory_of(balls_of(np.array(self._start)))), ""
-        try:
-            late = self._late(*self._image(engine))
-        except UndecidedError as error:
-            late = why = str(error)
-        wires, at = engine.memory().wires, why.partition(":")[0]
-        clocks = [node for node in wires if node[0] in self.upstream and Time() in self._plan.bindings(*node)]
-        sources = [node for node in clocks if is_late(wires[node]) or ".".join(node) == at]
-        if late and sources:
-            raise self._plan.graph.placed(self._depends_on_time(sources)).error
-        if late:
-            raise self._plan.graph.placed(not_at_rest(why or f"{late} depends on time", self._signal)).error
+    @property
+    def _time(self) -> float:
+        return self.tick * self._plan.period
+
+    def _check_sources(self, time: float) -> None:
+        """Raise `ModelError` that names sources which are not constant from a time on."""
+        with flint.ctx.workprec(BITS):
+            changing = [node for node in self._sources if changes_later_on(self._plan, node, time)]
+        if changing:
+            raise self._plan.graph.placed(self._depends_on_time(changing)).error
 
     def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
-        wires = self._memory.wires
-        units = [
-            unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port]) for name, port in sources
-        ]
-        values = [
-            f"{wires[node]:.9g} {unit if unit != '1' else ''}".rstrip()
-            for node, unit in zip(sources, units, strict=True)
-        ]
+        values = []
+        for name, port in sources:
+            unit = unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port])
+            values.append(f"{value_at_start(self._plan, (name, port)):.9g} {unit if unit != '1' else ''}".rstrip())
         held = [f'--constant "{".".join(node)}={value}"' for node, value in zip(sources, values, strict=True)]
         return Problem(
             message=f"{self._signal} has no point of rest, since sources change with time",
@@ -137,19 +130,9 @@ class RestRun:
         before, after = (dict(self._rings.states_of(memory, sorted(self.upstream))) for memory in (once, twice))
         return [entry[0] for entry in before if entry not in seeded and before[entry] != after[entry]]
 
-    def _late(self, image: Sequence[Any], outputs: Sequence[Any]) -> str:
-        """Return what depends on time, "" if nothing does."""
-        names = [".".join(entry[:2]) for entry in self.entries] + [self._signal] * len(outputs)
-        return next((name for name, value in zip(names, [*image, *outputs], strict=True) if is_late(value)), "")
-
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
-        return self._image(self._engine(plan, self.memory_of(values)))
-
-    def _engine(self, plan: Plan, begin: Memory) -> RestTicks:
-        return RestTicks(plan, begin, self.upstream, self._outputs, self.steps)
-
-    def _image(self, engine: RestTicks) -> tuple[list[Any], list[Any]]:
+        engine = RestTicks(plan, self.memory_of(values), self.upstream, self._outputs, self.steps)
         advanced(engine, self.tick + self._ticks)
         memory = engine.memory()
         image = [at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries]
@@ -169,6 +152,8 @@ class RestRun:
         Raises `UndecidedError` where that is not shown.
         """
         plan = with_balls(self._plan, {name: varied(plain(value)) for name, value in parameters.items()})
+        if within is None and any(changes_later_on(plan, node, self._time) for node in self._sources):
+            raise UndecidedError("a source changes with time for some parameters")
         centre = np.array(self._start if within is None else within.centre)
         if not len(centre):
             empty = Enclosed(np.zeros((1, 0, 0)), np.zeros((1, 0, 0)))
@@ -220,13 +205,11 @@ class RestRun:
         step, reach = Enclosed.of_balls([apart]), np.zeros(len(centre))
         for _ in range(_WIDENED):
             point = RestPoint(centre, reach, left, step, step)
-            image, outputs = self.image(plan, point.values)
+            image, _ = self.image(plan, point.values)
             matrix = Enclosed.of_balls([self._matrix(image)])
             point = replace(point, matrix=matrix)
             needs = point.needed()
             if bool((needs * _SPARE < reach).all()):
-                if late := self._late(image, outputs):
-                    raise UndecidedError(f"{late} depends on time")
                 return point
             reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(centre) + _LEAST
             if not np.isfinite(reach).all():

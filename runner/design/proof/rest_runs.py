@@ -9,6 +9,7 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.derivatives.ball import UndecidedError
+from proofmass.runner.design.proof.ball_map import ChangesLaterError
 from proofmass.runner.design.proof.claim import BIAS, Claim
 from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.planned import Plan
@@ -34,7 +35,7 @@ class RestRuns:
         if self._at != SETTLED and claim.kind != BIAS:
             try:
                 return start(None), None
-            except ModelError as error:
+            except ChangesLaterError as error:
                 if self._at != AUTO:
                     raise
                 reasons += error.problems
