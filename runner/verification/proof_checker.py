@@ -29,14 +29,13 @@ import numpy as np
 import numpy.typing as npt
 
 FORMAT = "proofmass proof 1"
-_BITS, _FEWER = 300, 80  # after the point: of matrices, and of those whose norm is below one
-ONE = 1 << _BITS
+_BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of those whose norm is below one; 1.0
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
 _BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
-_UNITS = {"stable": "", "gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s"}
+_UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
+_UNITS["decay rate"] = "1/s"
 _SETTLED = ("scale factor", _BIAS)
 _FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
 
@@ -77,12 +76,12 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     kind, limit = claim["kind"], float(claim["limit"])
     upper, at_rest = kind in (_NOISE, _PEAK), kind == _BIAS or claim.get("at_rest") is True
     of_output, most = upper or kind in _SETTLED, upper or (kind in _SETTLED and claim["most"] is True)
-    where = f"{' to '.join([claim['loop']] * bool(claim['loop']) + [claim['open_at']] * of_output)}, {kind}"
+    where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
     size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
-    where += "" if kind == "stable" else f" of at {'most' if most else 'least'} {size}"
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
     where += " at rest" * at_rest + " under any change" * (changes := bool(claim.get("any_change")))
-    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     _check_ends(claim, where)
+    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
     _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
     norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
@@ -91,8 +90,9 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
         _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
-        _refuse(at_rest and not _rests(data["loops"][leaf["loop"]]["rest"]), f"{where}: no point of rest is enclosed")
-        contracts = _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most)
+        loop = data["loops"][leaf["loop"]]
+        _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
+        contracts = _contracts(loop, leaf, box, claim["factor"], most)
         _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
     return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
@@ -186,7 +186,7 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
 
 def _rests(rest: Mapping[str, Any]) -> bool:
     """Return whether each sensor of a box has one point of rest within r of a centre."""
-    names = ("reach", "step", "step_radius", "left", "matrix", "matrix_radius")
+    names = "reach", "step", "step_radius", "left", "matrix", "matrix_radius"
     r, b, near, *square = (_whole(np.array(rest[name], dtype=float)) for name in names)
     left, j, off = (part.reshape(len(r), len(r)) for part in square)
     _refuse(not r.shape == b.shape == near.shape or bool((near < 0).any() or (off < 0).any()), "has no point of rest")

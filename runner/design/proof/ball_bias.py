@@ -27,10 +27,11 @@ from proofmass.runner.design.proof.ball_map import (
     Kept,
     states_between,
     too_large,
+    varied,
     with_balls,
 )
 from proofmass.runner.design.proof.krawczyk import RestPoint
-from proofmass.runner.design.proof.rest_point import RestRun, varied
+from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.plan.planned import Plan
 
 

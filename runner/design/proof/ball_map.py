@@ -34,6 +34,7 @@ MatrixRows = list[list[Any]]  # of balls and numbers
 
 
 FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of the first and of the second derivative by coordinates
+VARIED = -1  # direction of all that varies, so that converters do not round it
 
 
 @dataclass(frozen=True)
@@ -65,11 +66,26 @@ class Resting(Protocol):
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""
 
-    def begun(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Memory, Plan]:
-        """Return the memory there, and the plan with the parameters."""
+    @property
+    def stays(self) -> bool:
+        """True if it is the same after each tick, not only after a period."""
+
+    def values(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> list[Any]:
+        """Return the numbers there, which move with the parameters or are any within reach."""
+
+    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory with these numbers."""
+
+    def hold(self, memory: Memory, values: Sequence[Any]) -> None:
+        """Let a memory after a tick have these numbers again, with the slopes that it has."""
 
     def map_between(self, ends: Ends) -> OrbitPoint:
         """Return the map between some ends about the point of rest of the sensor as it is."""
+
+
+def varied(value: Any) -> Any:
+    """Return a parameter with a direction: what varies is never rounded by a converter."""
+    return value if isinstance(value, Dual) else dual(value, {VARIED: 1.0}, FIRST)
 
 
 class BallTicks(DualTicks):
@@ -97,25 +113,27 @@ class BallRun:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        begin, plan = self._begun(parameters, rest, moves)
+        if self._rest is not None:
+            parameters = {name: varied(value) for name, value in parameters.items()}
+        plan = with_balls(self._plan, parameters)
+        at_rest = [] if self._rest is None else self._rest.values(parameters, rest, moves)
+        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(at_rest, seeded=False)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
             place = place_of(begin, entry, rings)
             put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
         engine = self._engine(plan, begin)
-        advanced(engine, begin.tick + self._point.ticks)
+        last = begin.tick + self._point.ticks
+        if self._rest is not None and self._rest.stays:
+            for tick in range(begin.tick + 1, last):
+                advanced(engine, tick)
+                self._rest.hold(engine.memory(), at_rest)
+        advanced(engine, last)
         memory = engine.memory()
         values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
-
-    def _begun(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> tuple[Memory, Plan]:
-        """Return the memory from which the period goes on, and the plan with the parameters."""
-        if self._rest is not None:
-            return self._rest.begun(parameters, rest, moves)
-        plan = with_balls(self._plan, parameters)
-        return self._begin(plan), plan
 
     def _begin(self, plan: Plan) -> Memory:
         """Return the memory from which the period goes on, at the start of a run."""

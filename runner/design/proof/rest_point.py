@@ -30,9 +30,9 @@ from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
 from proofmass.runner.analysis.linearisation.seeds import place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
-from proofmass.runner.design.proof.ball_map import FIRST, SECOND, advanced, at_place, put, with_balls
+from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
 from proofmass.runner.design.proof.rest_ticks import RestTicks, changes_later_on, sources_of, value_at_start
@@ -41,7 +41,6 @@ from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
 _LATE = 1e9  # s: a source that changes then never stays
-_VARIED = -1  # direction of all that varies, so that converters do not round it
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
@@ -189,11 +188,20 @@ class RestRun:
             rest, follows={name: (middles[name], rest.left @ np.array(move)) for name, move in moves.items()}
         )
 
-    def begun(self, parameters: Mapping[str, Any], rest: RestPoint, moves: bool) -> tuple[Memory, Plan]:
-        """Return the memory at rest, which `moves` with the parameters or is any in reach, and the plan with them."""
-        given = {name: varied(value) for name, value in parameters.items()}
-        plan = with_balls(self._plan, given)
-        return self.memory_of(self.point(plan, given, rest) if moves else rest.values, seeded=False), plan
+    def values(self, parameters: Mapping[str, Any], rest: RestPoint, moves: bool) -> list[Any]:
+        """Return the numbers at rest, which `moves` with the parameters or is any within reach."""
+        return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
+
+    @property
+    def stays(self) -> bool:
+        """True if the sensor is at rest after each tick: all blocks compute in the one that shows it."""
+        return self._ticks == 1
+
+    def hold(self, memory: Memory, values: Sequence[Any]) -> None:
+        """Let a memory after a tick be at rest again, with the slopes that it has."""
+        for entry, value in zip(self.entries, values, strict=True):
+            place = place_of(memory, entry, self._rings)
+            put(memory, place, value + dual(0.0, slopes_of(at_place(memory, place), SIGNALS), SIGNALS))
 
     def map_between(self, ends: Ends) -> OrbitPoint:
         """Return the map between some ends about the point of rest of the sensor as it is; raises `ModelError`."""
@@ -225,7 +233,7 @@ class RestRun:
         `plan` has these parameters. Raises `UndecidedError`.
         """
         values: list[Any] = list(rest.values)
-        keys = sorted({i for value in parameters.values() for i in slopes_of(value, FIRST) if i != _VARIED})
+        keys = sorted({i for value in parameters.values() for i in slopes_of(value, FIRST) if i != VARIED})
         if not keys or not values:
             return values
         image, _ = self.image(plan, values)
@@ -307,11 +315,6 @@ def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory) -> OrbitPoi
     run = OrbitRun(plan, ends, course.onward(memory.tick))
     whole = ends.map(plan, memory=memory.copy(), span=run.ticks, rings=run.rings)
     return OrbitPoint(whole, 1, memory=memory, ticks=run.ticks, rings=run.rings)
-
-
-def varied(value: Any) -> Any:
-    """Return a parameter with a direction: what varies is never rounded by a converter."""
-    return value if isinstance(value, Dual) else dual(value, {_VARIED: 1.0}, FIRST)
 
 
 def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:
