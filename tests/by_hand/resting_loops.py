@@ -100,7 +100,9 @@ def spring_rest(force: float, cubic: float, stiffness: float) -> float:
     """Displacement in um, which is the voltage of the pickoff."""
     with mpmath.workdps(40):
         (root,) = (
-            x for x in mpmath.polyroots([-force, stiffness * 1e-6, 0, cubic * 1e-18], 200, asc=True) if abs(x.imag) < 1e-25
+            x
+            for x in mpmath.polyroots([-force, stiffness * 1e-6, 0, cubic * 1e-18], 200, asc=True)
+            if abs(x.imag) < 1e-25
         )
         return float(root.real)
 

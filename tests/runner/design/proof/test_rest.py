@@ -11,12 +11,11 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph, read_graph_text
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.design.proof.known import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.run.simulate import simulate
-from proofmass.runner.verification.certificates import certificate, graph_digest
-from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate
+from proofmass.runner.verification.certificates import certificate
+from proofmass.runner.verification.proof_checker import check_certificate
 from tests.by_hand.amounts import chosen
 from tests.by_hand.resting_loops import (
     PLATE,
@@ -30,7 +29,6 @@ from tests.by_hand.resting_loops import (
     spring_rest,
 )
 from tests.runner.design.proof.test_prove import status
-from tests.runner.verification.test_certificates import forged
 
 WITHIN = {"level.value": "10 %", "gain.gain": "10 %"}
 LEAST, MOST = quadratic_rest(1.8), quadratic_rest(2.2)
@@ -83,9 +81,10 @@ def test_the_start_is_another_point_of_which_there_is_no_proof() -> None:
         prove(LOOP, at="20 ms")
 
 
+@pytest.mark.exhaustive
 def test_a_scale_factor_a_peak_and_a_decay_rate_at_rest() -> None:
     """dx/du = 1 / (1 + x), which is also the peak; the pole is 1 - g T (1 + x)."""
-    factors = [0.999 / (1.0 + MOST), 1.001 / (1.0 + LEAST)]
+    factors = [0.99 / (1.0 + MOST), 1.01 / (1.0 + LEAST)]
     rate = -math.log(1.0 - 0.09 * (1.0 + LEAST)) / 1e-3
     found = prove(
         LOOP, "main", tolerances=WITHIN, input="level.output", scale_factor={"plant.output": factors},
@@ -108,7 +107,7 @@ def test_a_continuous_part_that_is_not_linear_rests_where_its_forces_cancel() ->
         spring_rest(2e-5 * (1.0 - s * 0.05), 3e14 * (1.0 + s * 0.05), STIFFNESS * (1.0 + s * 0.05)) for s in (1.0, -1.0)
     ]
     graph = read_graph_text(SPRING)
-    near = bias([0.98 * ends[0], 1.02 * ends[1]], graph, "pickoff.output", tolerances=SPRING_WITHIN, seconds=60.0)
+    near = bias([0.97 * ends[0], 1.03 * ends[1]], graph, "pickoff.output", tolerances=SPRING_WITHIN)
     assert status(near) == ["proved", "proved"]
     assert len(check_certificate(certificate(near))) == 2
     beyond = bias([1.001 * ends[0], 0.999 * ends[1]], graph, "pickoff.output", tolerances=SPRING_WITHIN)
@@ -116,6 +115,7 @@ def test_a_continuous_part_that_is_not_linear_rests_where_its_forces_cancel() ->
     assert [proof.value for proof in beyond.proofs] == pytest.approx(ends, rel=1e-9)
 
 
+@pytest.mark.exhaustive
 def test_a_plate_has_a_bias_up_to_where_it_is_pulled_in() -> None:
     graph = read_graph_text(PLATE)
     for voltage, width in ((30.0, 0.02), (0.97 * PULL_IN, 0.005)):
@@ -131,10 +131,14 @@ def test_a_plate_has_a_bias_up_to_where_it_is_pulled_in() -> None:
         assert "proved" not in status(bias([-1.0, 1.0], graph, "mass.displacement", tolerances=wide, seconds=4.0))
 
 
+@pytest.mark.exhaustive
 def test_a_slower_controller_behind_a_spring_rests_where_both_do() -> None:
     """An integrator at a tenth of the rate takes the pickoff to a level: x = level / 1e6, whatever the spring."""
-    text = SPRING.replace('"push.output -> total.first"', '"servo.output -> total.first", "pickoff.output -> error.second",'
-                          ' "level.output -> error.first", "error.output -> servo.input"')  # fmt: skip
+    wires = (
+        '"servo.output -> total.first", "pickoff.output -> error.second", "level.output -> error.first",'
+        ' "error.output -> servo.input"'
+    )
+    text = SPRING.replace('"push.output -> total.first"', wires)
     text = (
         text.replace('[blocks.push]\nkind = "Constant"\nunit = "N"\nvalue = 2e-5\n', "")
         + """
@@ -155,17 +159,14 @@ rate = "10 kHz"
 open_at = "servo.output"
 """
     )
-    graph, within = read_graph_text(text), {"level.value": "10 %", "spring.cubic": "10 %", "servo.gain": "10 %"}
-    found = bias([0.1799, 0.2201], graph, "pickoff.output", tolerances=within, seconds=40.0)
+    graph, within = read_graph_text(text), {"level.value": "2 %", "servo.gain": "5 %"}
+    found = bias([0.1955, 0.2045], graph, "pickoff.output", tolerances=within)
     assert status(found) == ["proved", "proved"]
-    assert status(bias([0.1801, 0.2199], graph, "pickoff.output", tolerances=within)) == ["refuted", "refuted"]
-    force = [STIFFNESS * x * 1e-6 + c * 3e14 * (x * 1e-6) ** 3 for x, c in ((0.18, 0.9), (0.22, 1.1))]
-    found = bias([0.99 * force[0], 1.01 * force[1]], graph, "servo.output", tolerances=within, seconds=40.0)
+    assert status(bias([0.1961, 0.2039], graph, "pickoff.output", tolerances=within)) == ["refuted", "refuted"]
+    force = [STIFFNESS * x * 1e-6 + 3e14 * (x * 1e-6) ** 3 for x in (0.196, 0.204)]
+    found = bias([0.99 * force[0], 1.01 * force[1]], graph, "servo.output", tolerances=within)
     assert status(found) == ["proved", "proved"]
-    assert (
-        status(prove(graph, tolerances=within, seconds=60.0, gain_margin="6 dB", phase_margin="30 deg"))
-        == ["proved"] * 3
-    )
+    assert status(prove(graph, tolerances=within, gain_margin="6 dB", phase_margin="30 deg")) == ["proved"] * 3
 
 
 # -- random loops ------------------------------------------------------------------------------------------------------
@@ -349,69 +350,6 @@ def test_parameters_that_change_have_no_point_of_rest() -> None:
     found = prove(LOOP, tolerances=WITHIN, any_change=True, bias={"plant.output": [0.5, 2.0]}, gain_margin="6 dB")
     assert set(status(found)) == {"open"}
     assert all("stay as they are" in proof.searched.why for proof in found.proofs)
-
-
-# -- certificates ------------------------------------------------------------------------------------------------------
-
-
-def test_a_search_goes_on_from_its_certificate(proved: Proofs) -> None:
-    known = known_proofs(certificate(proved), graph_digest(LOOP))
-    again = bias([0.999 * LEAST, 1.001 * MOST], known=known, gain_margin="17.5 dB", phase_margin="45 deg")
-    assert status(again) == ["proved"] * 5
-    assert check_certificate(certificate(again)) == check_certificate(certificate(proved))
-
-
-def _rest_of(c: Any, claim: int = -1) -> Any:
-    return c["loops"][c["claims"][claim]["leaves"][0]["loop"]]["rest"]
-
-
-def _without(c: Any) -> None:
-    del c["loops"][c["claims"][-1]["leaves"][0]["loop"]]["rest"]
-
-
-def _at_the_start(c: Any) -> None:
-    c["claims"][0]["at_rest"] = False
-
-
-def _changing(c: Any) -> None:
-    c["claims"][0]["any_change"] = True
-
-
-def _changed(name: str, change: Any, claim: int = -1) -> Any:
-    def forge(c: Any) -> None:
-        rest = _rest_of(c, claim)
-        rest[name] = change(rest[name])
-
-    return forge
-
-
-def _nearer(c: Any) -> None:
-    claim = c["claims"][-1]
-    claim["limit"] = 0.999 * MOST
-    claim["ends"] = claim["leaves"][0]["box"][-1] = [claim["limit"]] * 2
-
-
-FORGERIES = [
-    _without, _at_the_start, _changing, _nearer,
-    _changed("reach", lambda r: [0.5 * x for x in r]), _changed("reach", lambda r: [-x for x in r]),
-    _changed("reach", lambda r: []), _changed("left", lambda m: [[0.0 * x for x in row] for row in m]),
-    _changed("left", lambda m: [[-x for x in row] for row in m]), _changed("step_radius", lambda b: [x + 10.0 for x in b]),
-    _changed("step_radius", lambda b: [-1.0 for _ in b]), _changed("step", lambda b: [[x] for x in b]),
-    _changed("matrix", lambda j: [[x + 0.5 for x in row] for row in j]),
-    _changed("matrix_radius", lambda j: [[x + 1.0 for x in row] for row in j]),
-    _changed("matrix_radius", lambda j: [[-x - 1.0 for x in row] for row in j]),
-    _changed("reach", lambda r: [0.1 * x for x in r], 1),
-]  # fmt: skip
-
-
-@pytest.mark.parametrize("number", range(len(FORGERIES)))
-def test_forged_points_of_rest_are_refused(proved: Proofs, number: int) -> None:
-    text = certificate(proved)
-    assert [line.split(":")[0] for line in check_certificate(text)][:2] == [
-        "main, stable at rest", "main, gain margin of at least 17.5 dB at rest",
-    ]  # fmt: skip
-    with pytest.raises(FalseCertificateError):
-        check_certificate(forged(text, FORGERIES[number]))
 
 
 @pytest.mark.exhaustive
