@@ -177,6 +177,17 @@ def test_scale_factors_that_are_proved() -> None:
     assert VALIDATOR.is_valid(tomllib.loads(text))
 
 
+def test_biases_that_are_proved() -> None:
+    """While nothing is wanted the plant rests at zero, whatever its gain."""
+    of = '{ quantity = { bias = "plant.output", input = "wanted.output" }'
+    lines = [f"near = {of}, at_least = -1e-6, at_most = 1e-6, {VARIED}", f"far = {of}, at_least = 0.1, {VARIED}"]
+    text = INTEGRATING + "\n[requirements]\n" + "\n".join(lines)
+    found = {f.id: f for f in verify(Measurements(read_graph_text(text), None)) if f.id in ("near", "far")}
+    assert (found["near"].met, found["far"].met) == (True, False)
+    assert found["near"].quantity == "bias from wanted.output to plant.output, proved"
+    assert found["far"].value == pytest.approx(0.0, abs=1e-9)
+
+
 @pytest.mark.exhaustive
 def test_margins_that_are_proved() -> None:
     """z^2 - z + K T is stable up to K T = 1: 10 % more gain leave a factor of 1 / 0.11, 19.17 dB."""

@@ -174,7 +174,7 @@ open_at = "servo.output"
 
 def _random_graph(draw: random.Random) -> tuple[Graph, dict[str, float], Any]:
     """A loop through a delay and a cubic curve, its parameters, and its rest by bisection in plain numbers."""
-    ticks, linear, cubic = draw.randint(1, 4), draw.uniform(0.3, 1.5), draw.uniform(0.0, 0.5)
+    ticks, linear, cubic = draw.randint(1, 4), draw.uniform(0.3, 1.5), draw.uniform(0.1, 0.5)
     values = {
         "level.value": draw.uniform(-2.0, 2.0), "gain.gain": draw.uniform(5.0, 90.0),
         "curve.c1": linear, "curve.c3": cubic, "curve.c0": draw.uniform(-0.5, 0.5),
