@@ -61,7 +61,7 @@ def coordinate(value: Any, number: int) -> Any:
 
 
 class Resting(Protocol):
-    """Where sensors rest, as `RestRun` encloses it."""
+    """Points of rest of sensors, as `RestRun` encloses them."""
 
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""
@@ -77,7 +77,7 @@ class Resting(Protocol):
         """Return the memory with these numbers."""
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
-        """Let a memory after a tick have these numbers again, with the slopes that it has."""
+        """Put these numbers back into a memory after a tick, with the slopes that it has."""
 
     def map_between(self, ends: Ends) -> OrbitPoint:
         """Return the map between some ends about the point of rest of the sensor as it is."""
@@ -225,7 +225,7 @@ def at_place(memory: Memory, place: Any) -> Any:
 
 
 def put(memory: Memory, place: Any, value: Any) -> None:
-    """Let a memory hold a number at a place."""
+    """Put a number at a place of a memory."""
     kind, of, number = place
     if kind == "state":
         state = memory.states[of]
@@ -273,7 +273,7 @@ def _is_zero(value: Any) -> bool:
 
 
 class ChangesLaterError(ModelError):
-    """What is not that of the start of the run later."""
+    """Error of what is not that of the start of the run later."""
 
 
 def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:

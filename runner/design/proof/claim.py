@@ -100,7 +100,7 @@ class Claim:
 
     @property
     def row(self) -> ClaimKind:
-        """What is known of its kind."""
+        """Its row in the table of kinds."""
         return KINDS[self.kind]
 
     @property

@@ -22,7 +22,7 @@ from proofmass.runner.host.arrays import Array
 
 @dataclass(frozen=True)
 class RestPoint:
-    """Where the sensors of a box rest: within `reach` of `centre`, as `left`, `step` and `matrix` show."""
+    """Points of rest of the sensors of a box: within `reach` of `centre`, as `left`, `step` and `matrix` show."""
 
     centre: Array  # c
     reach: Array  # r

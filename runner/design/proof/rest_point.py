@@ -199,7 +199,7 @@ class RestRun:
         return self._ticks == 1
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
-        """Let a memory after a tick be at rest again, with the slopes that it has."""
+        """Put a memory after a tick back to rest, with the slopes that it has."""
         for entry, value in zip(self.entries, values, strict=True):
             place = place_of(memory, entry, self._rings)
             put(memory, place, value + dual(0.0, slopes_of(at_place(memory, place), SIGNALS), SIGNALS))

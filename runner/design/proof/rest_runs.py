@@ -1,4 +1,4 @@
-"""Where what a claim is about begins: the start of a run, or the points of rest of the sensors."""
+"""The start of a run or the points of rest of the sensors: what a claim is about begins there."""
 
 from collections.abc import Callable
 from typing import Any, TypeVar

@@ -36,7 +36,8 @@ LOOP = quadratic_loop()
 
 
 def bias(limits: Any, graph: Graph = LOOP, output: str = "plant.output", **more: Any) -> Proofs:
-    return prove(graph, bias={output: limits}, **({"tolerances": WITHIN} | more))
+    given: dict[str, Any] = {"tolerances": WITHIN} | more
+    return prove(graph, bias={output: limits}, **given)
 
 
 @pytest.fixture(scope="module")
@@ -342,8 +343,9 @@ def test_what_does_not_rest_says_why(change: tuple[str, str], words: str) -> Non
     ids=str,
 )
 def test_wrong_words_are_answered(more: dict[str, Any], words: str) -> None:
+    given: dict[str, Any] = {"limits": [0.5, 2.0]} | more
     with pytest.raises(ModelError, match=words):
-        bias(**({"limits": [0.5, 2.0]} | more))
+        bias(**given)
 
 
 def test_parameters_that_change_have_no_point_of_rest() -> None:
