@@ -160,10 +160,11 @@ def prove(
     True
     """
     graph, box = _varied(source, tolerances)
-    held = dict(constants or {}) | ({input: 0.0} if bias and input else {})
+    held = ({input: 0.0} if bias and input else {}) | dict(constants or {})
     ranges = list(box.ranges) if box else []
-    sensor, of_constants = with_constants(graph, plan(graph), held, ranges)
-    planned = plan(sensor)
+    planned = plan(graph)
+    sensor, of_constants = with_constants(graph, planned, held, ranges)
+    planned = plan(sensor) if held else planned
     coordinates, rests = coordinates_of(planned, ranges + of_constants), RestRuns(planned, at)
     given = {
         "gain margin": gain_margin,
