@@ -19,7 +19,7 @@ import flint
 import numpy as np
 
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
@@ -40,6 +40,7 @@ from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
+_LONG = 1 << 16  # ticks of a run that does not settle
 _LATE = 1e9  # s: a source that changes then never stays
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
@@ -61,7 +62,7 @@ class RestRun:
             raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
         self._sources = sources_of(plan, self.upstream)
         self._check_sources(_LATE)
-        self._period, settled = ends.common_period(plan), settled_tick(course)
+        self._period, settled = ends.common_period(plan), self._near_rest()
         self.tick = settled + -settled % self._period
         self._onward = course.onward(self.tick)
         self._memory = self._onward.begin.copy()
@@ -82,6 +83,18 @@ class RestRun:
             )
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
         self._check_sources(self._time)
+
+    def _near_rest(self) -> int:
+        """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
+        try:
+            return settled_tick(self.course)
+        except ModelError as error:
+            tick = min(self._plan.ticks(), _LONG)
+            try:
+                self.course.at(tick)
+            except ModelError:
+                raise error from None
+            return tick
 
     def _after(self, ticks: int, times: int) -> Memory:
         return self._onward.at(self.tick + times * ticks)
