@@ -44,7 +44,7 @@ _LONG = 1 << 16  # ticks of a run that does not settle
 _LATE = 1e9  # s: a source that changes then never stays
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
-_FARTHEST = 1e3  # times the first reach, beyond which no other is tried
+_FARTHEST = 1e30  # beyond which no reach is tried
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
 
 
@@ -225,7 +225,6 @@ class RestRun:
         image, _ = self.image(plan, balls_of(centre))
         apart = [[plain(x) - c] for x, c in zip(image, centre.tolist(), strict=True)]
         step, reach = Enclosed.of_balls([apart]), np.zeros(len(centre))
-        least: Array | None = None
         for _ in range(_WIDENED):
             point = RestPoint(centre, reach, left, step, step)
             image, _ = self.image(plan, point.values)
@@ -234,9 +233,8 @@ class RestRun:
             needs = point.needed()
             if bool((needs * _SPARE < reach).all()):
                 return point
-            least = needs if least is None else least
             reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(centre) + _LEAST
-            if not bool((reach <= _FARTHEST * (least + _CLOSE * np.abs(centre) + _LEAST)).all()):
+            if not bool((reach <= _FARTHEST).all()):
                 break
         raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
 
