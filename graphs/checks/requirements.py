@@ -11,10 +11,9 @@ from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import FlatGraph, inside
 from proofmass.graphs.model.graph import split
-from proofmass.graphs.model.loops import MARGIN_MEASURES, SETTLED, VERDICTS, read_moment, read_requirement
+from proofmass.graphs.model.loops import AUTO, MARGIN_MEASURES, SETTLED, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any, is_value
 from proofmass.graphs.model.quantities import (
-    PARTS,
     LoopFigure,
     MeasureOf,
     Noise,
@@ -73,9 +72,9 @@ def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict")
     figure = quantity.figure if isinstance(quantity, LoopFigure) else ""
     noise = isinstance(quantity, Noise) and not quantity.input and quantity.band is None
     upper = noise or (isinstance(quantity, ResponseFigure) and quantity.figure == "peak")
-    of_output = upper or (isinstance(quantity, TransferPart) and quantity.part == PARTS[0])
+    of_output = upper or (isinstance(quantity, TransferPart))
     if not isinstance(quantity, StabilityVerdict) and figure not in PROVABLE and not of_output:
-        of_outputs = "a scale_factor, the peak of a response, or noise without input and band"
+        of_outputs = "a scale_factor or bias, the peak of a response, or noise without input and band"
         expected = f"{', '.join(PROVABLE)} or {_VERDICT} of a loop, {of_outputs}"
         raise Refusal("has no proof", "leave proved out: then the worst case is searched", expected=expected)
     if not requirement.tolerances:
@@ -85,8 +84,8 @@ def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict")
         raise Refusal("must be at_least alone", key="proved", got="at_most")
     if upper and (requirement.at_most is None or requirement.at_least is not None):
         raise Refusal("must be at_most alone", key="proved", got="at_least")
-    if requirement.at and (requirement.at == SETTLED or read_duration(requirement.at) > 0):
-        raise Refusal("must be the start of the run", "leave it out", key="at", got=shown(requirement.at))
+    if requirement.at not in ("", AUTO, SETTLED) and read_duration(requirement.at) > 0:
+        raise Refusal(f"must be the start or {SETTLED}", "leave it out", key="at", got=shown(requirement.at))
 
 
 def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:

@@ -79,7 +79,7 @@ REQUIREMENT_KEYS = {
     "at_most": "Largest value that meets it.",
     "at": 'Operating point of a linearised quantity: the time, "0 s" when nothing is said, or "settled".',
     "tolerances": 'The limits hold for the worst case within these: { "pid.gain" = "5 %" }, or "spread" of [study].',
-    "proved": "A margin, scale factor, peak or noise is proved for all sensors within the tolerances.",
+    "proved": "A margin, scale factor, bias, peak or noise is proved for all sensors within the tolerances.",
 }
 STUDY_KEYS = {
     "graph": 'File of the graph, in the same folder or below it, or "library:NAME.toml".',

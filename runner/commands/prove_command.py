@@ -31,6 +31,8 @@ def show_proofs(request: ProveRequest) -> int:
             tolerances=dict(map(read_tolerance, request.tolerances)),
             input=request.source_signal,
             scale_factor=dict(map(_limits, request.scale_factors)),
+            bias=dict(map(_limits, request.biases)),
+            constants=dict(map(_limits, request.constants)),
             peak=dict(map(_limits, request.peaks)),
             noise=dict(map(_limits, request.noises)),
             rounding=dict(map(_limits, request.roundings)),

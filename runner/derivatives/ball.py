@@ -245,9 +245,12 @@ def of_balls(function: Callable[..., Any], *numbers: Any) -> Any:
 
 
 def ball_exponential(rows: Sequence[Sequence[Any]], period: float) -> list[list[Any]]:
-    """Return exp([[A, B], [0, 0]] period) of the rows [A B], which may hold balls, by rows."""
+    """Return exp([[A, B], [0, 0]] period) of the rows [A B], which may hold balls, by rows; raises `UndecidedError`."""
     size = len(rows[0])
     square = [[arb_of(value) * period for value in row] for row in rows]
     square += [[flint.arb(0)] * size for _ in range(size - len(rows))]
     exponential: Any = flint.arb_mat(square).exp()
-    return [[Ball(value) for value in row] for row in exponential.tolist()]
+    entries: list[list[Any]] = exponential.tolist()
+    if not all(value.is_finite() for row in entries for value in row):
+        raise UndecidedError("a matrix exponential without bounds")
+    return [[Ball(value) for value in row] for row in entries]

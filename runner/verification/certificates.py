@@ -7,7 +7,6 @@ from typing import Any
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.prove import Proofs
@@ -17,7 +16,8 @@ from proofmass.runner.verification.proof_checker import FORMAT, digest_of
 ASSUMED = (
     "The matrices enclose those of the graph: they come from its functions, called with intervals of numbers.",
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
-    "Loops are those of the start of the run, tick 0. Quantisers count as a gain of one, limits by their slope there.",
+    "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
+    "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
     "Parameters stay as they are while the sensor runs; under any change they do within each period of the loop.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
@@ -72,8 +72,8 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             }
         )
     claim = proof.claim
-    more = {"any_change": True} if claim.any_change else {}
-    of_quantity = {"most": claim.most, "unit": claim.unit} if claim.kind in QUANTITIES else {}
+    more = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity
         | more
@@ -85,7 +85,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
             "kind": claim.kind,
             "limit": claim.limit,
             "period": claim.period,
-            "factor": claim.factor.name,
+            "factor": claim.row.factor,
             "ends": claim.ends,
             "leaves": leaves,
         }
@@ -101,5 +101,6 @@ def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:
         "box": box,
         "interpolated": list(of.interpolated),
         "bounded": [i for i in wide if i not in of.interpolated],
+        **({} if of.rest is None else {"rest": of.rest.as_data()}),
         "corners": {"middle": of.corners.middle.tolist(), "radius": of.corners.radius.tolist()},
     }

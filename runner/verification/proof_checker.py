@@ -2,19 +2,18 @@
 
 A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
 wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners,
-bounds of how far the closed loop may lie beyond those, a disc and a matrix T. The checker verifies, in whole numbers
-of 2^-300 with every rounding counted:
+bounds of how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is
+taken for granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
 
 1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
    under any change of the parameters from period to period, that all leaves of a range of factors have one T;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
    radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
-3. of a scale factor D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the limit g.
-   Then det M has the sign of det R, and is a positive number times g less the scale factor;
+3. of a scale factor or bias D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the
+   limit g. Then det M has the sign of det R, and is a positive number times g less the scale factor;
 4. of a peak that [A, B; C / g, D / g] has one that leaves inputs and outputs as they are (bounded real lemma);
-5. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's.
-
-What it takes for granted is in the certificate: that the matrices enclose those of the graph.
+5. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's;
+6. at rest that |R b| + |I - R (I - J)| r < r, entry by entry, for all steps b and slopes J of a box (Krawczyk).
 """
 
 import hashlib
@@ -30,22 +29,22 @@ import numpy as np
 import numpy.typing as npt
 
 FORMAT = "proofmass proof 1"
-_BITS, _FEWER = 300, 80  # after the point: of matrices, and of those whose norm is below one
-ONE = 1 << _BITS
+_BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of those whose norm is below one; 1.0
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
-_REST, _NOISE, _PEAK = "scale factor", "noise", "peak"
-_UNITS = {"stable": "", "gain margin": "dB", "phase margin": "deg", "disk margin": "", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s"}
-_FACTORS = {"disk margin": "disk", _REST: "rest", _NOISE: "noise", _PEAK: "peak"}
+_BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
+_UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
+_UNITS["decay rate"] = "1/s"
+_SETTLED = ("scale factor", _BIAS)
+_FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
 
 _Whole = npt.NDArray[np.object_]  # of integers
 _Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
 _Box = tuple[tuple[float, float], ...]
 
 
-class FalseCertificateError(ValueError):
+class FalseCertificateError(Exception):
     """A certificate that proves nothing, and why."""
 
 
@@ -59,8 +58,6 @@ def check_certificate(text: str) -> list[str]:
         _refuse(not data["claims"] or not isinstance(data["graph_sha256"], str), "has no claim about a graph")
         with localcontext(prec=_DIGITS):
             return [_claim(data, claim) for claim in data["claims"]]
-    except FalseCertificateError:
-        raise
     except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError) as error:
         raise FalseCertificateError(f"cannot be read: {error}") from None
 
@@ -77,23 +74,25 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     kind, limit = claim["kind"], float(claim["limit"])
-    upper = kind in (_NOISE, _PEAK)
-    of_output, most = upper or kind == _REST, upper or (kind == _REST and claim["most"] is True)
-    where = f"{' to '.join([claim['loop']] * (kind != _NOISE) + [claim['open_at']] * of_output)}, {kind}"
+    upper, at_rest = kind in (_NOISE, _PEAK), kind == _BIAS or claim.get("at_rest") is True
+    of_output, most = upper or kind in _SETTLED, upper or (kind in _SETTLED and claim["most"] is True)
+    where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
     size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
-    where += "" if kind == "stable" else f" of at {'most' if most else 'least'} {size}"
-    where += " under any change" * (changes := bool(claim.get("any_change")))
-    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
+    where += " at rest" * at_rest + " under any change" * (changes := bool(claim.get("any_change")))
     _check_ends(claim, where)
+    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
     _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
     norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
     apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
-    stays = kind in ("delay margin", _REST)
+    stays = at_rest or kind in ("delay margin", *_SETTLED)
     _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
     for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
         _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
-        contracts = _contracts(data["loops"][leaf["loop"]], leaf, box, claim["factor"], most)
+        loop = data["loops"][leaf["loop"]]
+        _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
+        contracts = _contracts(loop, leaf, box, claim["factor"], most)
         _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
     return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
@@ -118,15 +117,11 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
         right = factor == "gain" and low * gain <= 1 and high >= gain
         right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
-    _refuse(not right or not (limit >= 0 or kind == _REST), f"{where}: its factors are not those of the claim")
+    _refuse(not right or not (limit >= 0 or kind in _SETTLED), f"{where}: its factors are not those of the claim")
 
 
 def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
-    """Return whether poles in the disc of a leaf keep its claim.
-
-    A delay of m samples turns what is at exp(-j w) by p = m w: a pole may not be there where w is above p / m. The
-    distance of the arc from a centre above the real axis is least at an end of the arc.
-    """
+    """Return whether poles in the disc of a leaf keep its claim: of a delay it leaves out an arc, near at its ends."""
     real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", (0.0, 0.0, 1.0))))
     kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
     if kind == "delay margin" and factors[0] > 0.0:
@@ -134,8 +129,7 @@ def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[
         ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
         away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
         return imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
-    rate = Decimal(limit) * Decimal(period) if kind == "decay rate" else Decimal(0)
-    most = (-rate).exp() * (1 - Decimal(10) ** -45) if rate else 1
+    most = (-Decimal(limit) * Decimal(period)).exp() * (1 - Decimal(10) ** -45) if kind == "decay rate" else 1
     return real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
 
 
@@ -190,6 +184,16 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
     return factor != "rest" or ([*_minors(left)][-1] > 0) == most
 
 
+def _rests(rest: Mapping[str, Any]) -> bool:
+    """Return whether each sensor of a box has one point of rest within r of a centre."""
+    names = "reach", "step", "step_radius", "left", "matrix", "matrix_radius"
+    r, b, near, *square = (_whole(np.array(rest[name], dtype=float)) for name in names)
+    left, j, off = (part.reshape(len(r), len(r)) for part in square)
+    _refuse(not r.shape == b.shape == near.shape or bool((near < 0).any() or (off < 0).any()), "has no point of rest")
+    apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (off + 2)
+    return bool(((np.abs(left @ b) + np.abs(left) @ (near + 2)) * ONE + apart @ r < ONE * ONE * r).all())
+
+
 def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, int]:
     """Return a matrix near the inverse of T, T, and what a norm in these coordinates has to be below."""
     scale = np.maximum(np.abs(t).max(axis=1), 1e-300)
@@ -201,8 +205,7 @@ def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, in
 def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, left: _Whole) -> _Rounded:
     """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
 
-    With a disk of size a it is [A + B E C, B E; a E C, a (E - I / 2)], at rest it is A and I - R M side by side,
-    with noise [A 0; C 0], and with a peak of g [A, B; C / g, D / g].
+    A disk of size a has [A + B E C, B E; a E C, a (E - I / 2)], a peak of g [A, B; C / g, D / g], noise [A 0; C 0].
     """
     halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
     a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
@@ -246,8 +249,7 @@ def _unit(size: int) -> _Whole:
 def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded]:
     """Return factors between which those of the claim lie, as matrices for all values of a wire in a period.
 
-    The arc of a phase lies in the triangle of its ends and the crossing of the tangents there; where the wire has
-    several values in a period, the ends alone are corners.
+    The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, if a wire has one value.
     """
     low, high = map(Fraction, ends)
     turns: list[Any] = [_turn(at) if kind == "phase" else (at if kind == "gain" else 1, 0) for at in {low, high}]
@@ -255,11 +257,9 @@ def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded
     if kind == "phase" and values == 1 and low < high:
         stretch = 1 / _turn((high - low) / 2)[0]
         turns.append([part * stretch for part in _turn((low + high) / 2)])
-    rounded = []
-    for c, s in ([int(part * ONE) for part in turn] for turn in turns):
-        matrix = np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object)
-        rounded.append((np.kron(matrix, _unit(values)), np.kron(np.abs(matrix) * 0 + 4, _unit(values))))
-    return rounded
+    pairs = ([int(part * ONE) for part in turn] for turn in turns)
+    rows = [np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object) for c, s in pairs]
+    return [(np.kron(matrix, _unit(values)), np.kron(0 * matrix + 4, _unit(values))) for matrix in rows]
 
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:

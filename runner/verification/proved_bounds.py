@@ -9,7 +9,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import VERDICTS
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.design.proof.claim import QUANTITIES, Claim
+from proofmass.runner.design.proof.claim import KINDS, Claim
 from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.studies.shown.proved import ProvedBound
 from proofmass.runner.verification.certificates import graph_digest
@@ -36,9 +36,9 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
     varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
     for one in claims:
-        of_quantity = (one["most"], one["unit"]) if one["kind"] in QUANTITIES else ()
+        of_quantity = (one["most"], one["unit"]) if KINDS[one["kind"]].of_output else ()
         claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"], *of_quantity)
-        claim = replace(claim, any_change=bool(one.get("any_change")))
+        claim = replace(claim, any_change=bool(one.get("any_change")), at_rest=bool(one.get("at_rest")))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [

@@ -23,8 +23,6 @@ from proofmass.graphs.model.quantities import (
 from proofmass.graphs.model.requirements import TABLE, Requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES
-from proofmass.runner.design.proof.least_found import value_there
 from proofmass.runner.design.proof.prove import prove, prove_margin
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.worst.worst import worst_of
@@ -144,25 +142,28 @@ class Measurements:
         if proof.counterexample is None:
             return math.nan, f"proved for {100.0 * proof.searched.part:.3g} % of the tolerances; {proof.searched.why}"
         sensor = ", ".join(f"{name} = {value:.6g}" for name, value in proof.counterexample.items())
-        value = value_there(self.graph, proof.claim, proof.counterexample)
-        value = value if proof.claim.kind in QUANTITIES else max(value, 0.0)
+        value = proof.value if proof.claim.row.of_output else max(proof.value, 0.0)
         return value, f"a sensor within the tolerances has {proof.shown}: {sensor}"
 
     def _proofs(self, requirement: Requirement, limits: tuple[float, float]) -> tuple[MarginProof, ...]:
         """Return what comes of the claims of a requirement: one for each limit."""
         quantity, tolerances = quantity_of(self.flat, requirement), _tolerances(requirement)
+        at = requirement.at or AUTO
         source = self.graph if tolerances else self._needed_study("a proof over the spread")
         if isinstance(quantity, TransferPart):
             wanted = {quantity.output: [limit if math.isfinite(limit) else None for limit in limits]}
-            return prove(source, tolerances=tolerances, input=quantity.input, scale_factor=wanted).proofs
+            biases, factors = (wanted if quantity.part == part else None for part in ("bias", "scale_factor"))
+            return prove(
+                source, tolerances=tolerances, input=quantity.input, at=at, bias=biases, scale_factor=factors
+            ).proofs
         if isinstance(quantity, ResponseFigure):
             peak = {quantity.output: limits[1]}
-            return prove(source, tolerances=tolerances, input=quantity.input, peak=peak).proofs
+            return prove(source, tolerances=tolerances, input=quantity.input, at=at, peak=peak).proofs
         if isinstance(quantity, Noise):
-            return prove(source, tolerances=tolerances, noise={quantity.output: limits[1]}).proofs
+            return prove(source, tolerances=tolerances, at=at, noise={quantity.output: limits[1]}).proofs
         assert isinstance(quantity, LoopFigure | StabilityVerdict)
         kind = PROVABLE[quantity.figure] if isinstance(quantity, LoopFigure) else "stable"
-        return (prove_margin(source, quantity.loop, kind, limits[0], tolerances),)
+        return (prove_margin(source, quantity.loop, kind, limits[0], tolerances, at=at),)
 
     @cached_property
     def flat(self) -> FlatGraph:

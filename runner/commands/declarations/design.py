@@ -144,6 +144,11 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         "--scale-factor",
         metavar="BLOCK.PORT=LIMITS",
     )
+    biases: tuple[str, ...] = several(
+        "Prove limits of the value at which this output rests, as adc.number=-2..2, or the nearest; repeatable.",
+        "--bias",
+        metavar="BLOCK.PORT=LIMITS",
+    )
     peaks: tuple[str, ...] = several(
         "Prove a limit of the gain to this output at all frequencies, as adc.number=3, or the least; repeatable.",
         "--peak",
@@ -155,7 +160,20 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         metavar="BLOCK.PORT=LIMIT",
     )
     source_signal: str = option(
-        "Count scale factors and peaks from this output of a source.", "--input", default="", **PORT
+        "Count scale factors and peaks from this output of a source; biases are those at zero.",
+        "--input",
+        default="",
+        **PORT,
+    )
+    at: str = option(
+        'Prove claims about "0 s", the start, or about "settled", a point of rest (default: where it is known).',
+        default="auto",
+        metavar="TIME",
+    )
+    constants: tuple[str, ...] = several(
+        "Give this output of a source a constant value, as step.output=0, so that the sensor can rest; repeatable.",
+        "--constant",
+        metavar="BLOCK.PORT=VALUE",
     )
     no_overflow: bool = flag(
         "Prove that no number of a block in fixed point overflows, or show inputs by which one does."

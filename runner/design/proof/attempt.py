@@ -8,17 +8,16 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.graphs.model.graph import Graph
-from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import (
     LeastFound,
+    Sensors,
     least_found,
     margin_of,
     margins_there,
     quantity_there,
-    value_there,
     worst_of,
 )
 from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
@@ -26,7 +25,7 @@ from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
 _FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
-_LEAST_ROOM, _SMALLEST = {SCALE_FACTOR: 1e-6, RMS: 0.01, PEAK: 0.01}, 1e-12  # of the value, and of a value of zero
+_SMALLEST = 1e-12  # room beside a value of zero
 _WIDENED = 8  # times
 
 
@@ -40,6 +39,7 @@ class MarginProof:
     coordinates: Coordinates | None = None
     counterexample: Mapping[str, float] | None = None
     shown: str = ""  # the margins of that sensor, or its value
+    value: float = math.nan  # its value of what the claim is about
     least: LeastFound | None = None  # the worst that was found, if the best bound was looked for
 
     @property
@@ -55,6 +55,7 @@ class MarginProof:
             "claim": str(self.claim),
             "kind": self.claim.kind,
             "limit": self.claim.limit if math.isfinite(self.claim.limit) else None,
+            "at_rest": self.claim.at_rest,
             "side": "at most" if self.claim.most else "at least",
             "status": self.status,
             "part": self.searched.part,
@@ -71,7 +72,7 @@ class MarginProof:
 class Attempt:
     """Searches about one loop or path."""
 
-    graph: Graph
+    sensors: Sensors
     maps: BoxMaps
     coordinates: Coordinates
     stop: threading.Event
@@ -79,10 +80,10 @@ class Attempt:
 
     def at(self, claim: Claim, until: float) -> MarginProof:
         """Return what comes of a claim, of which the nominal sensor is looked at first."""
-        if claim.kind not in AT_CORNERS:  # whose search begins with the corners
-            text, fails = _checked(self.graph, claim, self._nominal)
+        if claim.row.at_corners is None:  # whose search begins with the corners
+            value, text, fails = _checked(self.sensors, claim, self._nominal)
             if fails:
-                return self._refuted(claim, self._nominal, text)
+                return self._refuted(claim, self._nominal, text, value)
         if not claim.any_change:
             return self._searched(claim, until)
         now = time.monotonic()
@@ -99,28 +100,27 @@ class Attempt:
     def _nominal(self) -> dict[str, float]:
         return {r.written: r.nominal for r in self.coordinates.ranges}
 
-    def _refuted(self, claim: Claim, at: Mapping[str, float], text: str) -> MarginProof:
+    def _refuted(self, claim: Claim, at: Mapping[str, float], text: str, value: float) -> MarginProof:
         """Return that a sensor breaks a claim, for which nothing was searched."""
-        return MarginProof(claim, Searched("refuted", (), 0, 0.0), 0.0, self.coordinates, at, text)
+        return MarginProof(claim, Searched("refuted", (), 0, 0.0), 0.0, self.coordinates, at, text, value)
 
     def _searched(self, claim: Claim, until: float) -> MarginProof:
         begin = time.monotonic()
         known = self.known.leaves(claim, self.coordinates.as_data())
         search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
         searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
-        counterexample, text = None, ""
+        counterexample, text, value = None, "", math.nan
         if searched.status == "refuted" and searched.at is not None:
             counterexample = self._middle(searched.at)
-            text, fails = _checked(self.graph, claim, counterexample)
+            value, text, fails = _checked(self.sensors, claim, counterexample)
             if not fails:
                 why = f"a pole lies at the boundary of stability, at margins of {text}"
                 searched, counterexample, text = replace(searched, status="open", why=why), None, ""
-        return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text)
+        return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text, value)
 
     def _breaks(self, claim: Claim, box: Sides) -> bool:
         """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""
-        looked_at = claim.kind in ("delay margin", "disk margin", *QUANTITIES)
-        return not looked_at or _checked(self.graph, claim, self._middle(box))[1]
+        return not claim.row.looks or _checked(self.sensors, claim, self._middle(box))[2]
 
     def _middle(self, box: Sides) -> dict[str, float]:
         return self.coordinates.named([0.5 * low + 0.5 * high for low, high in box[:-1]])
@@ -130,7 +130,7 @@ class Attempt:
 
         Each attempt has half of the time that is left.
         """
-        best, least = proof, least_found(self.graph, self.coordinates.ranges, proof.claim)
+        best, least = proof, least_found(self.sensors, self.coordinates.ranges, proof.claim)
         beyond = least.margin  # a limit that was not proved
         while best.claim.limit < _NEAR * least.margin < math.inf and beyond - best.claim.limit > _CLOSE * least.margin:
             now = time.monotonic()
@@ -147,8 +147,7 @@ class Attempt:
                 continue
             beyond = limit
             if tried.counterexample is not None:
-                margin = margin_of(margins_there(self.graph, claim, tried.counterexample), claim.kind)
-                least = LeastFound(margin, tried.counterexample) if margin < least.margin else least
+                least = worst_of([least, LeastFound(tried.value, tried.counterexample)], claim)
         return replace(best, least=least)
 
     def bounded(self, claim: Claim, until: float) -> MarginProof:
@@ -158,20 +157,20 @@ class Attempt:
         half of the time that is left.
         """
         ranges = self.coordinates.ranges
-        least = least_found(self.graph, ranges, claim)
-        nominal, rounding = quantity_there(self.graph, claim, self._nominal)
+        least = least_found(self.sensors, ranges, claim)
+        nominal, rounding = quantity_there(self.sensors, claim, self._nominal)
         way = abs(nominal - least.margin)
         if not math.isfinite(way):
-            return self._refuted(claim, least.at, _checked(self.graph, claim, least.at)[0])
-        close = max(_CLOSEST * way, _LEAST_ROOM[claim.kind] * abs(nominal), rounding) or _SMALLEST
+            value, text, _ = _checked(self.sensors, claim, least.at)
+            return self._refuted(claim, least.at, text, value)
+        close = max(_CLOSEST * way, claim.row.room * abs(nominal), rounding) or _SMALLEST
         room, best, tries = max(_ROOM * way, _FINER * close), None, 0
         while True:
             now = time.monotonic()
             limit = beyond(least.margin, claim.sign, room)
             tried = self._searched(replace(claim, limit=limit), now + 0.5 * (until - now))
             if tried.counterexample is not None:
-                value = value_there(self.graph, claim, tried.counterexample)
-                least = worst_of([least, LeastFound(value, tried.counterexample)], claim)
+                least = worst_of([least, LeastFound(tried.value, tried.counterexample)], claim)
             proved, tries = tried.status == "proved", tries + 1
             best = tried if proved or best is None else best
             narrows = best.status == "proved"
@@ -192,14 +191,13 @@ def beyond(value: float, sign: float, room: float) -> float:
     return sign * math.floor((sign * value - room) * scale + 1e-9) / scale
 
 
-def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[str, bool]:
-    """Return the margins or the value of a sensor in words, and whether the claim fails for it."""
-    if claim.kind in QUANTITIES:
-        value, rounding = quantity_there(graph, claim, parameters)
-        without = "it does not settle" if claim.kind == SCALE_FACTOR else "it has no bound"
-        shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else without
-        return shown, claim.broken_by(value + claim.sign * rounding)
-    found = margins_there(graph, claim, parameters)
+def _checked(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> tuple[float, str, bool]:
+    """Return the value of a sensor, its margins or value in words, and whether the claim fails for it."""
+    if claim.row.of_output:
+        value, rounding = quantity_there(sensors, claim, parameters)
+        shown = f"{claim.kind} {in_print(value, claim.unit, 8)}" if math.isfinite(value) else claim.row.nowhere
+        return value, shown, claim.broken_by(value + claim.sign * rounding)
+    found = margins_there(sensors, claim, parameters)
     kinds: dict[str, None] = dict.fromkeys(("gain margin", "phase margin", *([claim.kind] if claim.unit else [])))
     known = [
         (kind, replace(claim, kind=kind).shown(value))
@@ -207,4 +205,5 @@ def _checked(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tup
         if math.isfinite(value := margin_of(found, kind))
     ]
     words = [text if kind in ("gain margin", "phase margin") else f"{kind} {text}" for kind, text in known]
-    return ", ".join(words) if found.stable else found.verdict, margin_of(found, claim.kind) < claim.limit
+    value = margin_of(found, claim.kind)
+    return value, ", ".join(words) if found.stable else found.verdict, value < claim.limit

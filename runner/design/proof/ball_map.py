@@ -8,7 +8,7 @@ import copy
 import types
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
@@ -34,6 +34,7 @@ MatrixRows = list[list[Any]]  # of balls and numbers
 
 
 FIRST, SECOND = PARAMETERS, PARAMETERS - 1  # levels of the first and of the second derivative by coordinates
+VARIED = -1  # direction of all that varies, so that converters do not round it
 
 
 @dataclass(frozen=True)
@@ -51,11 +52,40 @@ class Kept:
 
     states: tuple[int, ...]
     values: tuple[int, ...]
+    rest: Any = None  # where the sensors of the box rest, within which those of its parts do
 
 
 def coordinate(value: Any, number: int) -> Any:
     """Return a ball or number as the coordinate of a number, with its first and second derivative."""
     return dual(dual(value, {number: 1.0}, SECOND), {number: 1.0}, FIRST)
+
+
+class Resting(Protocol):
+    """Points of rest of sensors, as `RestRun` encloses them."""
+
+    def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
+        """Return where all sensors with such parameters rest."""
+
+    @property
+    def stays(self) -> bool:
+        """True if it is the same after each tick, not only after a period."""
+
+    def values(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> list[Any]:
+        """Return the numbers there, which move with the parameters or are any within reach."""
+
+    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory with these numbers."""
+
+    def hold(self, memory: Memory, values: Sequence[Any]) -> None:
+        """Put these numbers back into a memory after a tick, with the slopes that it has."""
+
+    def map_between(self, ends: Ends) -> OrbitPoint:
+        """Return the map between some ends about the point of rest of the sensor as it is."""
+
+
+def varied(value: Any) -> Any:
+    """Return a parameter with a direction: what varies is never rounded by a converter."""
+    return value if isinstance(value, Dual) else dual(value, {VARIED: 1.0}, FIRST)
 
 
 class BallTicks(DualTicks):
@@ -68,30 +98,45 @@ class BallTicks(DualTicks):
 class BallRun:
     """A period from the start of a run in balls: what is between two ends at its operating point."""
 
-    def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint) -> None:
-        self._plan, self._ends, self._point = plan, ends, point
+    def __init__(self, plan: Plan, ends: Ends, point: OrbitPoint, rest: "Resting | None" = None) -> None:
+        self._plan, self._ends, self._point, self._rest = plan, ends, point, rest
         self._blocks = ends.blocks(plan)[0]
 
-    def rows(self, parameters: Mapping[str, Any]) -> tuple[MatrixRows, int]:
+    def rest(self, parameters: Mapping[str, Any], kept: "Kept | None") -> Any:
+        """Return where sensors with such parameters rest, None at the start of a run; raises `UndecidedError`."""
+        return None if self._rest is None else self._rest.enclosed(parameters, None if kept is None else kept.rest)
+
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
         """Return the map of all states for parameters that hold balls, and how many these are.
+
+        The point of rest `moves` with the parameters, or is any point within its reach.
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
+        if self._rest is not None:
+            parameters = {name: varied(value) for name, value in parameters.items()}
         plan = with_balls(self._plan, parameters)
-        begin = self._begin(plan)
+        at_rest = [] if self._rest is None else self._rest.values(parameters, rest, moves)
+        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(at_rest, seeded=False)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
-            _seed(begin, place_of(begin, entry, rings), entry)
+            place = place_of(begin, entry, rings)
+            put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
         engine = self._engine(plan, begin)
-        advanced(engine, begin.tick + self._point.ticks)
+        last = begin.tick + self._point.ticks
+        if self._rest is not None and self._rest.stays:
+            for tick in range(begin.tick + 1, last):
+                advanced(engine, tick)
+                self._rest.hold(engine.memory(), at_rest)
+        advanced(engine, last)
         memory = engine.memory()
-        values = [_at(memory, place_of(memory, entry, rings)) for entry in entries]
+        values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
 
     def _begin(self, plan: Plan) -> Memory:
-        """Return the memory from which the period goes on."""
+        """Return the memory from which the period goes on, at the start of a run."""
         return start(plan)
 
     def _engine(self, plan: Plan, begin: Memory) -> DualTicks:
@@ -115,15 +160,16 @@ def advanced(engine: DualTicks, tick: int) -> None:
 class StartingLoop:
     """A loop at the start of a run: the states of its map, and that map over any box of parameters."""
 
-    def __init__(self, plan: Plan, node: Endpoint) -> None:
+    def __init__(self, plan: Plan, node: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where margins are not those of the start: the loop changes later."""
         ends, signal = Ends((node,), (node,), cut=True), ".".join(node)
-        point = linearised(plan).point_of(ends)
-        if point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told):
-            raise ModelError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
+        point = at_start(plan, ends) if rest is None else rest.map_between(ends)
+        later = point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told)
+        if rest is None and later:
+            raise ChangesLaterError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
         between = point.map.between()
         if not between.order:
-            raise ModelError([plan.graph.placed(_not_a_loop(node))])
+            raise plan.graph.placed(_not_a_loop(node)).error
         if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"
@@ -131,8 +177,8 @@ class StartingLoop:
                 f"{MOST_STATES} states and {MOST_VALUES} values",
                 "open the loop at its slowest wire with --loop",
             )
-            raise ModelError([plan.graph.placed(too_large(has, node, most, hint))])
-        self._run = BallRun(plan, ends, point)
+            raise plan.graph.placed(too_large(has, node, most, hint)).error
+        self._run = BallRun(plan, ends, point, rest)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -140,8 +186,9 @@ class StartingLoop:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rows, order = self._run.rows(parameters)
-        kept = _kept(rows, order) if kept is None else kept
+        rest = self._run.rest(parameters, kept)
+        rows, order = self._run.rows(parameters, rest)
+        kept = replace(_kept(rows, order), rest=rest) if kept is None else kept
         places = [*kept.states, *(order + value for value in kept.values)]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
@@ -169,17 +216,17 @@ def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
     return replace(plan, blocks=blocks, constants=constants, starts=starts, buffers=buffers)
 
 
-def _at(memory: Memory, place: Any) -> Any:
+def at_place(memory: Memory, place: Any) -> Any:
+    """Return what a memory holds at a place."""
     kind, of, number = place
     if kind == "state":
         return memory.states[of][number]
     return memory.buffers[of][number] if kind == "buffer" else memory.wires[of]
 
 
-def _seed(memory: Memory, place: Any, entry: Any) -> None:
-    """Give a number of the memory a direction of its own."""
+def put(memory: Memory, place: Any, value: Any) -> None:
+    """Put a number at a place of a memory."""
     kind, of, number = place
-    value = _at(memory, place) + dual(0.0, {entry: 1.0}, SIGNALS)
     if kind == "state":
         state = memory.states[of]
         memory.states[of] = state._replace(**{state._fields[number]: value})
@@ -223,6 +270,18 @@ def _is_zero(value: Any) -> bool:
     if isinstance(value, Dual):
         return False
     return bool(value.arb.is_zero()) if isinstance(value, Ball) else value == 0.0
+
+
+class ChangesLaterError(ModelError):
+    """Error of what is not that of the start of the run later."""
+
+
+def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:
+    """Return the map between some ends at the start; raises `ChangesLaterError` where there is none."""
+    try:
+        return linearised(plan, tick).point_of(ends)
+    except ModelError as error:
+        raise ChangesLaterError(error.problems) from None
 
 
 def changes_later(what: str, node: Endpoint, expected: str = "") -> Problem:

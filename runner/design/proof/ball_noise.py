@@ -11,7 +11,7 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.decisions.truths import decided_by_noise
@@ -28,9 +28,12 @@ from proofmass.runner.design.proof.ball_map import (
     BallMap,
     BallRun,
     BallTicks,
+    ChangesLaterError,
     Kept,
     MatrixRows,
+    Resting,
     advanced,
+    at_start,
     changes_later,
     states_between,
     too_large,
@@ -44,7 +47,7 @@ _MOST_ENDS = 512  # random numbers and values of the output in a period
 class StartingNoise:
     """The way of noise to an output at the start of a run: in tick 0 processes start, so that it is a period later."""
 
-    def __init__(self, plan: Plan, target: Endpoint) -> None:
+    def __init__(self, plan: Plan, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
         way = f"the way of noise to {'.'.join(target)}"
         first = common_period(plan, (), [target], noise=noise_blocks(plan))
@@ -53,20 +56,20 @@ class StartingNoise:
         bits = [name for name, own in noisy.items() if own or name in plan.digital]
         bits += decided_by_noise(plan, target, first)
         if bits:
-            raise ModelError([plan.graph.placed(_decides(target, bits))])
+            raise plan.graph.placed(_decides(target, bits)).error
         ends = Ends((), (target,), noise=noisy)
-        point = about.point_of(ends)
-        if point.map.tick != first:
-            raise ModelError([plan.graph.placed(changes_later(way, target))])
+        point = at_start(plan, ends, first) if rest is None else rest.map_between(ends)
+        if rest is None and point.map.tick != first:
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target))])
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares()):
-            raise ModelError([plan.graph.placed(_none(target))])
+            raise plan.graph.placed(_none(target)).error
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:
             has = f"{way} has {point.map.order} states and {size} random numbers or values in a period"
             most = f"{MOST_STATES} states and {_MOST_ENDS} numbers"
-            raise ModelError([plan.graph.placed(too_large(has, target, most))])
-        self._run = _NoiseRun(plan, ends, point)
+            raise plan.graph.placed(too_large(has, target, most)).error
+        self._run = _NoiseRun(plan, ends, point, rest)
         self.period, self.values = point.map.period, 1
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -74,8 +77,9 @@ class StartingNoise:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rows, order, sources = self._run.rows_of_sources(parameters)
-        kept = Kept(tuple(states_between(rows, order)), ()) if kept is None else kept
+        rest = self._run.rest(parameters, kept)
+        rows, order, sources = self._run.rows_of_sources(parameters, rest)
+        kept = Kept(tuple(states_between(rows, order)), (), rest) if kept is None else kept
         part = Ball(1 / flint.arb(len(rows) - order).sqrt())
         twelfth = Ball(1 / flint.arb(12).sqrt())
         weights = [1.0] * order + [1.0 if variance(name) == 1.0 else twelfth for _, name, _ in sources]
@@ -88,9 +92,9 @@ class StartingNoise:
 class _NoiseRun(BallRun):
     """A period whose random numbers and errors of quantisers have directions."""
 
-    def rows_of_sources(self, parameters: Mapping[str, Any]) -> tuple[MatrixRows, int, list[Entry]]:
+    def rows_of_sources(self, parameters: Mapping[str, Any], rest: Any) -> tuple[MatrixRows, int, list[Entry]]:
         """Return the map, the number of its states, and its inputs; raises `UndecidedError`."""
-        rows, order = self.rows(parameters)
+        rows, order = self.rows(parameters, rest)
         return rows, order, self._sources
 
     def _begin(self, plan: Plan) -> Memory:

@@ -11,10 +11,9 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints, linearised
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
 from proofmass.runner.analysis.response.response import response_of_map
@@ -24,8 +23,11 @@ from proofmass.runner.design.proof.ball_map import (
     MOST_VALUES,
     BallMap,
     BallRun,
+    ChangesLaterError,
     Kept,
     MatrixRows,
+    Resting,
+    at_start,
     changes_later,
     states_between,
     too_large,
@@ -38,16 +40,17 @@ _ALIKE = "a way that is the same in each period from the start of the run"
 class StartingPath:
     """The way from one wire to another at the start of a run."""
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, or has too many states."""
         ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
-        self._point: OrbitPoint = linearised(plan).point_of(ends)
-        if self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target)):
-            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+        self._point: OrbitPoint = at_start(plan, ends) if rest is None else rest.map_between(ends)
+        later = self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target))
+        if rest is None and later:
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
         order = self._point.map.between().order
         if order > MOST_STATES:
-            raise ModelError([plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES)))])
-        self._run = BallRun(plan, ends, self._point)
+            raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
+        self._run = BallRun(plan, ends, self._point, rest)
         self.period = self._point.map.period
         self.values = 1
 
@@ -56,9 +59,10 @@ class StartingPath:
 
         Raises `UndecidedError` where a block decides differently within the box.
         """
-        rows, order = self._run.rows(parameters)
+        rest = self._run.rest(parameters, kept)
+        rows, order = self._run.rows(parameters, rest)
         rows = self._seen(rows, order)
-        kept = Kept(tuple(states_between(rows, order)), ()) if kept is None else kept
+        kept = Kept(tuple(states_between(rows, order)), (), rest) if kept is None else kept
         places = [*kept.states, *range(order, len(rows))]
         return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
 
@@ -74,17 +78,17 @@ class StartingResponse(StartingPath):
     and i of size 1: at most sqrt(p / r) times the norm of H.
     """
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, has too many states, or nothing comes out."""
-        super().__init__(plan, source, target)
+        super().__init__(plan, source, target, rest)
         if self._point.moves:
             way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
-            raise ModelError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
         response_of_map(plan, source, target, self._point.map)
         size = max(len(self._point.map.inputs), len(self._point.map.outputs))
         if size > MOST_VALUES:
             has = f"a wire of the way to {'.'.join(target)} has {size} values in a period"
-            raise ModelError([plan.graph.placed(too_large(has, target, str(MOST_VALUES)))])
+            raise plan.graph.placed(too_large(has, target, str(MOST_VALUES))).error
         self.values = size
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:

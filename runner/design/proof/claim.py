@@ -12,24 +12,73 @@
 """
 
 import math
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.design.proof.closed_loop import DISK, GAIN, NOISE, PHASE, REST, THROUGH, Disc, Factor
+from proofmass.runner.design.proof.at_rest import scale_factors
+from proofmass.runner.design.proof.closed_loop import (
+    GAIN,
+    PHASE,
+    Disc,
+    Factor,
+    Family,
+    OpenCorners,
+    closed_loops,
+    through,
+    with_disk,
+)
+from proofmass.runner.design.proof.contraction import Norm
+from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
+from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
+from proofmass.runner.host.arrays import Array
 
-UNITS = {
-    "stable": "",
-    "gain margin": "dB",
-    "phase margin": "deg",
-    "disk margin": "1",
-    "delay margin": "s",
-    "decay rate": "1/s",
+_Family = Callable[[OpenCorners, tuple[float, float], Sequence[float]], Family]
+_FindNorm = Callable[[OpenCorners, float, Sequence[float], Start | None], Norm | None]
+_OF_GAIN, _OF_PHASE = partial(closed_loops, GAIN), partial(closed_loops, PHASE)
+
+
+@dataclass(frozen=True)
+class ClaimKind:
+    """A kind of claim: what lies in a disc, how a norm for it is found, and which values refute it."""
+
+    unit: str | None  # of its limit; None: that of the output that it is about
+    factor: str = GAIN.name  # the name of the family, for certificates
+    family: _Family = _OF_GAIN
+    wire: Factor = GAIN  # the factors of a loop
+    norm: _FindNorm | None = None  # else that of the family
+    usual: float | None = None  # limit of what nobody gives one for
+    looks: bool = True  # the middle of a box is asked whether it breaks the claim: its poles alone do not say so
+    beside: bool = False  # poles may lie in the disc, and the claim be broken all the same
+    at_corners: Callable[[OpenCorners], Array] | None = None  # the quantity at the corners of a box
+    stays: bool = False  # of parameters that stay as they are: under any change there is no such claim
+    room: float = 0.01  # least part of the value by which a bound that is looked for lies beyond it
+    nowhere: str = "it has no bound"  # of a sensor without such a value
+
+    @property
+    def of_output(self) -> bool:
+        """True if it is about a quantity of an output, not about a loop."""
+        return self.unit is None
+
+
+SCALE_FACTOR, BIAS, RMS, PEAK = "scale factor", "bias", "noise", "peak"
+KINDS = {
+    "stable": ClaimKind("", looks=False),
+    "gain margin": ClaimKind("dB", usual=6.0, looks=False),
+    "phase margin": ClaimKind("deg", PHASE.name, _OF_PHASE, PHASE, usual=45.0, looks=False),
+    "disk margin": ClaimKind("1", "disk", with_disk, beside=True),
+    "delay margin": ClaimKind("s", PHASE.name, _OF_PHASE, PHASE, stays=True),
+    "decay rate": ClaimKind("1/s", looks=False),
+    SCALE_FACTOR: ClaimKind(
+        None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
+    ),
+    BIAS: ClaimKind(
+        None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
+    ),
+    RMS: ClaimKind(None, "noise", norm=norm_of_noise, at_corners=rms_at_corners),
+    PEAK: ClaimKind(None, "peak", through, beside=True),
 }
-SCALE_FACTOR, RMS, PEAK = "scale factor", "noise", "peak"
-AT_CORNERS = (SCALE_FACTOR, RMS)  # whose values at the corners of a box are looked at
-QUANTITIES = (*AT_CORNERS, PEAK)  # of outputs, not of loops: their units are those of the outputs
-_FACTORS = {"phase margin": PHASE, "delay margin": PHASE, "disk margin": DISK}
-_FACTORS |= {SCALE_FACTOR: REST, RMS: NOISE, PEAK: THROUGH}  # of others GAIN
 _LESS = 1.0 - 1e-14  # more than the rounding of a radius
 _MORE = 1.0 + 1e-15
 _REACHES = (0.0, 0.1, 0.5, 1.0, 2.0, 8.0)  # distances of the centre of a disc from that of the circle
@@ -41,17 +90,18 @@ class Claim:
 
     loop: str  # its name; of a quantity the input, if it has one
     open_at: str  # of a quantity the output
-    kind: str  # a key of `UNITS`, or one of `QUANTITIES`
+    kind: str  # a key of `KINDS`
     limit: float  # in the unit of the kind; 0 for "stable"
     period: float = 0.0  # s, of the loop
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
     any_change: bool = False  # the parameters may have others of their values in each period
+    at_rest: bool = False  # where the sensor rests, not at the start of the run
 
     @property
-    def factor(self) -> Factor:
-        """The factors at the wire."""
-        return _FACTORS.get(self.kind, GAIN)
+    def row(self) -> ClaimKind:
+        """Its row in the table of kinds."""
+        return KINDS[self.kind]
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -60,7 +110,7 @@ class Claim:
             return 0.0, math.nextafter(math.radians(self.limit), math.inf)
         if self.kind == "delay margin":
             return 0.0, min(2.0, self.limit / self.period) * math.pi * _MORE
-        if self.kind in ("disk margin", *QUANTITIES):
+        if self.kind == "disk margin" or self.row.of_output:
             return self.limit, self.limit
         if self.kind != "gain margin":
             return 1.0, 1.0
@@ -79,12 +129,12 @@ class Claim:
     @property
     def unit(self) -> str:
         """The unit of the limit, "" for "stable", which has none."""
-        return UNITS.get(self.kind, self.unit_of_quantity)
+        return self.unit_of_quantity if self.row.unit is None else self.row.unit
 
     @property
     def about(self) -> str:
         """The loop, or the way of the quantity."""
-        return " to ".join(filter(None, (self.loop, self.open_at))) if self.kind in QUANTITIES else self.loop
+        return " to ".join(filter(None, (self.loop, self.open_at))) if self.row.of_output else self.loop
 
     @property
     def sign(self) -> float:
@@ -107,13 +157,14 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
-        return self._words + (" under any change" if self.any_change else "")
+        at_rest = self.at_rest and self.kind != BIAS
+        return self._words + " at rest" * at_rest + " under any change" * self.any_change
 
     @property
     def _words(self) -> str:
-        if self.kind in QUANTITIES and not math.isfinite(self.limit):
+        if self.row.of_output and not math.isfinite(self.limit):
             return f"{self.kind}, {'upper' if self.most else 'lower'} bound"
-        if self.kind in QUANTITIES:
+        if self.row.of_output:
             return f"{self.kind} of at {'most' if self.most else 'least'} {in_print(self.limit, self.unit, 12)}"
         if self.unit in ("dB", "deg"):
             return f"{self.kind} of at least {self.limit:g} {self.unit}"

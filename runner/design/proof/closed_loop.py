@@ -38,6 +38,7 @@ from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
 from proofmass.runner.design.proof.enclosed import UP, Enclosed
+from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.host.arrays import Array
 
 _WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it
@@ -79,10 +80,6 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
 
 GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
-DISK = Factor("disk", 1, GAIN.derivatives)  # its coordinate is a, both ends of which are the same
-NOISE = Factor("noise", 1, GAIN.derivatives)  # the same
-THROUGH = Factor("peak", 1, GAIN.derivatives)  # the same
-REST = Factor("rest", 1, GAIN.derivatives)  # its coordinate is a limit, both ends of which are the same
 
 
 @dataclass(frozen=True)
@@ -102,6 +99,7 @@ class OpenCorners:
     values: int  # of the wire in a period
     corners: Enclosed  # a matrix for each corner
     jets: tuple[tuple[Jet, Jet, Jet, Jet], ...]  # of A, B, C and D, in parts that cover the box
+    rest: RestPoint | None  # where the sensors of the box rest, None at the start of a run
     interpolated: tuple[int, ...]  # coordinates that are at both ends among the corners; the others are in the middle
 
 
@@ -159,7 +157,8 @@ def open_loops(corners: Sequence[BallMap], around: Sequence[BallMap], interpolat
     """Return an open loop from its maps at the corners of a box, and those over parts that cover the box."""
     entries = [[[plain(value) for value in row] for row in corner.rows] for corner in corners]
     n, k = corners[0].order, len(corners[0].rows) - corners[0].order
-    return OpenCorners(n, k, Enclosed.of_balls(entries), tuple(map(_jets, around)), tuple(interpolated))
+    corners_of, jets = Enclosed.of_balls(entries), tuple(map(_jets, around))
+    return OpenCorners(n, k, corners_of, jets, around[0].kept.rest, tuple(interpolated))
 
 
 def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:
@@ -181,12 +180,8 @@ def bends(of: BallMap, widths: Sequence[float]) -> list[float]:
     ]
 
 
-def closed_loops(of: OpenCorners, factor: Factor, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+def closed_loops(factor: Factor, of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
     """Return the loop closed with all factors between two `ends`, over a box of half `widths`, the factor's last."""
-    if factor is DISK:
-        return _with_disk(of, ends[0], widths)
-    if factor is THROUGH:
-        return _through(of, ends[0], widths)
     last = len(widths) - 1
     chord = of.values == 1  # the loop is linear in the factor
     factors = factor.corners(*ends, chord)
@@ -208,9 +203,9 @@ def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], lin
     return shares
 
 
-def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
-    """Return the matrix of all factors of a disk, over a box of half `widths`."""
-    n, k = of.order, of.values
+def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+    """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over half `widths`."""
+    size, n, k = ends[0], of.order, of.values
     a, b, c, d = (
         of.corners[rows, columns]
         for rows in (slice(None, n), slice(n, None))
@@ -227,9 +222,9 @@ def _with_disk(of: OpenCorners, size: float, widths: Sequence[float]) -> Family:
     return Family(corners, 1, shares_of(jets, widths, set(of.interpolated), len(widths) - 1), still=k)
 
 
-def _through(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family:
-    """Return the matrix of a response whose output is divided by a limit, over a box of half `widths`."""
-    n, k = of.order, of.values
+def through(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
+    """Return the matrix of a response whose output is divided by a limit, both `ends`, over a box of half `widths`."""
+    limit, n, k = ends[0], of.order, of.values
     above, below = (of.corners[rows, slice(None)] for rows in (slice(None, n), slice(n, None)))
     scale: Jet = {(): flint.arb_mat([[(i == j) / flint.arb(limit) for j in range(k)] for i in range(k)])}
     jets = [joined([[a, b], [product(scale, c), product(scale, d)]], (n, k)) for a, b, c, d in of.jets]

@@ -9,7 +9,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed
 from proofmass.blocks.declaration.instance import format_of, unit_of
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -53,7 +53,7 @@ def digital_inputs(plan: Plan, blocks: AbstractSet[str], stated: Mapping[str, An
     known = {node for node, _ in _entering(plan, plan.digital.keys())}
     for node, (signal, _) in ranges.items():
         if node not in known | {plan.schedule.drivers.get((name, "input")) for name, _ in known}:
-            raise ModelError([plan.graph.placed(_elsewhere(signal, node, known))])
+            raise plan.graph.placed(_elsewhere(signal, node, known)).error
     fed = reached(plan, set(plan.digital))
     return [_input(plan, node, format, ranges, fed) for node, format in _entering(plan, blocks)]
 
@@ -73,7 +73,7 @@ def _input(
         first = max(math.ceil(Fraction(low) / step), format.lowest)
         last = min(math.floor(Fraction(high) / step), format.highest)
         if first > last:
-            raise ModelError([plan.graph.placed(_between_steps(signal, format))])
+            raise plan.graph.placed(_between_steps(signal, format)).error
         return DigitalInput(node, signal, low, high, unit, True, (first, last), all_of, is_quantiser)
     wire = plan.schedule.drivers.get((node[0], "input"), node)
     if wire in ranges and isinstance(block, FixedQuantiser):
@@ -100,7 +100,7 @@ def _entering(plan: Plan, blocks: AbstractSet[str]) -> Iterator[tuple[Endpoint, 
         block = plan.blocks[node[0]]
         port = type(block).outputs[node[1]]
         if port.shape:
-            raise ModelError([plan.graph.placed(_vector(node))])
+            raise plan.graph.placed(_vector(node)).error
         bit = Fixed(1, 0, signed=False)
         yield node, format_of(block, node[1]) if port.dtype is FixedValue else bit if port.dtype is bool else WORD
 
@@ -113,7 +113,7 @@ def _ends(plan: Plan, signal: str, limits: Any) -> tuple[float, float]:
     except Refusal as error:
         expected, hint = error.expected, error.hint
         problem = Problem(message=str(error), key=signal, got=error.got or shown(limits), expected=expected, hint=hint)
-        raise ModelError([plan.graph.placed(problem)]) from None
+        raise plan.graph.placed(problem).error from None
 
 
 def _elsewhere(signal: str, node: Endpoint, known: AbstractSet[Endpoint]) -> Problem:

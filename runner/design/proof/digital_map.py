@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any, TypeAlias
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.map_blocks import period_of_blocks
@@ -112,7 +112,7 @@ class _Ticks(Interpreter):
         try:
             self.advance(ticks, ())
         except TickError as error:
-            raise ModelError([self.filled.graph.placed(_not_affine(error))]) from error
+            raise self.filled.graph.placed(_not_affine(error)).error from error
 
     def _entering(self, node: Endpoint) -> Callable[[int], Any]:
         def enter(tick: int) -> Any:

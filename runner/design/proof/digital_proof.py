@@ -139,7 +139,7 @@ class DigitalProofs:
         """
         begin, digital = time.monotonic(), self._plan.digital
         if not digital:
-            raise ModelError([self._plan.graph.placed(_nothing_digital())])
+            raise self._plan.graph.placed(_nothing_digital()).error
         safe, blocks = {name for name in digital if not _may_overflow(digital[name])}, set(digital)
         outside = digital_inputs(self._plan, blocks, self._ranges)
         while True:
@@ -268,7 +268,7 @@ def _digital_output(plan: Plan, signal: str) -> tuple[Endpoint, Fraction, str]:
         node = plan.schedule.drivers[node[0], "input"]
         block = plan.blocks[node[0]]
     if node[0] not in plan.digital:
-        raise ModelError([plan.graph.placed(_not_digital(signal, node))])
+        raise plan.graph.placed(_not_digital(signal, node)).error
     is_fixed = type(block).outputs[node[1]].dtype is FixedValue
     return node, format_of(block, node[1]).resolution if is_fixed else Fraction(1), unit
 
@@ -283,7 +283,7 @@ def _limit(output: str, limit: Any, unit: str) -> float:
     except Refusal as error:
         got = error.got or shown(output)
         problem = Problem(message=str(error), key="rounding", got=got, expected=error.expected, hint=error.hint)
-        raise ModelError([problem]) from None
+        raise problem.error from None
     return most
 
 

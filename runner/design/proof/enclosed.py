@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.derivatives.ball import arb_of
+from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.host.arrays import Array
 
 UNIT = 2.0**-53  # largest relative rounding error of a double
@@ -27,13 +27,15 @@ class Enclosed:
 
     @classmethod
     def of_balls(cls, stack: Sequence[Sequence[Sequence[Any]]]) -> "Enclosed":
-        """Return matrices of numbers and balls."""
+        """Return matrices of numbers and balls; raises `UndecidedError` for what is beyond all doubles."""
         arbs = [[[arb_of(value) for value in row] for row in rows] for rows in stack]
         middle = np.array([[[float(value.mid()) for value in row] for row in rows] for rows in arbs])
         apart = [
             [[float((value - m).abs_upper()) for value, m in zip(row, middles, strict=True)] for row, middles in pairs]
             for pairs in (zip(rows, of, strict=True) for rows, of in zip(arbs, middle.tolist(), strict=True))
         ]
+        if not np.isfinite(apart).all():
+            raise UndecidedError("a number without bounds")
         return cls(middle, np.array(apart) * UP)
 
     @classmethod

@@ -15,17 +15,16 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation,
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.steady_state import SteadyState
-from proofmass.runner.analysis.margins.margins import Margins
-from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.analysis.noise.noise_map import noise_map
 from proofmass.runner.analysis.response.response import response_of
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, Claim
+from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, Claim
+from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
-_START = "0 s"
 _ROUNDING = 1e-9  # part of an rms, of which a nearly neutral mode is summed over a long time
 
 
@@ -41,27 +40,48 @@ class LeastFound:
         return {"margin": self.margin if math.isfinite(self.margin) else None, "at": dict(self.at)}
 
 
-def margins_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> Margins:
-    """Return the margins of a sensor by the exact polynomials of its loop."""
-    return margins(with_parameters(graph, parameters), claim.open_at, at=_START)
+@dataclass(frozen=True)
+class Sensors:
+    """Sensors that differ in parameters, at the start of a run or at rest."""
+
+    graph: Graph
+    rest: RestRun | None = None
+
+    def plan(self, parameters: Mapping[str, float]) -> Plan:
+        """Return the plan of a sensor."""
+        return plan(with_parameters(self.graph, parameters))
+
+    def about(self, planned: Plan, tick: int = 0) -> Linearisation:
+        """Return a sensor about its point of rest, else about a tick; raises `ModelError`."""
+        return linearised(planned, tick) if self.rest is None else self.rest.linearised(planned)
 
 
-def value_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> float:
+def margins_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> Margins:
+    """Return the margins of a sensor by the exact polynomials of its loop; raises `ModelError`."""
+    about = sensors.about(sensors.plan(parameters))
+    return margins_of(about.loop(node_of(about.plan, claim.open_at)), claim.loop, claim.open_at)
+
+
+def value_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> float:
     """Return the value of what a claim is about: an unstable sensor has an infinitely bad one.
 
     Raises `ModelError` where it has none that is known.
     """
-    if claim.kind not in QUANTITIES:
-        return margin_of(margins_there(graph, claim, parameters), claim.kind)
-    return quantity_there(graph, claim, parameters)[0]
+    if not claim.row.of_output:
+        return margin_of(margins_there(sensors, claim, parameters), claim.kind)
+    return quantity_there(sensors, claim, parameters)[0]
 
 
-def quantity_there(graph: Graph, claim: Claim, parameters: Mapping[str, float]) -> tuple[float, float]:
+def quantity_there(sensors: Sensors, claim: Claim, parameters: Mapping[str, float]) -> tuple[float, float]:
     """Return a quantity of a sensor, and what rounding may make of it; raises `ModelError` as `value_there` does."""
-    planned = plan(with_parameters(graph, parameters))
-    if claim.kind == PEAK:
-        return _peak(planned, claim)
-    return _noise(planned, claim) if claim.kind == RMS else quantity_about(linearised(planned), claim)
+    planned = sensors.plan(parameters)
+    if claim.kind == BIAS:
+        assert sensors.rest is not None
+        return sensors.rest.value(planned)
+    if claim.kind == RMS:
+        return _noise(sensors, planned, claim)
+    about = sensors.about(planned)
+    return _peak(about, claim) if claim.kind == PEAK else quantity_about(about, claim)
 
 
 def quantity_about(about: Linearisation, claim: Claim) -> tuple[float, float]:
@@ -78,17 +98,17 @@ def quantity_about(about: Linearisation, claim: Claim) -> tuple[float, float]:
     return settled.values()[0], settled.rounding
 
 
-def _peak(planned: Plan, claim: Claim) -> tuple[float, float]:
+def _peak(about: Linearisation, claim: Claim) -> tuple[float, float]:
     """Return the largest gain of a response, infinite if it does not settle, and what rounding may make of it."""
-    source, target = (node_of(planned, signal) for signal in (claim.loop, claim.open_at))
-    found = response_of(linearised(planned), source, target)
+    source, target = (node_of(about.plan, signal) for signal in (claim.loop, claim.open_at))
+    found = response_of(about, source, target)
     return (found.peak[1], _ROUNDING * found.peak[1]) if found.wires.radius < 1.0 else (math.inf, 0.0)
 
 
-def _noise(planned: Plan, claim: Claim) -> tuple[float, float]:
+def _noise(sensors: Sensors, planned: Plan, claim: Claim) -> tuple[float, float]:
     """Return the rms noise of an output, infinite if it has no bound, and what rounding may make of it."""
     target = node_of(planned, claim.open_at)
-    about = linearised(planned, common_period(planned, (), [target], noise=noise_blocks(planned)))
+    about = sensors.about(planned, common_period(planned, (), [target], noise=noise_blocks(planned)))
     to_output = noise_map(about.map([], [target], noise=noise_at(about, [target])), target)
     rms = math.sqrt(float(np.sum(to_output.mean_squares()))) if to_output.settles else math.inf
     return rms, _ROUNDING * rms if to_output.settles else 0.0
@@ -110,16 +130,16 @@ def margin_of(found: Margins, kind: str) -> float:
     return math.inf if margin is None else margin
 
 
-def least_found(graph: Graph, ranges: tuple[Range, ...], claim: Claim) -> LeastFound:
+def least_found(sensors: Sensors, ranges: tuple[Range, ...], claim: Claim) -> LeastFound:
     """Return the worst of the nominal sensor, of both ends of each range, and of all the worse ends together."""
     nominal = {r.written: r.nominal for r in ranges}
     worse = dict(nominal)
-    found = [_least(graph, claim, [nominal])]
+    found = [_least(sensors, claim, [nominal])]
     for r in ranges:
-        end = _least(graph, claim, [nominal | {r.written: value} for value in (r.low, r.high)])
+        end = _least(sensors, claim, [nominal | {r.written: value} for value in (r.low, r.high)])
         worse[r.written] = end.at[r.written]
         found.append(end)
-    return worst_of([*found, _least(graph, claim, _corners(worse, ranges))], claim)
+    return worst_of([*found, _least(sensors, claim, _corners(worse, ranges))], claim)
 
 
 def worst_of(found: Iterable[LeastFound], claim: Claim) -> LeastFound:
@@ -134,5 +154,5 @@ def _corners(worse: Mapping[str, float], ranges: tuple[Range, ...]) -> Iterator[
         yield {**worse, r.written: r.low if worse[r.written] == r.high else r.high}
 
 
-def _least(graph: Graph, claim: Claim, sensors: Iterable[dict[str, float]]) -> LeastFound:
-    return worst_of((LeastFound(value_there(graph, claim, one), one) for one in sensors), claim)
+def _least(sensors: Sensors, claim: Claim, parameters: Iterable[dict[str, float]]) -> LeastFound:
+    return worst_of((LeastFound(value_there(sensors, claim, one), one) for one in parameters), claim)

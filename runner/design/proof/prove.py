@@ -20,21 +20,26 @@ from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, s
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Endpoint, Graph
-from proofmass.graphs.model.loops import Loop, read_requirement
+from proofmass.graphs.model.loops import AUTO, Loop, read_requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
+from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
-from proofmass.runner.design.proof.claim import PEAK, QUANTITIES, RMS, SCALE_FACTOR, UNITS, Claim
+from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
+from proofmass.runner.design.proof.held_sources import with_constants
 from proofmass.runner.design.proof.known import KnownProofs
-from proofmass.runner.design.proof.quantity_claims import scale_factor_claims, upper_claims
-from proofmass.runner.design.proof.search import BoxMaps, Searched
+from proofmass.runner.design.proof.least_found import Sensors
+from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
+from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.rest_runs import RestRuns
+from proofmass.runner.design.proof.search import BoxMaps, Searched, Starting
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
@@ -44,19 +49,12 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
 GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
-USUAL: Mapping[str, float | None] = {  # limits of what nobody gives one for
-    "gain margin": 6.0,
-    "phase margin": 45.0,
-    "disk margin": None,
-    "delay margin": None,
-    "decay rate": None,
-}
 MOST_DISK = 2.0
-_Subject = tuple[
-    Callable[[], StartingLoop | StartingPath | StartingNoise], Sequence[Claim]
-]  # a loop or path, and claims about it
+_Begin = Callable[[RestRun | None], Starting]  # at the start of the run, or where the sensor rests
+_Subject = tuple[_Begin, Sequence[Claim]]  # a loop, path or output, and claims about it
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _STAY = "it is that of parameters that stay as they are"
+_MOVES = "where a sensor rests is known for parameters that stay as they are"
 _WHOLE_DELAYS = "the wire has several values in a period, and its delay margin is a count of them"
 
 
@@ -76,6 +74,7 @@ class Proofs(Told):
     interrupted: bool  # True after Ctrl-C
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
+    constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
 
     @property
     def proved(self) -> bool:
@@ -95,6 +94,7 @@ class Proofs(Told):
             "digital": [proof.as_data() for proof in self.digital],
             "proved": self.proved,
             "interrupted": self.interrupted,
+            "constants": sorted(self.constants),
             "left_out": dict(self.left_out),
         }
 
@@ -111,11 +111,14 @@ def prove(
     decay_rate: str = "",
     input: str = "",
     scale_factor: Mapping[str, Any] | None = None,
+    bias: Mapping[str, Any] | None = None,
     peak: Mapping[str, Any] | None = None,
     noise: Mapping[str, Any] | None = None,
     no_overflow: bool = False,
     rounding: Mapping[str, Any] | None = None,
     input_ranges: Mapping[str, Any] | None = None,
+    at: str = AUTO,
+    constants: Mapping[str, Any] | None = None,
     any_change: bool = False,
     bounds: bool = False,
     seconds: float = SECONDS,
@@ -131,8 +134,9 @@ def prove(
     "100 us" and a `decay_rate` of the slowest pole such as "50 1/s" are proved besides if they are given.
 
     `scale_factor` maps outputs to limits from an `input`, such as "1.9..2.1", `peak` maps outputs to the largest gain
-    from the `input` at any frequency, and `noise` maps outputs to the most rms that they may have. Without a limit, "",
-    the nearest is looked for that can be proved. Where these are given, loops count only if one is named, or a margin.
+    from the `input` at any frequency, and `noise` maps outputs to the most rms that they may have. `bias` maps outputs
+    to limits of the value at which they rest while the `input` is zero. Without a limit, "", the nearest is looked for
+    that can be proved. Where these are given, loops count only if one is named, or a margin.
 
     With `no_overflow`, no number of a block in fixed point overflows, from the start of the run on. `rounding` maps
     outputs in fixed point to the most that all rounding may move them, or to "" for the least that can be proved.
@@ -146,16 +150,22 @@ def prove(
     search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
     what an earlier search proved, which is not searched again.
 
-    Margins are those at the start of the run, with the functions of the blocks in real numbers. A loop that changes
-    after the start, or lies among continuous blocks, is open, with the reason. Raises `ModelError` for what is wrong
-    with the graph or the tolerances.
+    Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
+    `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
+    values. A loop without a point of rest, or among continuous blocks, is open, with the reason. Blocks compute in
+    real numbers, and converters do not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
     True
     """
-    graph, box, coordinates = _varied(source, tolerances)
+    graph, box = _varied(source, tolerances)
+    held = ({input: 0.0} if bias and input else {}) | dict(constants or {})
+    ranges = list(box.ranges) if box else []
     planned = plan(graph)
+    sensor, of_constants = with_constants(graph, planned, held, ranges)
+    planned = plan(sensor) if held else planned
+    coordinates, rests = coordinates_of(planned, ranges + of_constants), RestRuns(planned, at)
     given = {
         "gain margin": gain_margin,
         "phase margin": phase_margin,
@@ -164,13 +174,14 @@ def prove(
         "decay rate": decay_rate,
     }
     wanted = [
-        *scale_factor_claims(planned, input, scale_factor or {}),
+        *settled_claims(planned, SCALE_FACTOR, scale_factor or {}, input),
+        *settled_claims(planned, BIAS, bias or {}, input),
         *upper_claims(planned, PEAK, peak or {}, input),
         *upper_claims(planned, RMS, noise or {}),
     ]
     quantities = [(_path(planned, own[0]), own) for own in wanted]
     if input_ranges and not no_overflow and not rounding:
-        raise ModelError([_of_nothing(", ".join(input_ranges))])
+        raise _of_nothing(", ".join(input_ranges)).error
     alone = not quantities and not no_overflow and not rounding
     loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
     claims: list[_Subject] = [
@@ -188,12 +199,12 @@ def prove(
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
             if progress is not None:
                 progress(len(digital), every)
-        for proof in _proofs(graph, planned, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
+        for proof in _proofs(sensor, rests, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
-        left_out = box.left_out if box else {}
-        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital))
+        left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
+        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names)
 
 
 def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
@@ -203,10 +214,10 @@ def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
     return {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
 
 
-def _path(planned: Plan, claim: Claim) -> Callable[[], StartingPath | StartingNoise]:
+def _path(planned: Plan, claim: Claim) -> _Begin:
     target = node_of(planned, claim.open_at)
-    if claim.kind == RMS:
-        return partial(StartingNoise, planned, target)
+    if claim.kind in (RMS, BIAS):
+        return partial(StartingNoise if claim.kind == RMS else RestingOutput, planned, target)
     kind = StartingResponse if claim.kind == PEAK else StartingPath
     return partial(kind, planned, node_of(planned, claim.loop), target)
 
@@ -218,33 +229,32 @@ def prove_margin(
     limit: float,
     tolerances: Mapping[str, Any],
     seconds: float = SECONDS,
+    at: str = AUTO,
 ) -> MarginProof:
-    """Prove one of `UNITS` of a loop, "gain margin" in dB or "stable", as `prove` does all of them.
+    """Prove one of `KINDS` of a loop, "gain margin" in dB or "stable", as `prove` does all of them.
 
     Raises `ModelError`.
     """
-    graph, _, coordinates = _varied(source, tolerances)
+    graph, box = _varied(source, tolerances)
     planned = plan(graph)
     name, node = one_loop(planned, loop)
-    claim = Claim(name, ".".join(node), kind, limit)
+    claim, rests = Claim(name, ".".join(node), kind, limit), RestRuns(planned, at)
+    coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         subjects = [(partial(_starting, planned, node), [claim])]
-        return next(_proofs(graph, planned, subjects, coordinates, False, seconds, stop, KnownProofs(())))
+        return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
 
 
-def _varied(
-    source: GraphSource | Study, tolerances: Mapping[str, Any] | None
-) -> tuple[Graph, ToleranceBox | None, Coordinates]:
-    """Return the graph, the box of what varies, if anything does, and its coordinates."""
+def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -> tuple[Graph, ToleranceBox | None]:
+    """Return the graph, and the box of what varies, if anything does."""
     graph = source.graph if isinstance(source, Study) else graph_from(source)
     varied = isinstance(source, Study) or bool(tolerances)
-    box = box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
-    return graph, box, coordinates_of(plan(graph), tuple(box.ranges) if box else ())
+    return graph, box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
 
 
 def _proofs(
     graph: Graph,
-    planned: Plan,
+    rests: RestRuns,
     claims: Sequence["_Subject"],
     coordinates: Coordinates,
     bounds: bool,
@@ -256,48 +266,59 @@ def _proofs(
     end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
     for start, wanted in claims:
         try:
-            starting = start()
+            starting, rest = rests.begun(start, wanted[0])
         except ModelError as error:
-            why = "; ".join(problem.message for problem in error.problems)
-            yield from (MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0) for claim in wanted)
+            yield from (_open(claim, error) for claim in wanted)
             left -= len(wanted)
             continue
         straight = _straight(starting, coordinates)
         maps = BoxMaps(starting, straight.parameters)
-        attempt = Attempt(graph, maps, straight, stop, known)
+        attempt = Attempt(Sensors(graph, rest), maps, straight, stop, known)
         for wish in wanted:
-            now, claim = time.monotonic(), replace(wish, period=starting.period)
+            now, claim = time.monotonic(), replace(wish, period=starting.period, at_rest=rest is not None)
             search_ends = now + (end - now) / left
             left -= 1
             if why := _why_open(claim, starting.values):
                 yield MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
                 continue
-            if not math.isfinite(claim.limit):
-                yield attempt.bounded(claim, search_ends)
-                continue
-            proof = attempt.at(claim, search_ends)
-            if bounds and proof.status == "proved" and claim.kind in QUANTITIES:
-                nearer = attempt.bounded(claim, search_ends)
-                proof = nearer if nearer.claim.broken_by(claim.limit) else replace(proof, least=nearer.least)
-            elif bounds and proof.status == "proved" and claim.unit:
-                proof = attempt.tightened(proof, search_ends)
-            yield proof
+            try:
+                yield _proof(attempt, claim, bounds, search_ends)
+            except ModelError as error:  # a sensor within the tolerances has no such figure
+                yield _open(claim, error)
+
+
+def _proof(attempt: Attempt, claim: Claim, bounds: bool, until: float) -> MarginProof:
+    """Return what comes of a claim, with `bounds` of the best limit; raises `ModelError`."""
+    if not math.isfinite(claim.limit):
+        return attempt.bounded(claim, until)
+    proof = attempt.at(claim, until)
+    if bounds and proof.status == "proved" and claim.row.of_output:
+        nearer = attempt.bounded(claim, until)
+        return nearer if nearer.claim.broken_by(claim.limit) else replace(proof, least=nearer.least)
+    return attempt.tightened(proof, until) if bounds and proof.status == "proved" and claim.unit else proof
+
+
+def _open(claim: Claim, error: ModelError) -> MarginProof:
+    hint = next((problem.hint for problem in reversed(error.problems) if problem.hint), "")
+    words = [*(problem.message for problem in error.problems), *filter(None, [hint])]
+    why = "; ".join(dict.fromkeys(words))
+    return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
 
 
 def _why_open(claim: Claim, values: int) -> str:
     """Return why a claim is not searched, "" for one that is."""
-    if claim.any_change and claim.kind in ("delay margin", SCALE_FACTOR):
-        return _STAY
+    if claim.any_change and (claim.row.stays or claim.at_rest):
+        return _STAY if claim.row.stays else _MOVES
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
-def _starting(planned: Plan, node: Endpoint) -> StartingLoop:
+def _starting(planned: Plan, node: Endpoint, rest: RestRun | None) -> StartingLoop:
     if analog_group(planned, node) is not None:
-        raise ModelError([planned.graph.placed(_continuous(node))])
-    return StartingLoop(planned, node)
+        raise planned.graph.placed(_continuous(node)).error
+    return StartingLoop(planned, node, rest)
 
 
-def _straight(loop: StartingLoop | StartingPath | StartingNoise, coordinates: Coordinates) -> Coordinates:
+def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
     """Return the coordinates of which each bends less, of a parameter and one divided by it."""
 
     def bends(of: Coordinates) -> list[float]:
@@ -318,17 +339,16 @@ def _claims(required: Loop | None, name: str, node: Endpoint, given: Mapping[str
     """Yield the claims about a loop: those given, and without them those that it requires, or the usual ones."""
     at = ".".join(node)
     yield Claim(name, at, "stable", 0.0)
-    for kind, usual in USUAL.items():
-        limit = _limit(kind, given[kind]) if given[kind] else getattr(required, kind.replace(" ", "_"), None)
-        if limit is None:
-            limit = usual
+    for kind, text in given.items():
+        limit = _limit(kind, text) if text else getattr(required, kind.replace(" ", "_"), None)
+        limit = KINDS[kind].usual if limit is None else limit
         if limit is not None:
             yield Claim(name, at, kind, limit)
 
 
 def _limit(kind: str, given: str) -> float:
     """Return a limit in the unit of its kind; raises `ModelError`."""
-    unit = UNITS[kind]
+    unit = KINDS[kind].unit or ""
     try:
         limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
         if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
@@ -336,7 +356,7 @@ def _limit(kind: str, given: str) -> float:
         if kind == "disk margin" and limit >= MOST_DISK:
             raise Refusal("must be below 2", "such a disk is a half plane")
     except Refusal as error:
-        raise ModelError([error.problem(kind.replace(" ", "_"), given)]) from None
+        raise error.problem(kind.replace(" ", "_"), given).error from None
     return limit
 
 

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.flatten import inside
 from proofmass.graphs.model.quantities import checked_quantity
@@ -15,25 +15,26 @@ _DOTS = ".."
 _WRITE = 'write "1.9..2.1", "1.9.." or "..2.1", with or without a unit'
 
 
-def scale_factor_claims(planned: Plan, source: str, wanted: Mapping[str, Any]) -> Iterator[list[Claim]]:
-    """Yield the claims about each output: of one without limits, bounds on both sides that are looked for.
+def settled_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: str = "") -> Iterator[list[Claim]]:
+    """Yield the claims about the scale factor or bias of each output.
+
+    Of one without limits these are bounds on both sides that are looked for.
 
     Raises `ModelError` for what is not there and for limits in other units.
     """
     for output, limits in wanted.items():
         try:
-            if not source:
+            if not source and kind == SCALE_FACTOR:
                 raise Refusal("a scale factor needs an input", "name an output of a source", key="input")
-            quantity = checked_quantity({"scale_factor": output, "input": source}, planned.graph)
+            part = kind.replace(" ", "_")
+            quantity = checked_quantity({part: output, "input": source or output}, planned.graph)
             ends = _ends(limits, quantity.unit)
         except Refusal as error:
-            raise ModelError([_refused(error, output)]) from None
-        loop, open_at = (inside(planned.graph.root, signal) for signal in (source, output))
+            raise _refused(error, output, kind.replace(" ", "_")).error from None
+        loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
         if loop == open_at:
-            raise ModelError([_refused(Refusal("is the input itself", "name an output that follows it"), output)])
-        yield [
-            Claim(loop, open_at, SCALE_FACTOR, limit, most=most, unit_of_quantity=quantity.unit) for limit, most in ends
-        ]
+            raise _refused(Refusal("is the input itself", "name an output that follows it"), output).error
+        yield [Claim(loop, open_at, kind, limit, most=most, unit_of_quantity=quantity.unit) for limit, most in ends]
 
 
 def upper_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: str = "") -> Iterator[list[Claim]]:
@@ -51,7 +52,7 @@ def upper_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: st
             if not most > 0.0:
                 raise Refusal("must be above zero", got=shown(limit))
         except Refusal as error:
-            raise ModelError([_refused(error, output, kind)]) from None
+            raise _refused(error, output, kind).error from None
         loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
         yield [Claim(loop, open_at, kind, most, most=True, unit_of_quantity=quantity.unit)]
 

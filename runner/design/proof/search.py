@@ -20,29 +20,18 @@ import flint
 import numpy as np
 
 from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
-from proofmass.runner.design.proof.at_rest import keeps_side, none_settles, scale_factors
+from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
+from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
-from proofmass.runner.design.proof.claim import AT_CORNERS, PEAK, QUANTITIES, RMS, Claim
-from proofmass.runner.design.proof.closed_loop import (
-    DISK,
-    NOISE,
-    REST,
-    THROUGH,
-    Disc,
-    Factor,
-    Family,
-    OpenCorners,
-    bends,
-    closed_loops,
-    open_loops,
-)
+from proofmass.runner.design.proof.claim import PEAK, Claim
+from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, bends, open_loops
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
-from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
+from proofmass.runner.design.proof.rest_norm import Start
 
+Starting = StartingLoop | StartingPath | StartingNoise | RestingOutput
 _Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
 MOST_CORNERS = 9  # coordinates whose ends are looked at together
 _SLICES = 8  # in which second derivatives are bounded one by one
@@ -82,18 +71,16 @@ class Searched:
 class BoxMaps:
     """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
 
-    def __init__(self, loop: StartingLoop | StartingPath | StartingNoise, parameters: _Parameters) -> None:
+    def __init__(self, loop: Starting, parameters: _Parameters) -> None:
         self._loop, self._parameters, self.values = loop, parameters, loop.values
         self._known: dict[Sides, OpenCorners] = {}
-
-    def family(self, box: Sides, factor: Factor) -> Family:
-        """Return the closed loops of a box, the last side of which is that of the factor; raises `UndecidedError`."""
-        return closed_loops(self.open(box[:-1]), factor, box[-1], widths_of(box))
 
     def worst_corner(self, box: Sides, claim: Claim) -> Sides | None:
         """Return the corner of a box where a quantity is worst, if its value there lies beyond the limit."""
         opened = self.open(box[:-1])
-        values = claim.sign * (rms_at_corners(opened) if claim.kind == RMS else scale_factors(opened))
+        if claim.row.at_corners is None:
+            return None
+        values = claim.sign * claim.row.at_corners(opened)
         worst = int(np.argmin(values))
         if not claim.broken_by(claim.sign * float(values[worst])):
             return None
@@ -144,10 +131,10 @@ class ProofSearch:
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
         """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
-        for_all = self.claim.factor in (DISK, THROUGH)  # whose poles lie in the circle all the same
-        if (norm is None or radius_of(norm.family) >= 1.0 or (for_all and norm.worst() >= 1.0)) and self.breaks(box):
+        beside = self.claim.row.beside
+        if (norm is None or radius_of(norm.family) >= 1.0 or (beside and norm.worst() >= 1.0)) and self.breaks(box):
             return box
-        corner = self.maps.worst_corner(box, self.claim) if self.claim.kind in AT_CORNERS else None
+        corner = self.maps.worst_corner(box, self.claim)
         return corner if corner is not None and self.breaks(corner) else None
 
     def _broken_among(self, left: Sequence[tuple[Sides, Start | None]], is_late: Callable[[], bool]) -> Sides | None:
@@ -167,11 +154,11 @@ class ProofSearch:
             return _NOT_IN_ONE
         if self.claim.kind == PEAK and self.maps.values > 1:
             return _TOGETHER
-        return _AT_THE_LIMIT if self.claim.kind in QUANTITIES else _AT_THE_BOUNDARY
+        return _AT_THE_LIMIT if self.claim.row.of_output else _AT_THE_BOUNDARY
 
     def _stays(self, box: Sides) -> bool:
         """Return whether no corner of a box settles, though the quantity does: halving does not help."""
-        return self.claim.kind in QUANTITIES and none_settles(self.maps.open(box[:-1]))
+        return self.claim.row.of_output and none_settles(self.maps.open(box[:-1]))
 
     def _keeps_side(self, norm: Norm) -> bool:
         left = norm.family.left
@@ -195,7 +182,7 @@ class ProofSearch:
             if boxes and is_late() and not halves and box not in self.known:  # what is known is kept all the same
                 late.append(box)
                 continue
-            if not halves and box[-1][1] - box[-1][0] > self.claim.factor.widest:
+            if not halves and box[-1][1] - box[-1][0] > self.claim.row.wire.widest:
                 halves = _halved(box, len(box) - 1)
             if not halves:
                 boxes += 1
@@ -246,12 +233,11 @@ class ProofSearch:
 
         Raises `UndecidedError`.
         """
-        factor, discs = self.claim.factor, self.claim.discs(box[-1])
-        if factor in (REST, NOISE):
-            search = norm_at_rest if factor is REST else norm_of_noise
-            return search(self.maps.open(box[:-1]), box[-1][0], widths_of(box), self.known.get(box, start)), discs[0]
-        family = self.maps.family(box, factor)
-        moved = [(family.within(disc, factor.parts), disc) for disc in discs if disc.radius > 0.0]
+        row, discs, opened = self.claim.row, self.claim.discs(box[-1]), self.maps.open(box[:-1])
+        if row.norm is not None:
+            return row.norm(opened, box[-1][0], widths_of(box), self.known.get(box, start)), discs[0]
+        family = row.family(opened, box[-1], widths_of(box))
+        moved = [(family.within(disc, row.wire.parts), disc) for disc in discs if disc.radius > 0.0]
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]

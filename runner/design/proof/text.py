@@ -5,14 +5,17 @@ import math
 from collections.abc import Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.graphs.model.loops import SETTLED
 from proofmass.runner.design.proof.attempt import MarginProof
-from proofmass.runner.design.proof.claim import QUANTITIES, Claim
+from proofmass.runner.design.proof.claim import BIAS, Claim
 from proofmass.runner.design.proof.digital_inputs import DigitalInput
 from proofmass.runner.design.proof.digital_proof import DigitalProof
 from proofmass.runner.design.proof.prove import Proofs
+from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 
+_EITHER = "at the start of the run, or at rest where it is said"
 _NOTHING_VARIES = 'nothing varies: this is the sensor as it is; --tolerance "BLOCK.PARAMETER=5 %" lets a parameter vary'
 
 
@@ -52,16 +55,22 @@ def _row(proof: DigitalProof) -> tuple[str, str, str]:
 
 
 def _about(claim: Claim) -> str:
-    if claim.kind in QUANTITIES:
+    if claim.row.of_output:
         return f"from {claim.about}" if claim.loop else f"at {claim.about}"
     return f"loop {claim.loop}" + (f", opened at {claim.open_at}" if claim.open_at != claim.loop else "")
 
 
 def _box(proofs: Proofs) -> str:
+    rest = {one.claim.at_rest or one.claim.kind == BIAS for one in proofs.proofs}
+    where = {True: "at rest", False: "at the start of the run"}.get(min(rest), "") if len(rest) == 1 else _EITHER
     if not proofs.ranges:
-        return f"at the start of the run; {_NOTHING_VARIES}"
-    sides = [f"{r.written} from {in_print(r.low, r.unit, 6)} to {in_print(r.high, r.unit, 6)}" for r in proofs.ranges]
-    return f"for every sensor, at the start of the run, with {', '.join(sides)}"
+        return f"{where}; {_NOTHING_VARIES}"
+    return f"for every sensor, {where}, with {', '.join(map(_side, proofs.ranges))}"
+
+
+def _side(of: Range) -> str:
+    low, high = in_print(of.low, of.unit, 6), in_print(of.high, of.unit, 6)
+    return f"{of.written} = {low}" if of.low == of.high else f"{of.written} from {low} to {high}"
 
 
 def _result(proof: MarginProof) -> str:
@@ -79,7 +88,7 @@ def _result(proof: MarginProof) -> str:
 
 
 def _found(claim: Claim, value: float) -> str:
-    return in_print(value, claim.unit, 8) if claim.kind in QUANTITIES else f"{value:.4g} {claim.unit}"
+    return in_print(value, claim.unit, 8) if claim.row.of_output else f"{value:.4g} {claim.unit}"
 
 
 def _shown(proofs: Proofs) -> Iterator[str]:
@@ -96,11 +105,17 @@ def _shown(proofs: Proofs) -> Iterator[str]:
 
 def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, float]) -> Iterator[str]:
     units = {r.written: f" {r.unit}" if r.unit not in ("", "1") else "" for r in proofs.ranges}
-    settings = [f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items()]
-    yield f"{what}: see it by"
-    command = f'margins GRAPH --at "0 s" --loop {claim.loop}'
-    if claim.kind in QUANTITIES:
-        command = f'response GRAPH {claim.loop} {claim.open_at} --at "0 s"' if claim.loop else _noise_of(claim)
+    settings = [
+        f' --set "{name}={value!r}{units[name]}"' for name, value in parameters.items() if name not in proofs.constants
+    ]
+    held = (f"{name} = {value:.9g}{units[name]}" for name, value in parameters.items() if name in proofs.constants)
+    yield f"{', where '.join(filter(None, [what, ', '.join(held)]))}: see it by"
+    at = SETTLED if claim.at_rest else '"0 s"'
+    command = f"margins GRAPH --at {at} --loop {claim.loop}"
+    if claim.kind == BIAS:
+        command = f"run GRAPH --probe {claim.open_at}"
+    elif claim.row.of_output:
+        command = f"response GRAPH {claim.loop} {claim.open_at} --at {at}" if claim.loop else _noise_of(claim)
     yield f"  proofmass {command}{''.join(settings)}"
 
 

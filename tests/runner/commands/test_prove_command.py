@@ -137,6 +137,24 @@ def test_parameters_may_change_from_period_to_period(loop: str, capsys: Captured
     assert "main, stable under any change: 1 box" in capsys.readouterr().out
 
 
+def test_a_bias_at_a_constant_input(loop: str, capsys: Captured) -> None:
+    words = ["prove", loop, "--tolerance", "controller.gain=10 %", "--constant", "wanted.output=0.5..1", "--quiet"]
+    assert main([*words, "--bias", "plant.output=0.499..1.001", "--out", "proof.json"]) == 0
+    shown = capsys.readouterr().out
+    assert "for every sensor, at rest, with controller.gain from 90 to 110, wanted.value from 0.5 to 1" in shown
+    assert "bias of at most 1.001" in shown
+    assert main(["check-proof", "proof.json", loop]) == 0
+    assert "plant.output, bias of at most 1.001 at rest: " in capsys.readouterr().out
+    assert main([*words, "--bias", "plant.output=0.499..0.9"]) == 1
+    shown = capsys.readouterr().out
+    assert "not bias of at most 0.9, of plant.output, where wanted.value = 1: see it by" in shown
+    assert "run GRAPH --probe plant.output --set" in shown
+    assert main(["prove", loop, "--at", "settled", "--json"]) == 0
+    assert all(one["at_rest"] for one in json.loads(capsys.readouterr().out)["proofs"])
+    assert main(["prove", loop, "--constant", "wanted.output=1 V"]) == 1
+    assert "V is" in capsys.readouterr().err
+
+
 def test_json_has_each_claim(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--json"]) == 0
     data = json.loads(capsys.readouterr().out)

@@ -1,0 +1,358 @@
+"""The point of rest of every sensor of a box, enclosed by Krawczyk's operator.
+
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. The
+derivatives by q follow from those of F:
+
+    x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
+
+F is that of ideal converters, without noise, with sources that are constant from the operating point on.
+It is a tick in which all blocks compute, or a whole period (`rest_ticks`).
+"""
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import partial
+from typing import Any
+
+import flint
+import numpy as np
+
+from proofmass.blocks.declaration.instance import unit_of
+from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.analysis.linearisation.ends import Ends
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
+from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
+from proofmass.runner.analysis.linearisation.seeds import place_of
+from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
+from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
+from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
+from proofmass.runner.design.proof.rest_ticks import RestTicks, changes_later_on, sources_of, value_at_start
+from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.planned import Plan
+
+_LONG = 1 << 16  # ticks of a run that does not settle
+_LATE = 1e9  # s: a source that changes then never stays
+_NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
+_CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
+_FARTHEST = 1e30  # beyond which no reach is tried
+_ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
+
+
+class RestRun:
+    """The points of rest of the sensors of a plan, as far as some outputs depend on them."""
+
+    def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
+        """Raises `ModelError` where the plan does not settle, counts on, or cannot be enclosed."""
+        self._plan, self._outputs, self.course = plan, tuple(outputs), course
+        ends = Ends((), self._outputs, everything=True)
+        self.upstream, _ = ends.blocks(plan)
+        solvers = [one for one in plan.solvers if self.upstream & set(one.group.blocks)]
+        looped = any(one.group.guesses for one in solvers)
+        if looped or any(node[0] in self.upstream for loop in plan.schedule.loops for node in loop.nodes):
+            raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
+        self._sources = sources_of(plan, self.upstream)
+        self._check_sources(_LATE)
+        self._period, settled = ends.common_period(plan), self._near_rest()
+        self.tick = settled + -settled % self._period
+        self._onward = course.onward(self.tick)
+        self._memory = self._onward.begin.copy()
+        self.steps = dict[int, Array]()  # P of each group that is not linear
+        linear = all(one.exact for one in solvers)
+        for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
+            self._ticks = ticks
+            self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
+            options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
+            self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
+            counts = self._counting()
+            if not counts and (ticks == 1 or linear) and not (ticks == 1 < self._period and self._offsets()):
+                self.is_exact = linear and ticks == self._period
+                break
+        else:
+            what = (
+                f"{counts[0]} counts on" if counts else "a continuous part that is not linear lies among several rates"
+            )
+            raise plan.graph.placed(not_at_rest(what, self._signal)).error
+        self._check_sources(self._time)
+
+    def _near_rest(self) -> int:
+        """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
+        try:
+            return settled_tick(self.course)
+        except ModelError as error:
+            tick = min(self._plan.ticks(), _LONG)
+            try:
+                self.course.at(tick)
+            except ModelError:
+                raise error from None
+            return tick
+
+    def _after(self, ticks: int, times: int) -> Memory:
+        return self._onward.at(self.tick + times * ticks)
+
+    @property
+    def _signal(self) -> str:
+        return ".".join(self._outputs[0])
+
+    @property
+    def _start(self) -> list[float]:
+        return [float(at_place(self._memory, place_of(self._memory, entry, self._rings))) for entry in self.entries]
+
+    def _offsets(self) -> bool:
+        return bool(self.upstream & self._plan.schedule.phases.keys())
+
+    @property
+    def _time(self) -> float:
+        return self.tick * self._plan.period
+
+    def _check_sources(self, time: float) -> None:
+        """Raise `ModelError` that names sources which are not constant from a time on."""
+        with flint.ctx.workprec(BITS):
+            changing = [node for node in self._sources if changes_later_on(self._plan, node, time)]
+        if changing:
+            raise self._plan.graph.placed(self._depends_on_time(changing)).error
+
+    def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
+        values = []
+        for name, port in sources:
+            unit = unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port])
+            values.append(f"{value_at_start(self._plan, (name, port)):.9g} {unit if unit != '1' else ''}".rstrip())
+        held = [f'--constant "{".".join(node)}={value}"' for node, value in zip(sources, values, strict=True)]
+        return Problem(
+            message=f"{self._signal} has no point of rest, since sources change with time",
+            key=self._signal,
+            got=", ".join(map(".".join, sources)),
+            expected="sources that are constant once the loops have settled",
+            hint=f"give them constant values: {' '.join(held)}",
+            path=("blocks", sources[0][0]),
+        )
+
+    def _counting(self) -> list[str]:
+        """Return the blocks whose counts and switches are not back after the ticks of the map."""
+        once, twice = (self._after(self._ticks, n) for n in (0, 1))
+        seeded = set(self.entries)
+        before, after = (dict(self._rings.states_of(memory, sorted(self.upstream))) for memory in (once, twice))
+        return [entry[0] for entry in before if entry not in seeded and before[entry] != after[entry]]
+
+    def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
+        """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
+        engine = RestTicks(plan, self.memory_of(values), self.upstream, self._outputs, self.steps)
+        advanced(engine, self.tick + self._ticks)
+        memory = engine.memory()
+        image = [at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries]
+        return image, [value for node in self._outputs for value in engine.recorded[node]]
+
+    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory with some numbers in it, each of which has a direction."""
+        memory = self._memory.copy()
+        for entry, value in zip(self.entries, values, strict=True):
+            seed = dual(0.0, {entry: 1.0}, SIGNALS) if seeded else 0.0
+            put(memory, place_of(memory, entry, self._rings), value + seed)
+        return memory
+
+    def enclosed(self, parameters: Mapping[str, Any], within: RestPoint | None = None) -> RestPoint:
+        """Return where all sensors with such parameters rest, `within` where those of a larger box do.
+
+        Raises `UndecidedError` where that is not shown.
+        """
+        plan = with_balls(self._plan, {name: varied(plain(value)) for name, value in parameters.items()})
+        if within is None and any(changes_later_on(plan, node, self._time) for node in self._sources):
+            raise UndecidedError("a source changes with time for some parameters")
+        centre = np.array(self._start if within is None else within.centre)
+        if not len(centre):
+            empty = Enclosed(np.zeros((1, 0, 0)), np.zeros((1, 0, 0)))
+            return RestPoint(centre, centre, np.zeros((0, 0)), empty, empty)
+        sizes, before = np.abs(centre), np.full(len(centre), math.inf)
+        for _ in range(_NEWTON):
+            image, _ = self.image(plan, balls_of(centre))
+            left = near_inverse(self._matrix(image))
+            by = left @ np.array([float(arb_of(plain(x)).mid()) for x in image] - centre)
+            if not np.isfinite(by).all():
+                break
+            centre, sizes = centre + by, np.maximum(sizes, np.abs(by))
+            if bool(((np.abs(by) <= _NEAR * sizes) | (np.abs(by) >= 0.5 * before)).all()):  # or rounding is left
+                break
+            before = np.abs(by)
+        found = self._around(plan, centre, left)
+        if within is None:
+            return found
+        found = replace(found, reach=found.needed())
+        if not within.holds(found):
+            raise UndecidedError("a sensor rests elsewhere than its neighbours")
+        return found
+
+    def following(self, parameters: Mapping[str, Any]) -> RestPoint:
+        """Return where all sensors with such parameters rest, and how that moves with them; raises `UndecidedError`."""
+        rest = self.enclosed(parameters)
+        middles = {name: float(arb_of(plain(value)).mid()) for name, value in parameters.items()}
+        given = {name: dual(Ball(flint.arb(value)), {name: 1.0}, FIRST) for name, value in middles.items()}
+        image, _ = self.image(with_balls(self._plan, given), balls_of(rest.centre))
+        own = [slopes_of(value_of(value, SIGNALS), FIRST) for value in image]
+        moves = {name: [float(arb_of(plain(of.get(name, 0.0))).mid()) for of in own] for name in given}
+        return replace(
+            rest, follows={name: (middles[name], rest.left @ np.array(move)) for name, move in moves.items()}
+        )
+
+    def values(self, parameters: Mapping[str, Any], rest: RestPoint, moves: bool) -> list[Any]:
+        """Return the numbers at rest, which `moves` with the parameters or is any within reach."""
+        return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
+
+    @property
+    def stays(self) -> bool:
+        """True if the sensor is at rest after each tick: all blocks compute in the one that shows it."""
+        return self._ticks == 1
+
+    def hold(self, memory: Memory, values: Sequence[Any]) -> None:
+        """Put a memory after a tick back to rest, with the slopes that it has."""
+        for entry, value in zip(self.entries, values, strict=True):
+            place = place_of(memory, entry, self._rings)
+            put(memory, place, value + dual(0.0, slopes_of(at_place(memory, place), SIGNALS), SIGNALS))
+
+    def map_between(self, ends: Ends) -> OrbitPoint:
+        """Return the map between some ends about the point of rest of the sensor as it is; raises `ModelError`."""
+        return self.linearised(self._plan).point_of(ends)
+
+    def _around(self, plan: Plan, centre: Array, left: Array) -> RestPoint:
+        image, _ = self.image(plan, balls_of(centre))
+        apart = [[plain(x) - c] for x, c in zip(image, centre.tolist(), strict=True)]
+        step, reach = Enclosed.of_balls([apart]), np.zeros(len(centre))
+        for _ in range(_WIDENED):
+            point = RestPoint(centre, reach, left, step, step)
+            image, _ = self.image(plan, point.values)
+            matrix = Enclosed.of_balls([self._matrix(image)])
+            point = replace(point, matrix=matrix)
+            needs = point.needed()
+            if bool((needs * _SPARE < reach).all()):
+                return point
+            reach = np.maximum(_ROOM * needs, reach) + _CLOSE * np.abs(centre) + _LEAST
+            if not bool((reach <= _FARTHEST).all()):
+                break
+        raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
+
+    def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
+        return [[plain(slopes_of(value, SIGNALS).get(key, 0.0)) for key in self.entries] for value in image]
+
+    def point(self, plan: Plan, parameters: Mapping[str, Any], rest: RestPoint) -> list[Any]:
+        """Return the numbers of the point of rest, dual in the coordinates of which the parameters are.
+
+        `plan` has these parameters. Raises `UndecidedError`.
+        """
+        values: list[Any] = list(rest.values)
+        keys = sorted({i for value in parameters.values() for i in slopes_of(value, FIRST) if i != VARIED})
+        if not keys or not values:
+            return values
+        image, _ = self.image(plan, values)
+        apart = differences_of(self._matrix(image))
+        own = [value_of(value, SIGNALS) for value in image]
+        first = {i: _solved(apart, [plain(slopes_of(value, FIRST).get(i, 0.0)) for value in own]) for i in keys}
+        values = [_jet(x, {i: (first[i][k], {}) for i in keys}, first, k) for k, x in enumerate(rest.values)]
+        image, _ = self.image(plan, values)
+        own = [value_of(value, SIGNALS) for value in image]
+        second = {
+            i: {
+                j: _solved(apart, [slopes_of(slopes_of(v, FIRST).get(i, 0.0), SECOND).get(j, 0.0) for v in own])
+                for j in keys
+            }
+            for i in keys
+        }
+        return [
+            _jet(x, {i: (first[i][k], {j: second[i][j][k] for j in keys}) for i in keys}, first, k)
+            for k, x in enumerate(rest.values)
+        ]
+
+    @property
+    def period(self) -> float:
+        """Seconds after which all blocks compute together again."""
+        return self._period * self._plan.period
+
+    def value(self, plan: Plan) -> tuple[float, float]:
+        """Return the first output of a plan with other parameters at rest, and what it may be off; raises `ModelError`.
+
+        It is that of ideal converters.
+        """
+        own = RestRun.like(self, plan)
+        rest = own._own_point()
+        with flint.ctx.workprec(BITS):
+            _, outputs = own.image(plan, rest.values)
+            low, high = Ball(arb_of(plain(outputs[0]))).ends()
+        return 0.5 * low + 0.5 * high, high - low
+
+    def _own_point(self) -> RestPoint:
+        """Return where the sensor as it is rests; raises `ModelError`."""
+        try:
+            with flint.ctx.workprec(BITS):
+                return self.enclosed({})
+        except UndecidedError as error:
+            raise self._plan.graph.placed(not_at_rest(str(error), self._signal)).error from None
+
+    def linearised(self, plan: Plan) -> Linearisation:
+        """Return a plan with other parameters about its own point of rest; raises `ModelError`."""
+        own = RestRun.like(self, plan)
+        rest = own._own_point()
+        return _AtRest(
+            plan, own.course, own.tick, "at rest", memory_there=own.memory_of(rest.centre.tolist(), seeded=False)
+        )
+
+    @classmethod
+    def like(cls, other: "RestRun", plan: Plan) -> "RestRun":
+        """Return the points of rest of a plan with other parameters, which begins where another one does."""
+        own = object.__new__(cls)
+        vars(own).update(vars(other) | {"_plan": plan})
+        return own
+
+
+@dataclass(frozen=True)
+class _AtRest(Linearisation):
+    """A plan about a memory at rest."""
+
+    memory_there: Memory = field(kw_only=True)
+
+    def memory(self) -> Memory:
+        """Return the memory there."""
+        return self.memory_there.copy()
+
+    def _found(self, ends: Ends) -> OrbitPoint:
+        return rest_map(self.plan, ends, self.course, self.memory_there)
+
+
+def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory) -> OrbitPoint:
+    """Return the map of a period between some ends about a memory at rest."""
+    run = OrbitRun(plan, ends, course.onward(memory.tick))
+    whole = ends.map(plan, memory=memory.copy(), span=run.ticks, rings=run.rings)
+    return OrbitPoint(whole, 1, memory=memory, ticks=run.ticks, rings=run.rings)
+
+
+def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:
+    """Return the solution of a system of balls; raises `UndecidedError` where there may be none."""
+    try:
+        rows = matrix.solve(flint.arb_mat([[arb_of(plain(value))] for value in column]), algorithm="precond").tolist()
+    except ZeroDivisionError:
+        raise UndecidedError("something on the way may not come to rest") from None
+    return [Ball(row[0]) for row in rows]
+
+
+def _jet(
+    value: Any, slopes: Mapping[int, tuple[Any, Mapping[int, Any]]], first: Mapping[int, Sequence[Any]], k: int
+) -> Any:
+    """Return a number with its first and second derivatives."""
+    inner = dual(value, {i: first[i][k] for i in slopes}, SECOND)
+    return dual(inner, {i: dual(slope, dict(bends), SECOND) for i, (slope, bends) in slopes.items()}, FIRST)
+
+
+def not_at_rest(what: str, signal: str) -> Problem:
+    """Return the problem of an output for which no point of rest is enclosed."""
+    return Problem(
+        message=f"{what}: no point of rest of {signal} is proved",
+        key=signal,
+        hint="proofs are about the start of a run or a point of rest; `proofmass worst` searches at other points",
+        path=("blocks", signal.rpartition(".")[0]),
+    )
