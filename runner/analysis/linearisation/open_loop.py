@@ -157,25 +157,31 @@ class OpenLoop:
         angle = cmath.phase(pole)
         if self.continuous or self.per_period == 1:
             return angle
-        values, vectors, maps = self._modes
-        x, shown = vectors[:, int(np.argmin(np.abs(values - pole)))], np.zeros(self.per_period, dtype=complex)
-        for k, (a, c) in enumerate(zip(maps.a, maps.c, strict=True)):
-            shown[k], x = c @ x, a @ x
+        values, vectors = self._modes
+        shown = self._shown(vectors[:, int(np.argmin(np.abs(values - pole)))])
         steps = np.arange(self.per_period) / self.per_period
         lines = np.abs(np.fft.fft(shown * np.exp(-steps * complex(math.log(abs(pole)), angle))))
         turns = np.fft.fftfreq(self.per_period, 1.0 / self.per_period)
         return angle + 2.0 * math.pi * float(turns[int(np.argmax(lines))])
 
     @cached_property
-    def _modes(self) -> tuple[Complex, Complex, TickMaps]:
-        """Closed-loop poles over the period with a vector of each, and the maps from value to value."""
-        maps = self.by_values
-        places = list(maps.places.values())
-        alike, scale = balanced(np.real(maps.closed([*maps.places])))
-        values, own = np.linalg.eig(alike)
-        vectors = np.zeros((maps.b.shape[1], len(places)), dtype=complex)
-        vectors[places] = scale[:, None] * own
-        return values.astype(complex), vectors, maps.fed_back()
+    def _modes(self) -> tuple[Complex, Complex]:
+        """Closed-loop poles over the period, with a vector of each."""
+        alike, scale = balanced(np.real(self.closed()))
+        values, vectors = np.linalg.eig(alike)
+        return values.astype(complex), (scale[:, None] * vectors).astype(complex)
+
+    def _shown(self, states: Complex) -> Complex:
+        """Return the values of the wire in a period of the closed loop that begins with some states, up to a sign."""
+        if self.map.ticks is None or self.hidden:
+            _, _, c, d = self.matrices
+            return np.asarray(np.linalg.solve(np.eye(len(d)) + d, c @ states))
+        maps, values = self.map.ticks.fed_back(), np.zeros(self.per_period, dtype=complex)
+        x = np.zeros(maps.b.shape[1], dtype=complex)
+        x[[maps.places[state] for state in self.map.states]] = states
+        for k, (a, c) in enumerate(zip(maps.a, maps.c, strict=True)):
+            values[k], x = c @ x, a @ x
+        return values
 
     def complementary(self, w: Array) -> Complex:
         """T = L (I + L)^-1 over the period, from the closed loop, so that poles of L on the unit circle do not hurt."""
