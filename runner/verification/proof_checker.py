@@ -35,7 +35,7 @@ _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whos
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
 _BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
 _UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
-_UNITS["decay rate"] = "1/s"
+_UNITS |= {"decay rate": "1/s"}
 _SETTLED = ("scale factor", _BIAS)
 _FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
 
