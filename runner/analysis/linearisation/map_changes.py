@@ -21,7 +21,7 @@ _eig: Any = scipy.linalg.eig
 
 def pole_rates(of_period: PeriodMap) -> Array:
     """Return by how much each mode decays, grows or turns in a map, the slowest first."""
-    poles = np.linalg.eigvals(of_period.between().parts()[0]).astype(complex)
+    poles = np.linalg.eigvals(of_period.moved_between()).astype(complex)
     return np.sort(np.abs(np.log(poles + 1e-300)))
 
 

@@ -116,8 +116,16 @@ class PeriodMap:
 
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
+        return self.kept(self._between.tolist())
+
+    def moved_between(self) -> Array:
+        """A of these states alone."""
+        return self.matrix[np.ix_(self._between, self._between)]
+
+    @cached_property
+    def _between(self) -> Indices:
         acts, entered, read = self._edges
-        return self.kept(np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read)).tolist())
+        return np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read))
 
     def between_with(self, other: "PeriodMap") -> list[int]:
         """Return the states that lie between inputs and outputs in this period or in that of another map.
@@ -148,8 +156,11 @@ class PeriodMap:
 
 
 def _taken(matrix: Array, rows: Indices, columns: Indices) -> Array:
-    """Return a matrix of these rows and columns: one after the other takes a fifth of the time."""
-    return np.asarray(np.take(np.take(matrix, rows, axis=0), columns, axis=1))
+    """Return a matrix of these rows and columns: one after the other take a fifth of the time; all of them, none."""
+    for axis, places in enumerate((rows, columns)):
+        if not np.array_equal(places, np.arange(matrix.shape[axis])):
+            matrix = np.take(matrix, places, axis=axis)
+    return matrix
 
 
 def _reached(acts: Truths, begin: Truths) -> Truths:
