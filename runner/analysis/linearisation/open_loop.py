@@ -175,7 +175,7 @@ class OpenLoop:
         """Return the values of the wire in a period of the closed loop that begins with some states, up to a sign."""
         if self.map.ticks is None or self.hidden:
             _, _, c, d = self.matrices
-            return np.asarray(np.linalg.solve(np.eye(len(d)) + d, c @ states))
+            return np.asarray(np.linalg.solve(np.eye(len(d)) + d, c @ states), dtype=np.complex128)
         maps, values = self.map.ticks.fed_back(), np.zeros(self.per_period, dtype=complex)
         x = np.zeros(maps.b.shape[1], dtype=complex)
         x[[maps.places[state] for state in self.map.states]] = states

@@ -65,22 +65,28 @@ class Resting(Protocol):
 
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""
+        ...
 
     @property
     def stays(self) -> bool:
         """True if it is the same after each tick, not only after a period."""
+        ...
 
     def values(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> list[Any]:
         """Return the numbers there, which move with the parameters or are any within reach."""
+        ...
 
     def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
         """Return the memory with these numbers."""
+        ...
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
         """Put these numbers back into a memory after a tick, with the slopes that it has."""
+        ...
 
     def map_between(self, ends: Ends) -> OrbitPoint:
         """Return the map between some ends about the point of rest of the sensor as it is."""
+        ...
 
 
 def varied(value: Any) -> Any:

@@ -80,7 +80,7 @@ def near_inverse(matrix: Sequence[Sequence[Any]]) -> Array:
     """Return a matrix near (I - J)^-1; raises `UndecidedError` if there is none."""
     near = np.array([[float(arb_of(value).mid()) for value in row] for row in matrix])
     try:
-        return np.asarray(np.linalg.inv(np.eye(len(near)) - near))
+        return np.asarray(np.linalg.inv(np.eye(len(near)) - near), dtype=np.float64)
     except np.linalg.LinAlgError:
         raise UndecidedError("something on the way does not come to rest") from None
 

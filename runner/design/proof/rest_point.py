@@ -67,7 +67,7 @@ class RestRun:
         self._onward = course.onward(self.tick)
         self._memory = self._onward.begin.copy()
         self.steps = dict[int, Array]()  # P of each group that is not linear
-        linear = all(one.exact for one in solvers)
+        linear, counts = all(one.exact for one in solvers), list[str]()
         for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
             self._ticks = ticks
             self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
@@ -171,7 +171,7 @@ class RestRun:
         if not len(centre):
             empty = Enclosed(np.zeros((1, 0, 0)), np.zeros((1, 0, 0)))
             return RestPoint(centre, centre, np.zeros((0, 0)), empty, empty)
-        sizes, before = np.abs(centre), np.full(len(centre), math.inf)
+        sizes, before, left = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre))
         for _ in range(_NEWTON):
             image, _ = self.image(plan, balls_of(centre))
             left = near_inverse(self._matrix(image))
