@@ -5,14 +5,18 @@ import math
 import numpy as np
 import pytest
 
+from proofmass.blocks import AnalogToDigital, Product, Sine
+from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.quantities import FIGURES, LoopFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.quantities.loop_figures import read_figure, value_of_figure
 from proofmass.runner.planning.plan import plan
-from tests.runner.analysis.margins.test_lines_of_a_period import PROPORTIONAL, tracking
+from tests.runner.analysis.margins.test_lines_of_a_period import PROPORTIONAL, RATE, tracking
 
 WIRE = (("plant", "output", 0),)
 
@@ -81,3 +85,31 @@ def test_slopes_of_a_loop_with_several_values_are_those_of_changed_graphs() -> N
         reading = read_figure(found, system, figure, {name: PROPORTIONAL})
         assert reading.slopes == {name: pytest.approx((above - below) / (2.0 * step), rel=1e-5)}, figure
     assert read_figure(found, system, "delay_margin", {name: PROPORTIONAL}).slopes == {name: 0.0}
+
+
+@pytest.mark.defect("S787", before="`worst` and `tune` off by what converters round of a carrier", after="as `margins`")
+def test_figures_of_a_search_are_those_of_margins() -> None:
+    """A carrier of coarse steps in the loop: it moves with its amplitude, and is rounded all the same."""
+    graph = tracking(8)
+    blocks = dict(graph.blocks) | {
+        "carrier": Sine(frequency=1e4, amplitude=2.4, unit="V"),
+        "adc": AnalogToDigital(bits=3, reference=4.0),
+        "square": Product(),
+    }
+    wires = [str(wire) for wire in graph.wires if wire.source != "carrier.output"]
+    wires += [
+        "carrier.output -> adc.voltage", "adc.number -> square.first", "adc.number -> square.second",
+        "square.output -> error.second",
+    ]  # fmt: skip
+    coarse = Graph(name="coarse", rate=RATE, blocks=blocks, wires=wires, loops={"main": {"open_at": "angle.output"}})
+    figures = ("gain_margin", "phase_margin", "disk_margin")
+    told = margins(coarse)
+    evaluator = Evaluator(
+        coarse, {f: LoopFigure("main", f, FIGURES[f]) for f in figures}, "", {"carrier.amplitude": 0.01}
+    )
+    found = evaluator.readings({"carrier.amplitude": 2.4})
+    for figure in figures:
+        reading = found[figure]
+        assert reading is not None
+        assert reading.value == pytest.approx(value_of_figure(told, figure), rel=1e-12)
+        assert reading.slopes["carrier.amplitude"] != 0.0
