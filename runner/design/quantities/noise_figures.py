@@ -15,7 +15,7 @@ import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.quantities import Noise
-from proofmass.runner.analysis.decisions.one_bit import noise_at
+from proofmass.runner.analysis.decisions.one_bit import noise_at, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
@@ -31,18 +31,24 @@ _LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is ref
 
 
 def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool) -> Reading | None:
-    """Return the rms noise; None if the output grows without end."""
+    """Return the rms noise, that of `noise`; None if the output grows without end.
+
+    In a map with derivatives converters do not round what moves with parameters: it has the slopes alone.
+    """
     planned = points.plan
     target = node_of(planned, wanted.output)
     source = node_of(planned, wanted.input) if wanted.input else None
     inputs = [source] if source else []
     first = common_period(planned, inputs, [target], noise=noise_blocks(planned))
 
-    def ask(about: Linearisation) -> PeriodMap:
-        return about.map(inputs, [target], noise=noise_at(about, [target]), by_parameters=slopes)
+    def ask(about: Linearisation) -> tuple[PeriodMap, PeriodMap]:
+        noisy = noise_at(about, [target])
+        maps = (about.map(inputs, [target], noise=noisy, by_parameters=by) for by in (False, slopes))
+        exact, with_slopes = (with_spectra(one, noisy) for one in maps)
+        return exact, with_slopes
 
-    whole = points.answered(ask, first)
-    to_output = noise_map(whole, target)
+    exact, whole = points.answered(ask, first)
+    to_output = noise_map(exact, target)
     if not to_output.settles and wanted.band is None:
         return None
     if to_output.grows:
@@ -52,9 +58,9 @@ def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, 
         return Reading(math.sqrt(value), {})
     names = [name for name in parameters if name in whole.slopes]
     if wanted.band is None and source is None:
-        exact = _whole_slopes(whole, target, names)
-        if exact is not None:
-            return Reading(math.sqrt(value), {name: slope / (2.0 * math.sqrt(value)) for name, slope in exact.items()})
+        of_square = _whole_slopes(whole, target, names)
+        if of_square is not None:
+            return Reading(math.sqrt(value), {name: by / (2.0 * math.sqrt(value)) for name, by in of_square.items()})
     moved = {}
     for name in names:
         step = _STEP * (abs(parameters[name]) or 1.0)

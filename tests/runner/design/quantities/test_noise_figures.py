@@ -4,12 +4,14 @@ import math
 
 import pytest
 
-from proofmass import Graph
+from proofmass import Graph, noise
 from proofmass.blocks import Constant, Gain, Sum, WhiteNoise
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.quantities.noise_figures import read_noise
 from proofmass.runner.planning.plan import plan
+from tests.runner.analysis.noise.test_one_bit import modulator
 
 DENSITY, BEFORE, BEHIND = 0.02, 5.0, 3.0
 PLANNED = plan(
@@ -63,3 +65,13 @@ def test_an_output_without_noise_has_no_derivatives(slopes: bool, band: tuple[fl
     noisy = read_noise(OperatingPoints(PLANNED), Noise("behind.output", "", band, "1"), PARAMETERS, slopes)
     assert noisy is not None
     assert bool(noisy.slopes) == slopes
+
+
+@pytest.mark.defect("S788", before="`worst` and `tune` took the error of a bit as white", after="with its spectrum")
+def test_the_noise_of_a_search_is_that_of_the_budget() -> None:
+    """A modulator of second order, in a band in which its error is not white."""
+    graph, band = modulator((1.0, 1.0), (1.0, 2.0), 0.05, 0.01), (2e5, 3e5)
+    quantity = Noise("modulator.output", "", band, "V")
+    (found,) = Evaluator(graph, {"noise": quantity}, "", {}).readings({}, slopes=False).values()
+    assert found is not None
+    assert found.value == pytest.approx(noise(graph, "modulator.output", band=band).rms, rel=1e-9)
