@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.quantities import ResponseFigure
-from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
+from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -30,13 +30,17 @@ def read_response(
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
     first = common_period(planned, [source], [target])
-    whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
+
+    def ask(about: Linearisation) -> tuple[PeriodMap, PeriodMap]:
+        return about.map([source], [target]), about.map([source], [target], by_parameters=slopes)
+
+    exact, whole = points.answered(ask, first)  # one has the values of `response`, the other the slopes
     shown = [] if wanted.frequency is None else [wanted.frequency]
 
     def figure(of: PeriodMap) -> float:
         return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
 
-    value = figure(whole)
+    value = figure(exact)
     if not slopes or not math.isfinite(value):
         return Reading(value, {})
     moved = {}

@@ -5,9 +5,10 @@ import math
 import numpy as np
 import pytest
 
-from proofmass.blocks import AnalogToDigital, Product, Sine
+from proofmass import response
+from proofmass.blocks import AnalogToDigital, Constant, Product, Sine
 from proofmass.graphs.model.build import Graph
-from proofmass.graphs.model.quantities import FIGURES, LoopFigure
+from proofmass.graphs.model.quantities import FIGURES, LoopFigure, ResponseFigure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -113,3 +114,25 @@ def test_figures_of_a_search_are_those_of_margins() -> None:
         assert reading is not None
         assert reading.value == pytest.approx(value_of_figure(told, figure), rel=1e-12)
         assert reading.slopes["carrier.amplitude"] != 0.0
+
+
+@pytest.mark.defect("S789", before="responses of `worst` and `tune` the same", after="as `response`")
+def test_responses_of_a_search_are_those_of_response() -> None:
+    """Steps of 1 V of a sine of 2.4 V: 0, 2, 2, 2 and so on, whose squares have the mean 3, not 2.88."""
+    blocks = {
+        "level": Constant(value=0.0),
+        "carrier": Sine(frequency=1e4, amplitude=2.4, unit="V"),
+        "adc": AnalogToDigital(bits=3, reference=4.0),
+        "square": Product(),
+        "turned": Product(),
+    }
+    wires = [
+        "carrier.output -> adc.voltage", "adc.number -> square.first", "adc.number -> square.second",
+        "level.output -> turned.first", "square.output -> turned.second",
+    ]  # fmt: skip
+    graph = Graph(name="coarse", rate=RATE, blocks=blocks, wires=wires)
+    figure = ResponseFigure("peak", "turned.output", "level.output", None, "1")
+    (found,) = Evaluator(graph, {"peak": figure}, "", {"carrier.amplitude": 0.01}).readings({}).values()
+    assert found is not None
+    assert found.value == pytest.approx(3.0)
+    assert response(graph, "level.output", "turned.output").peak[1] == pytest.approx(3.0)
