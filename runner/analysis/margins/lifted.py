@@ -51,7 +51,7 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     if not stable:
         return every
     low, high = limits(every.stable_gains)
-    closed = closed_samples(system)
+    closed = closed_samples(system, w)
     at, peak = largest(system, 1.0, closed)
     return every.with_values(
         gain_margin=None if math.isinf(high) else high,
@@ -70,9 +70,9 @@ def limits(gains: Sequence[FactorInterval]) -> FactorInterval:
     return next((pair for pair in gains if pair[0] < 1.0 < pair[1]), (1.0, 1.0))
 
 
-def closed_samples(system: OpenLoop) -> Samples:
-    """Return T at the own frequency on a grid that begins at rest."""
-    return Samples.on(np.array([0.0, *sweep(system)]), system.closed_response)
+def closed_samples(system: OpenLoop, w: Array) -> Samples:
+    """Return T at the own frequency, at rest and on a grid."""
+    return Samples.on(np.array([0.0, *w]), system.closed_response)
 
 
 def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float]:

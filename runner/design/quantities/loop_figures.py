@@ -16,6 +16,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
+from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import by_gain, by_turn, closed_slope
@@ -207,7 +208,8 @@ def _lifted_peak(margins: Margins, system: OpenLoop) -> SlopeByParameter:
 
 
 def _lifted_disk(margins: Margins, system: OpenLoop) -> SlopeByParameter:
-    size, slope = _singular_value(system, 0.5, largest(system, 0.5, closed_samples(system))[0] / (2.0 * math.pi))
+    at, _ = largest(system, 0.5, closed_samples(system, sweep(system)))
+    size, slope = _singular_value(system, 0.5, at / (2.0 * math.pi))
     return lambda parameter: -slope(parameter) / size**2
 
 
