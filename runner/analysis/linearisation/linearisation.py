@@ -92,7 +92,7 @@ class Linearisation:
         if by_parameters:
             slopes, more = self._point_slopes(ends, point)
             notes += more
-            exact = ends.map(
+            moved = ends.map(
                 self.plan,
                 by_parameters=True,
                 memory=point.memory,
@@ -101,6 +101,7 @@ class Linearisation:
                 integrated=point.integrated,
                 rings=point.rings,
             )
+            exact = exact.with_slopes(moved)
         return replace(exact, notes=notes, later=point.later, others=point.others, told=self.told)
 
     def point_of(self, ends: Ends) -> OrbitPoint:

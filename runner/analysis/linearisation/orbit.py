@@ -115,16 +115,17 @@ class OrbitSearch:
         changes = sorted({*changes, *(wraps - 1 for wraps in self._run.rings.wraps() if wraps > 1)})
         if not changes and not self._run.moves():
             return OrbitPoint(first, 1)
+        apart = self._waiting.apart(self._horizon(first))
+        if all(self._same(first, self._run.map(look)) for look in (1, *changes)) and all(
+            self._compared.change(first, self._run.map(look)) <= NOTED for look in apart
+        ):
+            return self._at_rest(first)
         maps = dict[int, PeriodMap]()
-        for look in _from_the_last({*self._looks(), *changes}):
+        for look in _from_the_last({*self._looks(), *changes, *apart}):
             maps[look] = self._run.map(look)
-            if look == 1 and not changes and self._same(first, maps[look]):
-                return self._at_rest(first)
             if len(maps) == 2 and self._is_lost(first, maps):
                 break
         switched = [look for look in changes if look in maps and not self._same(first, maps[look])]
-        if changes and not switched and self._same(first, maps[1]):
-            return self._at_rest(first)
         closed = self._closed(first, (n for n in self._returns() if self._repeats(n, maps)), exactly=True)
         if closed is not None:
             return closed

@@ -114,6 +114,22 @@ class PeriodMap:
             point=tuple(self.point[i] for i in states) if self.point else (),
         )
 
+    def with_slopes(self, moved: "PeriodMap") -> "PeriodMap":
+        """Return the map with the slopes of one between the same wires in which parameters move.
+
+        In that one converters do not round what parameters move, so that it has the slopes alone. A wire whose value is
+        held has all of its values there.
+        """
+        n, m = self.order, moved.order
+        held = len(moved.inputs) // len(self.inputs) if self.ticks else 1
+        rows = np.array([*_places(self.states, moved.states), *(m + _places(self.outputs, moved.outputs, held))])
+        enter = np.zeros((moved.matrix.shape[1], self.matrix.shape[1]))
+        for later in range(held):
+            enter[m + later + _places(self.inputs, moved.inputs, held), n + np.arange(len(self.inputs))] = 1.0
+        enter[_places(self.states, moved.states), np.arange(n)] = enter[-1, -1] = 1.0
+        slopes = {name: slope[rows] @ enter for name, slope in moved.slopes.items()}
+        return replace(self, slopes=slopes, undefined=moved.undefined)
+
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
         return self.kept(self._between.tolist())
@@ -161,6 +177,12 @@ def _taken(matrix: Array, rows: Indices, columns: Indices) -> Array:
         if not np.array_equal(places, np.arange(matrix.shape[axis])):
             matrix = np.take(matrix, places, axis=axis)
     return matrix
+
+
+def _places(entries: Sequence[Entry], among: Sequence[Entry], held: int = 1) -> Indices:
+    """Return the places of entries among others, of which each is held for several."""
+    places = {entry: place for place, entry in enumerate(among)}
+    return np.array([places[name, part, number * held] for name, part, number in entries], dtype=np.int64)
 
 
 def _reached(acts: Truths, begin: Truths) -> Truths:

@@ -23,6 +23,7 @@ from proofmass.runner.plan.memory import Memory
 
 _CHANGES, _LOOKS = 3, 8  # compared changes of one number, and comparisons in all
 _SHORT, _SHORT_TURN = 1024, 32  # base ticks and periods of the first search
+_NEXT = 64  # periods among which one is looked for that differs from the first two
 _ROWS = 256  # that are compared at a time
 _ROUNDING = 1e-9  # part of the size of a number below which a change counts as rounding
 
@@ -75,6 +76,19 @@ class Waiting:
         order = np.cumsum(events, axis=0) * events
         found = [np.flatnonzero((order == k).any(axis=1)) + 2 for k in range(1, _CHANGES + 1)]
         return sorted({*doubled, *dict.fromkeys(np.concatenate(found).tolist()[:_LOOKS])})
+
+    def apart(self, periods: int) -> list[int]:
+        """Return a period, of up to so many, in which sources are well apart from where they are in the first two.
+
+        Maps of these may be alike by chance, as on both sides of a carrier's peak. A carrier counts by its size, since
+        its sign may not matter: none is returned where that stays as it is.
+        """
+        sizes = np.abs(self.sources(min(periods, _NEXT)))
+        if len(sizes) < 3 or not sizes.shape[1]:
+            return []
+        swing = np.maximum(np.ptp(sizes, axis=0), 1e-300)
+        apart = np.minimum(*(np.max(np.abs(sizes - sizes[first]) / swing, axis=1) for first in (0, 1)))
+        return [int(np.argmax(apart >= 0.5 * np.max(apart)))] if np.max(apart) > _ROUNDING else []
 
     def _moved(self, periods: int) -> npt.NDArray[np.bool_]:
         """Return whether each of the sources' values differs from the one a period before."""

@@ -120,16 +120,13 @@ class Evaluator:
     def _loop(
         self, points: OperatingPoints, loop: str, node: Endpoint, free: Mapping[str, float], slopes: bool
     ) -> QuantityReadings:
-        """Return the figures of a loop, those of `margins`; of an unstable one its growth alone.
-
-        In a map with derivatives converters do not round what moves with parameters: it has the slopes alone.
-        """
+        """Return the figures of a loop, those of `margins`; of an unstable one its growth alone."""
         wanted = {n: q for n, q in self.quantities.items() if isinstance(q, LoopFigure) and q.loop == loop}
         nothing: QuantityReadings = dict.fromkeys([f"{STABLE} {loop}", *wanted])
         try:
             point = self._at_its_point(loop, points)
-            margins = margins_at(point.loop(node), loop, ".".join(node))
             system = point.loop(node, by_parameters=slopes)
+            margins = margins_at(system, loop, ".".join(node))
         except (ModelError, np.linalg.LinAlgError, ArithmeticError):
             return nothing
         grown = growth(system, list(free) if slopes else [])

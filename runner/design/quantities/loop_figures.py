@@ -252,7 +252,8 @@ def _by_differences(system: OpenLoop, figure: str, parameters: Mapping[str, floa
 
 def moved_along(system: OpenLoop, name: str, step: float) -> OpenLoop:
     """Return a loop whose matrices have gone a step along their derivatives by a parameter."""
-    return replace(system, map=replace(system.map, matrix=system.map.matrix + step * system.map.slopes[name]))
+    matrix = system.map.matrix + step * system.map.slopes[name]
+    return replace(system, map=replace(system.map, matrix=matrix, ticks=None))
 
 
 def _figure_of(system: OpenLoop, figure: str) -> float:

@@ -31,16 +31,16 @@ def read_response(
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
     first = common_period(planned, [source], [target])
 
-    def ask(about: Linearisation) -> tuple[PeriodMap, PeriodMap]:
-        return about.map([source], [target]), about.map([source], [target], by_parameters=slopes)
+    def ask(about: Linearisation) -> PeriodMap:
+        return about.map([source], [target], by_parameters=slopes)
 
-    exact, whole = points.answered(ask, first)  # one has the values of `response`, the other the slopes
+    whole = points.answered(ask, first)
     shown = [] if wanted.frequency is None else [wanted.frequency]
 
     def figure(of: PeriodMap) -> float:
         return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
 
-    value = figure(exact)
+    value = figure(whole)
     if not slopes or not math.isfinite(value):
         return Reading(value, {})
     moved = {}

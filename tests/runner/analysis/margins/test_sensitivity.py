@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import (
+    AnalogToDigital,
     Constant,
     Decimator,
     DiscreteIntegrator,
@@ -15,6 +16,7 @@ from proofmass.blocks import (
     GaussMarkov,
     MassSpringDamper,
     Product,
+    Sine,
     Sum,
     TransferFunction,
 )
@@ -268,3 +270,29 @@ def test_the_critical_pole_is_one_that_the_factor_moves() -> None:
     by_factor = _by_factor(analog, 1.0)
     along, move = _critical(analog, 1.0, by_factor)
     assert (along * move(by_factor)).real == pytest.approx(1.0 / 3.0)
+
+
+@pytest.mark.defect("S792", before="scale factor 2.88, bias 1.3: of converters that do not round", after="as a run")
+def test_scale_factor_and_bias_are_those_of_converters_that_round() -> None:
+    """Steps of 1 V: a sine of 2.4 V is 0, 2, 2, 2 and so on, whose squares have the mean 3; 1.3 V is one step."""
+    blocks = {
+        "level": Constant(value=0.0),
+        "carrier": Sine(frequency=1e4, amplitude=2.4, unit="V"),
+        "adc": AnalogToDigital(bits=3, reference=4.0),
+        "square": Product(),
+        "turned": Product(),
+        "offset": Constant(value=1.3, unit="V"),
+        "constant": AnalogToDigital(bits=3, reference=4.0),
+        "sum": Sum(),
+    }
+    wires = [
+        "carrier.output -> adc.voltage", "adc.number -> square.first", "adc.number -> square.second",
+        "level.output -> turned.first", "square.output -> turned.second", "turned.output -> sum.first",
+        "offset.output -> constant.voltage", "constant.number -> sum.second",
+    ]  # fmt: skip
+    about = linearised(plan(Graph(name="coarse", rate=80_000, blocks=blocks, wires=wires)))
+    scale, bias = transfer_sensitivities(about, ("level", "output"), ("sum", "output"))
+    assert scale.value == pytest.approx(3.0)
+    assert bias.value == pytest.approx(1.0)
+    slopes = {effect.parameter: effect.derivative for effect in bias.effects}
+    assert slopes["offset.value"] == pytest.approx(1.0)
