@@ -260,9 +260,13 @@ class OperatingPoints:
         try:
             return self.answered(ask)
         except ModelError:
+            lasting = [one for one in starting if not one[1].map.starting]
+            end = self._known.get(_END)
             if not starting:
                 raise
-            return starting[0]
+            if not lasting and isinstance(end, ModelError):
+                raise end from None  # it starts up, and its run does not get to the end
+            return (lasting or starting)[0]
 
     def _about(self, first: int) -> Iterator[Linearisation | ModelError]:
         if self.at != AUTO:

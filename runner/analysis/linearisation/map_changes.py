@@ -11,6 +11,7 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.changed_response import ChangedResponse
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.poles import Variation
+from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import Array, Complex
 
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
@@ -37,7 +38,7 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
     eye[:n, :n] = np.eye(n)
     one, two = first.matrix[:, :-1] - eye, second.matrix[:, :-1] - eye
     size = np.maximum(np.abs(one), np.abs(two))
-    rows, columns = _scales(size, n)
+    rows, columns = _scales(size, _alone(n, first.outputs), _alone(n, first.inputs))
     size, difference = size * rows[:, None] * columns, np.abs(two - one) * rows[:, None] * columns
     whole = float(np.linalg.norm(size))
     down, across = (_members(first.states, ends) for ends in (first.outputs, first.inputs))
@@ -145,20 +146,28 @@ def _turned(later: Array, poles: Complex, vectors: Complex, reach: Array) -> Com
     return np.asarray(np.divide(turned, sizes, out=vectors.astype(complex), where=sizes > 0.0))
 
 
-def _scales(size: Array, n: int) -> tuple[Array, Array]:
-    """Factors of rows and columns which make them alike: units of the states do not count.
+def _scales(size: Array, down: Indices, across: Indices) -> tuple[Array, Array]:
+    """Factors of rows and columns which make them alike: units of the states and wires do not count.
 
-    An entry behind the states that has no row, or no column, keeps its units: all of these are one of their norm.
+    All values of a wire have one unit. A wire behind the states that has no row, or no column, keeps its unit: all of
+    these are one of their norm.
     """
-    rows, columns = size.shape
-    paired = min(rows, columns)
+    joined = np.zeros([np.max(places, initial=-1) + 1 for places in (down, across)])
+    np.add.at(joined, (down[:, None], across), size**2)
+    paired = min(joined.shape)
     square = np.zeros((paired + 1, paired + 1))
-    square[:paired, :paired] = size[:paired, :paired]
-    square[:paired, paired] = np.linalg.norm(size[:paired, paired:], axis=1)
-    square[paired, :paired] = np.linalg.norm(size[paired:, :paired], axis=0)
-    own = np.ones(max(rows, columns))
-    own[:paired] = balanced(square)[1][:paired]
-    return 1.0 / own[:rows], own[:columns]
+    square[:paired, :paired] = joined[:paired, :paired]
+    square[:paired, paired] = joined[:paired, paired:].sum(axis=1)
+    square[paired, :paired] = joined[paired:, :paired].sum(axis=0)
+    own = np.ones(max(joined.shape))
+    own[:paired] = balanced(np.sqrt(square))[1][:paired]
+    return 1.0 / own[down], own[across]
+
+
+def _alone(n: int, ends: Sequence[tuple[str, str, int]]) -> Indices:
+    """Return a number for each of n states, and for each wire behind them."""
+    wires = {key: n + number for number, key in enumerate(dict.fromkeys(entry[:2] for entry in ends))}
+    return np.array([*range(n), *(wires[entry[:2]] for entry in ends)], dtype=np.int64)
 
 
 def _members(states: Sequence[tuple[str, str, int]], ends: Sequence[tuple[str, str, int]]) -> Array:

@@ -20,6 +20,7 @@ from proofmass.runner.analysis.margins.modes import Mode
 from proofmass.runner.host.arrays import Array, Complex
 
 _SHOWN = 0.1  # part of the largest entry of a mode, from which on a block counts as one that holds it
+_ROUNDING = 1e-12  # of a sum of vectors' parts, as a pole is known
 _eig: Any = scipy.linalg.eig
 _schur: Any = scipy.linalg.schur
 
@@ -58,10 +59,18 @@ def _moved(system: OpenLoop, left: Complex, right: Complex, scale: Array) -> Arr
     """Return by how much each closed-loop pole moves, at most, by a change of the wire of size one."""
     _, b, c, d = system.matrices
     inverse = np.linalg.inv(np.eye(len(d)) + d)
-    into = np.linalg.norm(left.conj().T @ (b @ inverse / scale[:, None]), axis=1)
-    out = np.linalg.norm((inverse @ c * scale) @ right, axis=0)
+    into = _sizes(left.conj().T, b @ inverse / scale[:, None])
+    out = _sizes(right.T, (inverse @ c * scale).T)
     between = np.abs(np.einsum("ij,ij->j", left.conj(), right))
     return np.asarray(np.divide(into * out, between, out=np.full(len(into), np.inf), where=between > 0.0))
+
+
+def _sizes(vectors: Complex, matrix: Complex) -> Array:
+    """Return the size of each vector times a matrix, 0 where it is no more than rounding makes of its terms."""
+    sizes = np.linalg.norm(vectors @ matrix, axis=1)
+    return np.asarray(
+        np.where(sizes > _ROUNDING * np.linalg.norm(np.abs(vectors) @ np.abs(matrix), axis=1), sizes, 0.0)
+    )
 
 
 def _mode(system: OpenLoop, pole: Pole, vector: Complex) -> Mode:
