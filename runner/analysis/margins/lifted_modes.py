@@ -11,6 +11,7 @@ from dataclasses import replace
 from typing import Any
 
 import numpy as np
+import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
@@ -65,12 +66,11 @@ def _moved(system: OpenLoop, left: Complex, right: Complex, scale: Array) -> Arr
     return np.asarray(np.divide(into * out, between, out=np.full(len(into), np.inf), where=between > 0.0))
 
 
-def _sizes(vectors: Complex, matrix: Complex) -> Array:
+def _sizes(vectors: npt.NDArray[Any], matrix: npt.NDArray[Any]) -> Array:
     """Return the size of each vector times a matrix, 0 where it is no more than rounding makes of its terms."""
     sizes = np.linalg.norm(vectors @ matrix, axis=1)
-    return np.asarray(
-        np.where(sizes > _ROUNDING * np.linalg.norm(np.abs(vectors) @ np.abs(matrix), axis=1), sizes, 0.0)
-    )
+    terms = np.linalg.norm(np.abs(vectors) @ np.abs(matrix), axis=1)
+    return np.asarray(np.where(sizes > _ROUNDING * terms, sizes, 0.0))
 
 
 def _mode(system: OpenLoop, pole: Pole, vector: Complex) -> Mode:
