@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 from typing import Any
 
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
 from proofmass.runner.design.proof.known import KnownProofs
@@ -20,7 +21,7 @@ from proofmass.runner.design.proof.least_found import (
     quantity_there,
     worst_of,
 )
-from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
+from proofmass.runner.design.proof.search import ProofSearch, Searched
 
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first

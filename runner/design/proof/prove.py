@@ -8,50 +8,38 @@ the blocks in real numbers; rounding in a run is not a part of it, and the loop 
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from typing import Any
 
 import flint
 from threadpoolctl import threadpool_limits
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
-from proofmass.blocks.declaration.units import convert
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
-from proofmass.graphs.model.graph import Endpoint, Graph
-from proofmass.graphs.model.loops import AUTO, Loop, read_requirement
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
-from proofmass.runner.design.proof.ball_bias import RestingOutput
-from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
-from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.box_maps import BoxMaps, Starting
+from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.held_sources import with_constants
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import Sensors
-from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
-from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.rest_runs import RestRuns
-from proofmass.runner.design.proof.search import BoxMaps, Searched, Starting
+from proofmass.runner.design.proof.search import Searched
+from proofmass.runner.design.proof.wanted import Subject, about_loops, about_margin, about_outputs
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
 from proofmass.runner.host.progress import Progress
-from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
-GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
-MOST_DISK = 2.0
-_Begin = Callable[[RestRun | None], Starting]  # at the start of the run, or where the sensor rests
-_Subject = tuple[_Begin, Sequence[Claim]]  # a loop, path or output, and claims about it
+SECONDS = 60.0
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _STAY = "it is that of parameters that stay as they are"
 _MOVES = "where a sensor rests is known for parameters that stay as they are"
@@ -173,53 +161,29 @@ def prove(
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
-    wanted = [
-        *settled_claims(planned, SCALE_FACTOR, scale_factor or {}, input),
-        *settled_claims(planned, BIAS, bias or {}, input),
-        *upper_claims(planned, PEAK, peak or {}, input),
-        *upper_claims(planned, RMS, noise or {}),
-    ]
-    quantities = [(_path(planned, own[0]), own) for own in wanted]
-    if input_ranges and not no_overflow and not rounding:
+    limits = {SCALE_FACTOR: scale_factor, BIAS: bias, PEAK: peak, RMS: noise}
+    subjects = about_outputs(planned, input, limits)
+    of_digital = [""] * no_overflow + [*(rounding or {})]
+    if input_ranges and not of_digital:
         raise _of_nothing(", ".join(input_ranges)).error
-    alone = not quantities and not no_overflow and not rounding
-    loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
-    claims: list[_Subject] = [
-        (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
-        for name, node in loops.items()
-    ]
-    claims = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in [*claims, *quantities]]
+    if loop or any(given.values()) or not (subjects or of_digital):
+        subjects = [*about_loops(planned, loop, given), *subjects]
+    subjects = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in subjects]
     proofs = list[MarginProof]()
     digital = list[DigitalProof]()
-    of_digital = [""] * no_overflow + [*(rounding or {})]
-    every = sum(len(wanted) for _, wanted in claims) + len(of_digital)
+    every = sum(len(own) for _, own in subjects) + len(of_digital)
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         part = DigitalProofs(planned, input_ranges or {}, stop, time.monotonic() + seconds)
         for output in of_digital:
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
             if progress is not None:
                 progress(len(digital), every)
-        for proof in _proofs(sensor, rests, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
+        for proof in _proofs(sensor, rests, subjects, coordinates, bounds, seconds, stop, known or KnownProofs(())):
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
         left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
         return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names)
-
-
-def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
-    """Return the node of a loop, or of all loops."""
-    if loop:
-        return dict([one_loop(planned, loop)])
-    return {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
-
-
-def _path(planned: Plan, claim: Claim) -> _Begin:
-    target = node_of(planned, claim.open_at)
-    if claim.kind in (RMS, BIAS):
-        return partial(StartingNoise if claim.kind == RMS else RestingOutput, planned, target)
-    kind = StartingResponse if claim.kind == PEAK else StartingPath
-    return partial(kind, planned, node_of(planned, claim.loop), target)
 
 
 def prove_margin(
@@ -237,11 +201,9 @@ def prove_margin(
     """
     graph, box = _varied(source, tolerances)
     planned = plan(graph)
-    name, node = one_loop(planned, loop)
-    claim, rests = Claim(name, ".".join(node), kind, limit), RestRuns(planned, at)
+    subjects, rests = [about_margin(planned, loop, kind, limit)], RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
-        subjects = [(partial(_starting, planned, node), [claim])]
         return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
 
 
@@ -255,7 +217,7 @@ def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -
 def _proofs(
     graph: Graph,
     rests: RestRuns,
-    claims: Sequence["_Subject"],
+    subjects: Sequence[Subject],
     coordinates: Coordinates,
     bounds: bool,
     seconds: float,
@@ -263,8 +225,8 @@ def _proofs(
     known: KnownProofs,
 ) -> Iterator[MarginProof]:
     """Yield what comes of each claim about some loops and paths; all share the time that is left."""
-    end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
-    for start, wanted in claims:
+    end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in subjects)
+    for start, wanted in subjects:
         try:
             starting, rest = rests.begun(start, wanted[0])
         except ModelError as error:
@@ -312,12 +274,6 @@ def _why_open(claim: Claim, values: int) -> str:
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
-def _starting(planned: Plan, node: Endpoint, rest: RestRun | None) -> StartingLoop:
-    if analog_group(planned, node) is not None:
-        raise planned.graph.placed(_continuous(node)).error
-    return StartingLoop(planned, node, rest)
-
-
 def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
     """Return the coordinates of which each bends less, of a parameter and one divided by it."""
 
@@ -335,47 +291,10 @@ def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
     return coordinates
 
 
-def _claims(required: Loop | None, name: str, node: Endpoint, given: Mapping[str, str]) -> Iterator[Claim]:
-    """Yield the claims about a loop: those given, and without them those that it requires, or the usual ones."""
-    at = ".".join(node)
-    yield Claim(name, at, "stable", 0.0)
-    for kind, text in given.items():
-        limit = _limit(kind, text) if text else getattr(required, kind.replace(" ", "_"), None)
-        limit = KINDS[kind].usual if limit is None else limit
-        if limit is not None:
-            yield Claim(name, at, kind, limit)
-
-
-def _limit(kind: str, given: str) -> float:
-    """Return a limit in the unit of its kind; raises `ModelError`."""
-    unit = KINDS[kind].unit or ""
-    try:
-        limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
-        if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
-            raise Refusal("must be above zero")
-        if kind == "disk margin" and limit >= MOST_DISK:
-            raise Refusal("must be below 2", "such a disk is a half plane")
-    except Refusal as error:
-        raise error.problem(kind.replace(" ", "_"), given).error from None
-    return limit
-
-
 def _of_nothing(signals: str) -> Problem:
     return Problem(
         message="ranges of inputs are those of claims about the digital part, and there is none",
         key="input_ranges",
         got=signals,
         hint="ask for --no-overflow or --rounding OUTPUT too",
-    )
-
-
-def _continuous(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop through {signal} lies among continuous blocks, and proofs are about sampled loops",
-        key=signal,
-        got=shown(signal),
-        expected="a loop with a wire that is sampled or held",
-        hint="open the loop at a discrete block with --loop, or search with `proofmass worst`",
-        path=("blocks", node[0]),
     )

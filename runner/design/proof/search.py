@@ -14,29 +14,20 @@ import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
-from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.runner.derivatives.ball import BITS, UndecidedError, ball
+from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
-from proofmass.runner.design.proof.ball_bias import RestingOutput
-from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
-from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath
+from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, bends, open_loops
+from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
-Starting = StartingLoop | StartingPath | StartingNoise | RestingOutput
-_Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
-MOST_CORNERS = 9  # coordinates whose ends are looked at together
-_SLICES = 8  # in which second derivatives are bounded one by one
 _FINEST = 1e-6  # part of a side of the first box below which none is halved
-_KEPT = 4_096  # maps of boxes
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
 _AT_THE_BOUNDARY = "a pole lies too near the boundary of stability"
 _AT_THE_LIMIT = "the value of a sensor lies too near the limit"
@@ -66,58 +57,6 @@ class Searched:
     part: float  # of the box that is proved
     at: Sides | None = None
     why: str = ""
-
-
-class BoxMaps:
-    """Maps of a loop or path over boxes; halves along the factor share those of the parameters."""
-
-    def __init__(self, loop: Starting, parameters: _Parameters) -> None:
-        self._loop, self._parameters, self.values = loop, parameters, loop.values
-        self._known: dict[Sides, OpenCorners] = {}
-
-    def worst_corner(self, box: Sides, claim: Claim) -> Sides | None:
-        """Return the corner of a box where a quantity is worst, if its value there lies beyond the limit."""
-        opened = self.open(box[:-1])
-        if claim.row.at_corners is None:
-            return None
-        values = claim.sign * claim.row.at_corners(opened)
-        worst = int(np.argmin(values))
-        if not claim.broken_by(claim.sign * float(values[worst])):
-            return None
-        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[worst]
-        ends = dict(zip(opened.interpolated, places, strict=True))
-        points = [side[ends[i]] if i in ends else _middle(*side) for i, side in enumerate(box[:-1])]
-        return (*((point, point) for point in points), box[-1])
-
-    def open(self, sides: Sides) -> OpenCorners:
-        """Return the open loops of a box of parameters."""
-        if sides not in self._known:
-            while len(self._known) >= _KEPT:
-                del self._known[next(iter(self._known))]
-            self._known[sides] = self._over(sides)
-        return self._known[sides]
-
-    def _over(self, sides: Sides) -> OpenCorners:
-        whole = self._dual(sides)
-        bent = int(np.argmax(bends(whole, widths_of(sides)))) if sides else 0
-        around = [self._dual(part, whole.kept) for part in _slices(sides, bent)] if sides else [whole]
-        wide = [i for i, (low, high) in enumerate(sides) if low < high]
-        chosen = wide[:MOST_CORNERS]
-        corners = []
-        for place in itertools.product((0, 1), repeat=len(chosen)):
-            ends = dict(zip(chosen, place, strict=True))
-            points = [side[ends[i]] if i in ends else _middle(*side) for i, side in enumerate(sides)]
-            corners.append(self._loop.map(self._parameters([ball(point, point) for point in points]), whole.kept))
-        return open_loops(corners, around, chosen)
-
-    def bends(self, sides: Sides) -> list[float]:
-        """Return how far the loop bends along each side of a box, by its middle; raises `UndecidedError`."""
-        middle = tuple((_middle(*side), _middle(*side)) for side in sides)
-        return bends(self._dual(middle), widths_of(sides))
-
-    def _dual(self, sides: Sides, kept: Kept | None = None) -> BallMap:
-        """Return the map over a box, with its derivatives, of what is `kept`."""
-        return self._loop.map(self._parameters([coordinate(ball(*side), i) for i, side in enumerate(sides)]), kept)
 
 
 @dataclass(frozen=True)
@@ -249,7 +188,7 @@ class ProofSearch:
         if not within or box in self.known:
             return []
         for place, (low, high) in enumerate(box):
-            middle = _middle(low, high)
+            middle = middle_of(low, high)
             ends = [one[place] for one in within]
             if low < middle < high and all(b <= middle or a >= middle for a, b in ends):
                 return _halved(box, place)
@@ -292,28 +231,6 @@ def _weights(norm: Norm, box: Sides) -> list[float]:
     return [moves.get(i, share) for i, share in enumerate(shares)]
 
 
-def _slices(box: Sides, place: int) -> list[Sides]:
-    """Return the slices of a box along one side."""
-    low, high = box[place]
-    ends = [low + (high - low) * part / _SLICES for part in range(_SLICES)] + [high]
-    return [(*box[:place], side, *box[place + 1 :]) for side in itertools.pairwise(ends)]
-
-
-def _middle(low: float, high: float) -> float:
-    return 0.5 * low + 0.5 * high
-
-
-def widths_of(box: Sides) -> list[float]:
-    """Return at least the half of each side of a box."""
-    return [_half(*side) for side in box]
-
-
-def _half(low: float, high: float) -> float:
-    """Return at least the distance from the middle to each end."""
-    middle = _middle(low, high)
-    return max(high - middle, middle - low) * (1.0 + 2.0**-50)
-
-
 def _widths(box: Sides, whole: Sides) -> list[float]:
     return [(b - a) / (high - low) if high > low else 0.0 for (a, b), (low, high) in zip(box, whole, strict=True)]
 
@@ -330,7 +247,7 @@ def _halves(box: Sides, weights: Sequence[float], whole: Sides, sides: range) ->
 
 def _halved(box: Sides, place: int) -> list[Sides]:
     low, high = box[place]
-    middle = _middle(low, high)
+    middle = middle_of(low, high)
     return [(*box[:place], side, *box[place + 1 :]) for side in ((low, middle), (middle, high))]
 
 
