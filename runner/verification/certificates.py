@@ -26,7 +26,7 @@ ASSUMED = (
 def certificate(proofs: Proofs) -> str:
     """Return the certificate of all that is proved, as JSON."""
     loops: list[dict[str, Any]] = []
-    places: dict[int, int] = {}
+    places: dict[str, int] = {}
     content: dict[str, Any] = {
         "format": FORMAT,
         "version": version("proofmass"),
@@ -52,21 +52,20 @@ def graph_of_certificate(text: str) -> str:
     return str(json.loads(text)["graph_sha256"])
 
 
-def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, int]) -> dict[str, Any]:
+def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, int]) -> dict[str, Any]:
     leaves = []
     for leaf in proof.searched.leaves:
-        if id(leaf.loops) not in places:
-            places[id(leaf.loops)] = len(loops)
-            loops.append(_loop(leaf.loops, leaf.box[:-1]))
-        beyond = sum(leaf.norm.family.shares.values(), 0.0 * leaf.norm.transform)
-        left, noise = leaf.norm.family.left, leaf.norm.family.beyond_noise
+        loop = _loop(leaf.loops, leaf.box[:-1])
+        place = places.setdefault(digest_of(loop), len(loops))
+        loops += [loop] * (place == len(loops))
+        left, noise = leaf.left, leaf.beyond_noise
         leaves.append(
             {
                 "box": leaf.box,
-                "loop": places[id(leaf.loops)],
+                "loop": place,
                 "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
-                "transform": leaf.norm.transform.tolist(),
-                "beyond": (beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
+                "transform": leaf.transform.tolist(),
+                "beyond": (leaf.beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
             }

@@ -196,6 +196,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
     )
+    workers: int | None = option("Use this many processes (default: one per processor).", type=Whole(1, 1024))
     target: Path | None = file_option(
         "Write a certificate that check-proof verifies, and go on from what is there.", "-o", "--out", "--output"
     )

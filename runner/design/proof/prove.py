@@ -9,7 +9,8 @@ import math
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import flint
@@ -36,6 +37,7 @@ from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
+from proofmass.runner.host.processors import processors
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.planning.plan import plan
 
@@ -63,6 +65,7 @@ class Proofs(Told):
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
     constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
+    lost_workers: int = 0  # processes that ended early: others did their part
 
     @property
     def proved(self) -> bool:
@@ -83,6 +86,7 @@ class Proofs(Told):
             "proved": self.proved,
             "interrupted": self.interrupted,
             "constants": sorted(self.constants),
+            **({"lost_workers": self.lost_workers} if self.lost_workers else {}),
             "left_out": dict(self.left_out),
         }
 
@@ -110,6 +114,7 @@ def prove(
     any_change: bool = False,
     bounds: bool = False,
     seconds: float = SECONDS,
+    workers: int | None = None,
     progress: Progress | None = None,
     known: KnownProofs | None = None,
 ) -> Proofs:
@@ -135,8 +140,9 @@ def prove(
     within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
-    search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
-    what an earlier search proved, which is not searched again.
+    search ends after so many `seconds`. A search that takes long goes on in `workers`, processes, as many as there are
+    processors unless given; they change no bit. `progress` is called with the claims that are done and all claims.
+    `known` has what an earlier search proved, which is not searched again.
 
     Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
     `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
@@ -178,12 +184,18 @@ def prove(
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
             if progress is not None:
                 progress(len(digital), every)
-        for proof in _proofs(sensor, rests, subjects, coordinates, bounds, seconds, stop, known or KnownProofs(())):
+        end = time.monotonic() + seconds
+        proving = _Proving(
+            sensor, rests, coordinates, bounds, end, stop, known or KnownProofs(()), workers or processors()
+        )
+        for proof in proving.proofs(subjects):
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
         left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
-        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names)
+        return Proofs(
+            graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names, sum(proving.lost)
+        )
 
 
 def prove_margin(
@@ -204,7 +216,8 @@ def prove_margin(
     subjects, rests = [about_margin(planned, loop, kind, limit)], RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
-        return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
+        proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
+        return next(proving.proofs(subjects))
 
 
 def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -> tuple[Graph, ToleranceBox | None]:
@@ -214,39 +227,48 @@ def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -
     return graph, box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
 
 
-def _proofs(
-    graph: Graph,
-    rests: RestRuns,
-    subjects: Sequence[Subject],
-    coordinates: Coordinates,
-    bounds: bool,
-    seconds: float,
-    stop: threading.Event,
-    known: KnownProofs,
-) -> Iterator[MarginProof]:
-    """Yield what comes of each claim about some loops and paths; all share the time that is left."""
-    end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in subjects)
-    for start, wanted in subjects:
-        try:
-            starting, rest = rests.begun(start, wanted[0])
-        except ModelError as error:
-            yield from (_open(claim, error) for claim in wanted)
-            left -= len(wanted)
-            continue
-        straight = _straight(starting, coordinates)
-        maps = BoxMaps(starting, straight.parameters)
-        attempt = Attempt(Sensors(graph, rest), maps, straight, stop, known)
-        for wish in wanted:
-            now, claim = time.monotonic(), replace(wish, period=starting.period, at_rest=rest is not None)
-            search_ends = now + (end - now) / left
-            left -= 1
-            if why := _why_open(claim, starting.values):
-                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
-                continue
+@dataclass(frozen=True)
+class _Proving:
+    """What the searches of all claims share: the sensors, the time that is left, and processes."""
+
+    graph: Graph
+    rests: RestRuns
+    coordinates: Coordinates
+    bounds: bool
+    end: float  # of the time, by the clock of `time.monotonic`
+    stop: threading.Event
+    known: KnownProofs
+    workers: int
+    lost: list[int] = field(default_factory=list)  # processes that ended early, for each loop or path
+
+    def proofs(self, subjects: Sequence[Subject]) -> Iterator[MarginProof]:
+        """Yield what comes of each claim about some loops and paths; all share the time that is left."""
+        left = sum(len(wanted) for _, wanted in subjects)
+        for start, wanted in subjects:
             try:
-                yield _proof(attempt, claim, bounds, search_ends)
-            except ModelError as error:  # a sensor within the tolerances has no such figure
-                yield _open(claim, error)
+                starting, rest = self.rests.begun(start, wanted[0])
+            except ModelError as error:
+                yield from (_open(claim, error) for claim in wanted)
+                left -= len(wanted)
+                continue
+            straight = _straight(starting, self.coordinates)
+            maps = BoxMaps(starting, straight.parameters)
+            attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
+            with closing(attempt.ahead):
+                for wish in wanted:
+                    claim = replace(wish, period=starting.period, at_rest=rest is not None)
+                    yield self._proof(attempt, claim, left)
+                    left -= 1
+                self.lost.append(attempt.ahead.died)
+
+    def _proof(self, attempt: Attempt, claim: Claim, left: int) -> MarginProof:
+        now = time.monotonic()
+        if why := _why_open(claim, attempt.maps.values):
+            return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
+        try:
+            return _proof(attempt, claim, self.bounds, now + (self.end - now) / left)
+        except ModelError as error:  # a sensor within the tolerances has no such figure
+            return _open(claim, error)
 
 
 def _proof(attempt: Attempt, claim: Claim, bounds: bool, until: float) -> MarginProof:

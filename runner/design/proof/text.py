@@ -28,6 +28,8 @@ def proofs_text(proofs: Proofs) -> str:
         lines.append(about)
         lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
+    lost = proofs.lost_workers
+    lines += [f"{count(lost, 'worker')} ended early; others did their part"] * (lost > 0)
     return "\n".join([*lines, *_digital(proofs), *_shown(proofs)])
 
 
