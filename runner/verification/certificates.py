@@ -53,7 +53,7 @@ def graph_of_certificate(text: str) -> str:
 
 
 def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, int]) -> dict[str, Any]:
-    leaves = []
+    claim, leaves = proof.claim, []
     for leaf in proof.searched.leaves:
         loop = _loop(leaf.loops, leaf.box[:-1])
         place = places.setdefault(digest_of(loop), len(loops))
@@ -62,6 +62,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
         leaves.append(
             {
                 "box": leaf.box,
+                **({"core": leaf.core} if claim.changes else {}),
                 "loop": place,
                 "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
                 "transform": leaf.transform.tolist(),
@@ -70,8 +71,8 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
                 **({} if noise is None else {"noise": noise.tolist()}),
             }
         )
-    claim = proof.claim
-    more = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more: dict[str, Any] = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more |= {"changes": claim.changes} if claim.changes else {}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity

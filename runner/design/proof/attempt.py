@@ -99,13 +99,13 @@ class Attempt:
             value, text, fails = _checked(self.sensors, claim, self._nominal)
             if fails:
                 return self._refuted(claim, self._nominal, text, value)
-        if not claim.any_change:
+        if not claim.moves:
             return self._searched(claim, until)
         now = time.monotonic()
         proof = self._searched(claim, now + 0.5 * (until - now))
         if proof.status != "open":
             return proof
-        still = self._searched(replace(claim, any_change=False), until)
+        still = self._searched(replace(claim, any_change=False, changes=()), until)
         if still.status == "refuted":
             return replace(still, claim=claim)
         why = f"{proof.searched.why}; with parameters that stay it is {still.status}"

@@ -17,11 +17,11 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners
+from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.region import ProvedRegion, widened
 from proofmass.runner.design.proof.rest_norm import Start
-from proofmass.runner.host.arrays import Array
 
 _FINEST = 1e-6  # part of a side of the first box below which none is halved
 _FACTORS_FIRST = 16.0  # how much finer factors are halved than parameters
@@ -31,19 +31,6 @@ NOT_IN_ONE = "no norm is found that serves all of the tolerances at once"
 _TOGETHER = "a wire has several values in a period: all frequencies that one of them shows at count together"
 STAYS = "something on the way does not decay, though it may not show"
 _NEARLY = 1e-5  # by which a norm at the corners may be below one before another is looked for
-
-
-@dataclass(frozen=True)
-class ProvedRegion:
-    """A box that contracts, and its norm."""
-
-    box: Sides
-    transform: Array  # T
-    beyond: Array  # bounds of what lies beyond the corners, in the disc moved to the unit circle
-    left: Array | None  # what a matrix at rest was multiplied by
-    beyond_noise: Array | None
-    loops: OpenCorners  # opened, of the parameters of the box; without derivatives
-    disc: Disc  # in which all poles lie
 
 
 @dataclass(frozen=True)
@@ -71,15 +58,16 @@ class Look:
         with flint.ctx.workprec(BITS):
             return self._at(box, start)
 
-    def _at(self, box: Sides, start: Start | None) -> Looked:
+    def _at(self, core: Sides, start: Start | None) -> Looked:
         norm, disc, why = None, None, self._stuck
+        box = widened(core, self.whole, self.claim.changes) if self.claim.in_parts else core
         try:
             norm, disc = self._norm(box, start)
         except UndecidedError as error:
             why = str(error)
-        weights = widths(box, self.whole) if norm is None else _weights(norm, box)
+        weights = widths(core, self.whole) if norm is None else _weights(norm, box)
         if norm is not None and disc is not None and norm.contracts() and self._keeps_side(norm):
-            return Looked(self._region(box, norm, disc))
+            return Looked(self._region(core, box, norm, disc))
         broken = None if disc is None else self._refuted_at(box, norm)
         if broken is not None:
             return Looked(broken=broken)
@@ -87,17 +75,21 @@ class Look:
             weights[-1] *= _FACTORS_FIRST
         if disc is not None and self._stays(box):
             return Looked(why=STAYS)
-        halves = _halves(box, weights, self.whole, self._sides(norm, box))
-        alone = self.claim.any_change and any(half[:-1] != self.whole[:-1] for half in halves)
+        halves = _halves(core, weights, self.whole, self._sides(norm, core))
+        if self.claim.in_parts:  # whose norms are to follow from where they are
+            return Looked(halves=halves, why=why)
+        alone = self.claim.in_one_norm and any(half[:-1] != self.whole[:-1] for half in halves)
         begin = start if norm is None else Start(norm.transform, norm.family.left, alone)
         return Looked(halves=halves, start=begin, why=why)
 
-    def _region(self, box: Sides, norm: Norm, disc: Disc) -> ProvedRegion:
+    def _region(self, core: Sides, box: Sides, norm: Norm, disc: Disc) -> ProvedRegion:
+        if self.claim.in_parts:
+            norm, disc = norm.tightened(disc, self.claim.row.wire.parts)
         family, opened = norm.family, self.maps.open(box[:-1])
         rest = None if opened.rest is None else replace(opened.rest)
         loops = replace(opened, jets=(), rest=rest)  # what proves: no more has to travel and to be kept
         beyond = sum(family.shares.values(), 0.0 * norm.transform)
-        return ProvedRegion(box, norm.transform, beyond, family.left, family.beyond_noise, loops, disc)
+        return ProvedRegion(core, box, norm.transform, beyond, family.left, family.beyond_noise, loops, disc)
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
         """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
@@ -109,7 +101,7 @@ class Look:
 
     @property
     def _stuck(self) -> str:
-        if self.claim.any_change:
+        if self.claim.in_one_norm:
             return NOT_IN_ONE
         if self.claim.kind == PEAK and self.maps.values > 1:
             return _TOGETHER
@@ -130,7 +122,7 @@ class Look:
         to serve what lies between; else that of the factor.
         """
         last = len(box) - 1
-        if not self.claim.any_change:
+        if not self.claim.in_one_norm:
             return range(last + 1)
         serves = norm is not None and norm.family.noise is None and norm.worst() < 1.0
         return range(0 if serves else last, last + (box[:-1] == self.whole[:-1]))

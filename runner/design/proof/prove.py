@@ -16,7 +16,7 @@ from typing import Any
 import flint
 from threadpoolctl import threadpool_limits
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
@@ -24,6 +24,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
 from proofmass.runner.design.proof.box_maps import BoxMaps, Starting
+from proofmass.runner.design.proof.change_rates import change_rates
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
@@ -112,6 +113,7 @@ def prove(
     at: str = AUTO,
     constants: Mapping[str, Any] | None = None,
     any_change: bool = False,
+    slow_change: str | Mapping[str, Any] = "",
     bounds: bool = False,
     seconds: float = SECONDS,
     workers: int | None = None,
@@ -138,6 +140,8 @@ def prove(
 
     With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
     within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
+    With a `slow_change` such as "1 %/s" they may change so fast; a mapping has rates of some parameters, and those of
+    the others as "". Loops then stay stable with all factors of their margins, which themselves stay.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
     search ends after so many `seconds`. A search that takes long goes on in `workers`, processes, as many as there are
@@ -174,6 +178,9 @@ def prove(
         raise _of_nothing(", ".join(input_ranges)).error
     if loop or any(given.values()) or not (subjects or of_digital):
         subjects = [*about_loops(planned, loop, given), *subjects]
+    if any_change and slow_change:
+        raise _both_changes(slow_change).error
+    rates = change_rates(slow_change, coordinates.ranges)
     subjects = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in subjects]
     proofs = list[MarginProof]()
     digital = list[DigitalProof]()
@@ -184,10 +191,8 @@ def prove(
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
             if progress is not None:
                 progress(len(digital), every)
-        end = time.monotonic() + seconds
-        proving = _Proving(
-            sensor, rests, coordinates, bounds, end, stop, known or KnownProofs(()), workers or processors()
-        )
+        end, count, none = time.monotonic() + seconds, workers or processors(), KnownProofs(())
+        proving = _Proving(sensor, rests, coordinates, bounds, end, stop, known or none, count, rates)
         for proof in proving.proofs(subjects):
             proofs.append(proof)
             if progress is not None:
@@ -239,6 +244,7 @@ class _Proving:
     stop: threading.Event
     known: KnownProofs
     workers: int
+    rates: tuple[float, ...] = ()  # at which the parameters may change, per second; they stay without any
     lost: list[int] = field(default_factory=list)  # processes that ended early, for each loop or path
 
     def proofs(self, subjects: Sequence[Subject]) -> Iterator[MarginProof]:
@@ -256,7 +262,8 @@ class _Proving:
             attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
             with closing(attempt.ahead):
                 for wish in wanted:
-                    claim = replace(wish, period=starting.period, at_rest=rest is not None)
+                    changes = straight.changes(self.rates, starting.period)
+                    claim = replace(wish, period=starting.period, at_rest=rest is not None, changes=changes)
                     yield self._proof(attempt, claim, left)
                     left -= 1
                 self.lost.append(attempt.ahead.died)
@@ -291,7 +298,7 @@ def _open(claim: Claim, error: ModelError) -> MarginProof:
 
 def _why_open(claim: Claim, values: int) -> str:
     """Return why a claim is not searched, "" for one that is."""
-    if claim.any_change and (claim.row.stays or claim.at_rest):
+    if claim.moves and (claim.row.stays or claim.at_rest):
         return _STAY if claim.row.stays else _MOVES
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
@@ -311,6 +318,15 @@ def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
             if bend and bends(turned)[place] < bend:
                 coordinates = turned
     return coordinates
+
+
+def _both_changes(slow_change: Any) -> Problem:
+    return Problem(
+        message="parameters that change at will do not change slowly",
+        key="slow_change",
+        got=shown(slow_change),
+        hint="ask for --any-change or for --slow-change",
+    )
 
 
 def _of_nothing(signals: str) -> Problem:

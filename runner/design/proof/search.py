@@ -16,7 +16,9 @@ from proofmass.runner.design.proof.ahead import LooksAhead, Part
 from proofmass.runner.design.proof.box_maps import middle_of
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.design.proof.look import NOT_IN_ONE, STAYS, ProvedRegion, halved, widths
+from proofmass.runner.design.proof.look import NOT_IN_ONE, STAYS, halved, widths
+from proofmass.runner.design.proof.passages import halved_places, too_soon
+from proofmass.runner.design.proof.region import ProvedRegion
 from proofmass.runner.design.proof.rest_norm import Start
 
 _TIME_IS_UP = "the time is up"
@@ -52,7 +54,7 @@ class ProofSearch:
         def ended(status: str, at: Sides | None, why: str = "") -> Searched:
             return Searched(status, tuple(leaves), boxes, _part_of(leaves, self.whole), at, why)
 
-        while left:
+        while left or self._halve_too_soon(leaves, left):
             part = left.pop()
             if part.looks:
                 self.ahead.look(part, left, self.is_late, must=not boxes or part.box in self.known)
@@ -72,9 +74,19 @@ class ProofSearch:
             left += part.halves
         if late:
             return ended("open", late[0], _TIME_IS_UP)
-        if self.claim.any_change and not _have_one_norm(leaves):
+        if self.claim.in_one_norm and not _have_one_norm(leaves):
             return Searched("open", (), boxes, 0.0, None, NOT_IN_ONE)
         return Searched("proved", tuple(leaves), boxes, 1.0)
+
+    def _halve_too_soon(self, leaves: list[ProvedRegion], left: list[Part]) -> bool:
+        """Put the halves of leaves that others may follow too soon in their place; return whether there are any."""
+        if not self.claim.in_parts:
+            return False
+        radius = self.claim.discs(self.whole[-1])[0].radius
+        places = halved_places(too_soon(leaves, self.claim.changes, radius), self.whole)
+        left += [self._part(half, None) for core, place in places.items() for half in halved(core, place)]
+        leaves[:] = [leaf for leaf in leaves if leaf.core not in places]
+        return bool(places)
 
     def _part(self, box: Sides, start: Start | None) -> Part:
         """Return a box as a part, with its halves where these need no look at it."""
@@ -124,4 +136,4 @@ def _is_within(box: Sides, whole: Sides) -> bool:
 
 def _part_of(leaves: Sequence[ProvedRegion], whole: Sides) -> float:
     """Return the part of a box that leaves cover."""
-    return sum(float(np.prod([w for w in widths(leaf.box, whole) if w])) for leaf in leaves)
+    return sum(float(np.prod([w for w in widths(leaf.core, whole) if w])) for leaf in leaves)
