@@ -5,8 +5,9 @@ wire between two ends. Its leaves are boxes that cover the whole. Each has the o
 bounds of how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is
 taken for granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
 
-1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
-   under any change of the parameters from period to period, that all leaves of a range of factors have one T;
+1. the hash of the certificate, that the factors and discs are those of its claim, and that the cores of leaves cover it;
+   where parameters change, that a leaf m follows k only after N periods, which shorten more than its norm lengthens:
+   |T_m^-1 T_k| r_k^N < 1, N = floor(h / d) + 1, for a way h from a core to the end of its box and steps of at most d;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
    radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
 3. of a scale factor or bias D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the
@@ -33,6 +34,7 @@ _BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of t
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
+_CIRCLE, _MOST_PERIODS = (0.0, 0.0, 1.0), 10**9
 _BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
 _UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
 _UNITS |= {"decay rate": "1/s"}
@@ -42,6 +44,7 @@ _FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "no
 _Whole = npt.NDArray[np.object_]  # of integers
 _Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
 _Box = tuple[tuple[float, float], ...]
+_Kept = tuple[Mapping[str, Any], _Box, _Box]  # a leaf, the box in which its norm serves, and its core
 
 
 class FalseCertificateError(Exception):
@@ -79,23 +82,32 @@ def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
     where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
     size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
     where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
-    where += " at rest" * at_rest + " under any change" * (changes := bool(claim.get("any_change")))
-    _check_ends(claim, where)
     sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
-    boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
-    _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
-    norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
-    apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
+    changes = claim.get("any_change") or claim.get("changes")
+    where += " at rest" * at_rest + f" under {'any' if claim.get('any_change') else 'slow'} change" * bool(changes)
+    _check_ends(claim, where)
+    kept = [
+        (leaf, *(tuple(map(_side, leaf.get(name, leaf["box"]))) for name in ("box", "core")))
+        for leaf in claim["leaves"]
+    ]
+    covered = _covered((*sides, _side(claim["ends"])), [core for _, _, core in kept])
+    _refuse(not covered, f"{where}: its boxes do not cover the tolerances")
+    far = [Fraction(high) - Fraction(low) for low, high in sides]
+    steps = far if claim.get("any_change") else [*map(Fraction, claim.get("changes", []))]
     stays = at_rest or kind in ("delay margin", *_SETTLED)
-    _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
-    for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
-        _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
+    wrong = changes and (stays or any(_too_soon(claim, steps, *pair) for pair in itertools.permutations(kept, 2)))
+    _refuse(bool(wrong), f"{where}: no norm serves all of the tolerances, or follows another so soon")
+    for number, (leaf, box, core) in enumerate(kept):
+        within = all(a <= b and c >= d for (a, c), (b, d) in zip(box, core, strict=True))
+        _refuse(not within or not _has_disc(claim, leaf, box[-1]), f"{where}: a disc or core is not that of the claim")
         loop = data["loops"][leaf["loop"]]
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
         contracts = _contracts(loop, leaf, box, claim["factor"], most)
         _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
-    return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
+    if not claim.get("any_change") and changes:
+        named = [f"{one} by at most {float(step):g} a period" for one, step in zip(named, steps, strict=True)]
+    return ", ".join([f"{where}: {len(kept)} box{'es' * (len(kept) > 1)}", *named])
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
@@ -122,15 +134,48 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
 
 def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
     """Return whether poles in the disc of a leaf keep its claim: of a delay it leaves out an arc, near at its ends."""
-    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", (0.0, 0.0, 1.0))))
+    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", _CIRCLE)))
     kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
     if kind == "delay margin" and factors[0] > 0.0:
         least = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
         ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
         away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
         return imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
-    most = (-Decimal(limit) * Decimal(period)).exp() * (1 - Decimal(10) ** -45) if kind == "decay rate" else 1
-    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
+    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= _radius(claim)
+
+
+def _radius(claim: Mapping[str, Any]) -> Decimal:
+    """Return that of the disc about zero in which all poles have to lie."""
+    rate = Decimal(float(claim["limit"])) * Decimal(float(claim.get("period", 0.0)))
+    return (-rate).exp() * (1 - Decimal(10) ** -45) if claim["kind"] == "decay rate" else Decimal(1)
+
+
+def _too_soon(claim: Mapping[str, Any], steps: Sequence[Fraction], before: _Kept, after: _Kept) -> bool:
+    """Return whether a leaf may follow another before that one shortens by more than the norm of the next lengthens."""
+    times = list[int]()
+    if before[0]["transform"] == after[0]["transform"]:
+        return False
+    for box, core, there, step in zip(*before[1:], after[2], (*steps, Fraction(0)), strict=True):
+        apart = Fraction(max(box[0], there[0])) - Fraction(min(box[1], there[1]))
+        if apart > step or (apart == step == 0 and box != there):  # of what stays one side of a common end is enough
+            return False
+        beyond = (there[0] < box[0], core[0], box[0]), (there[1] > box[1], box[1], core[1])
+        times += [(Fraction(high) - Fraction(low)) // step + 1 for leaves, high, low in beyond if leaves and step]
+    if not times or claim["kind"] in (_NOISE, _PEAK):
+        return bool(times)
+    shorter = (Decimal(float(before[0].get("disc", _CIRCLE)[2])) / _radius(claim)) ** min(*times, _MOST_PERIODS)
+    t, (x, _, room) = before[0]["transform"], _turned(np.array(after[0]["transform"], dtype=float), ONE)
+    mixed = x @ _whole(np.array(t, dtype=float)) // ONE
+    return not _is_shorter(
+        mixed, np.abs(x) @ (0 * mixed + 1) // ONE + 2, (room << _FEWER) // (int(shorter * (1 << _FEWER)) + 2)
+    )
+
+
+def _is_shorter(matrix: _Whole, unknown: _Whole, room: int) -> bool:
+    """Return whether a matrix shortens every vector to below `room`, with entries off by at most what is unknown."""
+    r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(matrix)  # of dropping bits
+    b = matrix >> (_BITS - _FEWER)
+    return r > 0 and all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b))
 
 
 def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
@@ -160,7 +205,7 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
     right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
     mixed = factor in ("disk", "noise", "peak") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
     _refuse(bool(mixed) or not (right and same), "has a loop of another box, or matrices that do not fit")
-    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
+    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", _CIRCLE)))
     turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
     centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
     beside = [slice(n)] * (n > 0) + [slice(n, None)] if factor == "rest" else [slice(None)]
@@ -172,9 +217,7 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
             for part, x, back, room in turns:
                 b = x @ (closed - centre)[part, part] @ back // (ONE * ONE)
                 unknown = np.abs(x) @ (off + more)[part, part] @ np.abs(back) // (ONE * ONE) + 2
-                r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(b)  # of dropping bits
-                b >>= _BITS - _FEWER
-                if r <= 0 or not all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b)):
+                if not _is_shorter(b, unknown, room):
                     return False
                 if factor == "noise":
                     entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
