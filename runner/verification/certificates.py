@@ -61,8 +61,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
         left, noise = leaf.left, leaf.beyond_noise
         leaves.append(
             {
-                "box": leaf.box,
-                **({"core": leaf.core} if claim.changes else {}),
+                "box": leaf.core,
                 "loop": place,
                 "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
                 "transform": leaf.transform.tolist(),

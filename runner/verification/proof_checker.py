@@ -5,7 +5,7 @@ wire between two ends. Its leaves are boxes that cover the whole. Each has the o
 bounds of how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is
 taken for granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
 
-1. the hash of the certificate, that the factors and discs are those of its claim, and that the cores of leaves cover it;
+1. the hash of the certificate, that factors and discs are those of its claim, and that the cores of leaves cover all;
    where parameters change, that a leaf m follows k only after N periods, which shorten more than its norm lengthens:
    |T_m^-1 T_k| r_k^N < 1, N = floor(h / d) + 1, for a way h from a core to the end of its box and steps of at most d;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
@@ -34,17 +34,17 @@ _BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of t
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
-_CIRCLE, _MOST_PERIODS = (0.0, 0.0, 1.0), 10**9
+_CIRCLE, _MOST_PERIODS = (0.0, 0.0, 1.0), 10**9  # a disc; for which a norm is kept, or more
 _BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
-_UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s"}
+_UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
 _SETTLED = ("scale factor", _BIAS)
 _FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
 
 _Whole = npt.NDArray[np.object_]  # of integers
-_Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
+_Rounded = Sequence[_Whole]  # a matrix, and bounds of its errors
+_Norm = tuple[_Whole, _Whole, int]  # T, a matrix near its inverse, and a bound of how near
 _Box = tuple[tuple[float, float], ...]
-_Kept = tuple[Mapping[str, Any], _Box, _Box]  # a leaf, the box in which its norm serves, and its core
+_Data = Mapping[str, Any]
 
 
 class FalseCertificateError(Exception):
@@ -70,44 +70,37 @@ def _refuse(wrong: bool, why: str) -> None:
         raise FalseCertificateError(why)
 
 
-def digest_of(content: Mapping[str, Any]) -> str:
+def digest_of(content: _Data) -> str:
     """Return the SHA-256 of the content of a certificate."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
-    kind, limit = claim["kind"], float(claim["limit"])
+def _claim(data: _Data, claim: _Data) -> str:
+    kind, limit, any_change = claim["kind"], float(claim["limit"]), claim.get("any_change") is True
     upper, at_rest = kind in (_NOISE, _PEAK), kind == _BIAS or claim.get("at_rest") is True
     of_output, most = upper or kind in _SETTLED, upper or (kind in _SETTLED and claim["most"] is True)
     where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
-    size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
-    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
-    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
-    changes = claim.get("any_change") or claim.get("changes")
-    where += " at rest" * at_rest + f" under {'any' if claim.get('any_change') else 'slow'} change" * bool(changes)
+    size = repr(limit) if of_output else f"{limit:g}{_UNITS.get(kind, '')}"
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}" + " at rest" * at_rest
+    sides = [_side((one["low"], one["high"])) for one in claim["coordinates"]]
+    steps = [Fraction(b) - Fraction(a) for a, b in sides] if any_change else [*map(Fraction, claim.get("changes", ()))]
+    moves = any_change or bool(steps)
+    where += f" under {'any' if any_change else 'slow'} change" * moves
     _check_ends(claim, where)
-    kept = [
-        (leaf, *(tuple(map(_side, leaf.get(name, leaf["box"]))) for name in ("box", "core")))
-        for leaf in claim["leaves"]
-    ]
-    covered = _covered((*sides, _side(claim["ends"])), [core for _, _, core in kept])
+    leaves = [(tuple(map(_side, leaf["box"])), leaf, data["loops"][leaf["loop"]]) for leaf in claim["leaves"]]
+    covered = _covered((*sides, _side(claim["ends"])), [box for box, _, _ in leaves])
     _refuse(not covered, f"{where}: its boxes do not cover the tolerances")
-    far = [Fraction(high) - Fraction(low) for low, high in sides]
-    steps = far if claim.get("any_change") else [*map(Fraction, claim.get("changes", []))]
-    stays = at_rest or kind in ("delay margin", *_SETTLED)
-    wrong = changes and (stays or any(_too_soon(claim, steps, *pair) for pair in itertools.permutations(kept, 2)))
-    _refuse(bool(wrong), f"{where}: no norm serves all of the tolerances, or follows another so soon")
-    for number, (leaf, box, core) in enumerate(kept):
-        within = all(a <= b and c >= d for (a, c), (b, d) in zip(box, core, strict=True))
-        _refuse(not within or not _has_disc(claim, leaf, box[-1]), f"{where}: a disc or core is not that of the claim")
-        loop = data["loops"][leaf["loop"]]
+    for number, (box, leaf, loop) in enumerate(leaves):
+        _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
         contracts = _contracts(loop, leaf, box, claim["factor"], most)
         _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
+    stays = at_rest or kind in ("delay margin", *_SETTLED)
+    wrong = moves and (stays or any(_too_soon(claim, steps, *pair) for pair in itertools.permutations(leaves, 2)))
+    _refuse(wrong, f"{where}: no norm serves all of the tolerances, or follows another so soon")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
-    if not claim.get("any_change") and changes:
-        named = [f"{one} by at most {float(step):g} a period" for one, step in zip(named, steps, strict=True)]
-    return ", ".join([f"{where}: {len(kept)} box{'es' * (len(kept) > 1)}", *named])
+    slow = [f" by at most {float(step):g} a period" for step in steps] if moves else [""] * len(named)
+    return ", ".join([f"{where}: {len(leaves)} box{'es' * (len(leaves) > 1)}", *map(str.__add__, named, slow)])
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
@@ -116,23 +109,23 @@ def _side(ends: Sequence[float]) -> tuple[float, float]:
     return low, high
 
 
-def _check_ends(claim: Mapping[str, Any], where: str) -> None:
+def _check_ends(claim: _Data, where: str) -> None:
     """Raise where the factors are fewer than those of the claim."""
     (low, high), factor, kind = map(Decimal, _side(claim["ends"])), claim["factor"], claim["kind"]
     limit, period = Decimal(float(claim["limit"])), Decimal(float(claim.get("period", 0.0)))
     if kind in ("phase margin", "delay margin"):
-        most = limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)) if period > 0 else -1
-        right = factor == "phase" and low <= 0 and high >= _PI * most >= 0
+        most = limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2))
+        right = factor == "phase" and low <= 0 and high >= _PI * most
     elif kind in _FACTORS:
         right = factor == _FACTORS[kind] and low == high >= limit and (low == limit or factor == "disk")
     else:
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
         right = factor == "gain" and low * gain <= 1 and high >= gain
-        right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
-    _refuse(not right or not (limit >= 0 or kind in _SETTLED), f"{where}: its factors are not those of the claim")
+    right &= (limit >= 0 or kind in _SETTLED) and (period > 0 or kind not in ("delay margin", "decay rate"))
+    _refuse(not right, f"{where}: its factors are not those of the claim")
 
 
-def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
+def _has_disc(claim: _Data, leaf: _Data, factors: tuple[float, float]) -> bool:
     """Return whether poles in the disc of a leaf keep its claim: of a delay it leaves out an arc, near at its ends."""
     real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", _CIRCLE)))
     kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
@@ -144,38 +137,40 @@ def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[
     return real == imaginary == 0 and 0 < Decimal(float(radius)) <= _radius(claim)
 
 
-def _radius(claim: Mapping[str, Any]) -> Decimal:
+def _radius(claim: _Data) -> Decimal:
     """Return that of the disc about zero in which all poles have to lie."""
     rate = Decimal(float(claim["limit"])) * Decimal(float(claim.get("period", 0.0)))
     return (-rate).exp() * (1 - Decimal(10) ** -45) if claim["kind"] == "decay rate" else Decimal(1)
 
 
-def _too_soon(claim: Mapping[str, Any], steps: Sequence[Fraction], before: _Kept, after: _Kept) -> bool:
+def _too_soon(claim: _Data, steps: Sequence[Fraction], one: Sequence[Any], after: Sequence[Any]) -> bool:
     """Return whether a leaf may follow another before that one shortens by more than the norm of the next lengthens."""
     times = list[int]()
-    if before[0]["transform"] == after[0]["transform"]:
-        return False
-    for box, core, there, step in zip(*before[1:], after[2], (*steps, Fraction(0)), strict=True):
-        apart = Fraction(max(box[0], there[0])) - Fraction(min(box[1], there[1]))
-        if apart > step or (apart == step == 0 and box != there):  # of what stays one side of a common end is enough
+    for core, side, there, step in zip(
+        one[0], (*one[2]["box"], one[0][-1]), after[0], (*steps, Fraction(0)), strict=True
+    ):
+        (a, b), (first, last), (low, high) = (map(Fraction, ends) for ends in (core, side, there))
+        apart = max(first, low) - min(last, high)
+        if apart > step or (apart == step == 0 and core != there):  # of what stays one side of a common end is enough
             return False
-        beyond = (there[0] < box[0], core[0], box[0]), (there[1] > box[1], box[1], core[1])
-        times += [(Fraction(high) - Fraction(low)) // step + 1 for leaves, high, low in beyond if leaves and step]
-    if not times or claim["kind"] in (_NOISE, _PEAK):
-        return bool(times)
-    shorter = (Decimal(float(before[0].get("disc", _CIRCLE)[2])) / _radius(claim)) ** min(*times, _MOST_PERIODS)
-    t, (x, _, room) = before[0]["transform"], _turned(np.array(after[0]["transform"], dtype=float), ONE)
-    mixed = x @ _whole(np.array(t, dtype=float)) // ONE
-    return not _is_shorter(
-        mixed, np.abs(x) @ (0 * mixed + 1) // ONE + 2, (room << _FEWER) // (int(shorter * (1 << _FEWER)) + 2)
-    )
+        times += [
+            way // step + 1 for way, beyond in ((a - first, low < first), (last - b, high > last)) if beyond and step
+        ]
+    norm, other = (_norm(np.array(leaf["transform"], dtype=float)) for leaf in (one[1], after[1]))
+    if not times or np.array_equal(norm[0], other[0]) or claim["kind"] in (_NOISE, _PEAK):
+        return bool(times) and not np.array_equal(norm[0], other[0])
+    part = Decimal(float(one[1].get("disc", _CIRCLE)[2])) / _radius(claim)
+    room = (ONE << _FEWER) // (int(part ** min(*times, _MOST_PERIODS) * (1 << _FEWER)) + 2)
+    return not _is_shorter((ONE * _unit(len(norm[0])), 0 * norm[0]), norm, other, room)
 
 
-def _is_shorter(matrix: _Whole, unknown: _Whole, room: int) -> bool:
-    """Return whether a matrix shortens every vector to below `room`, with entries off by at most what is unknown."""
-    r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(matrix)  # of dropping bits
-    b = matrix >> (_BITS - _FEWER)
-    return r > 0 and all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b))
+def _is_shorter(matrix: _Rounded, norm: _Norm, after: _Norm, room: int) -> bool:
+    """Return whether a matrix leaves of every vector less than `room`, in the norms before and after."""
+    back, x = norm[0][: matrix[0].shape[1]], after[1]
+    b, unknown = x @ matrix[0] @ back // (ONE * ONE), np.abs(x) @ matrix[1] @ np.abs(back) // (ONE * ONE) + 2
+    r = (room - after[2] * room // ONE - 1 - _bound(unknown)) >> (_BITS - _FEWER)
+    r, b = r - 2 * len(b), b >> (_BITS - _FEWER)  # of dropping bits
+    return r > 0 and all(minor > 0 for minor in _minors(r * r * _unit(b.shape[1]) - b.T @ b))
 
 
 def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
@@ -190,11 +185,12 @@ def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
     return whole in boxes
 
 
-def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str, most: bool) -> bool:
+def _contracts(loop: _Data, leaf: _Data, box: _Box, factor: str, most: bool) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
     sides, parts, limit = box[:-1], 2 if factor == "phase" else 1, box[-1][1]
-    wide = [i for i, (low, high) in enumerate(sides) if low < high]
-    same = tuple(map(_side, loop["box"])) == sides and sorted(loop["interpolated"] + loop["bounded"]) == wide
+    whole = [*map(_side, loop["box"])]
+    holds = all(low <= a and b <= high for (a, b), (low, high) in zip(sides, whole, strict=True))
+    holds &= sorted(loop["interpolated"] + loop["bounded"]) == [i for i, (low, high) in enumerate(whole) if low < high]
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
     middles, radii = (np.array(loop["corners"][name], dtype=float) for name in ("middle", "radius"))
     t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
@@ -204,30 +200,29 @@ def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, fact
     right &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
     right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
     mixed = factor in ("disk", "noise", "peak") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
-    _refuse(bool(mixed) or not (right and same), "has a loop of another box, or matrices that do not fit")
+    _refuse(bool(mixed) or not (right and holds), "has a loop of another box, or matrices that do not fit")
     real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", _CIRCLE)))
     turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
     centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
-    beside = [slice(n)] * (n > 0) + [slice(n, None)] if factor == "rest" else [slice(None)]
-    turns = [(part, *_turned(t[part, part], radius)) for part in beside]
+    beside = [part for part in (slice(n), slice(n, None)) if len(t[part])] if factor == "rest" else [slice(None)]
+    norms = [(part, _norm(t[part, part])) for part in beside]
     for middle, near in zip(map(_whole, middles), map(_whole, radii), strict=True):
         for f in _factors(factor, box[-1], k):
-            opened = middle, near + 1
-            closed, off = _closed(opened, f, n, factor, limit, left)
-            for part, x, back, room in turns:
-                b = x @ (closed - centre)[part, part] @ back // (ONE * ONE)
-                unknown = np.abs(x) @ (off + more)[part, part] @ np.abs(back) // (ONE * ONE) + 2
-                if not _is_shorter(b, unknown, room):
+            closed = _closed((middle, near + 1), f, n, factor, limit, left)
+            for part, norm in norms:
+                moved = [(closed[0] - centre)[part, part], (closed[1] + more)[part, part]]
+                if not _is_shorter(moved, norm, norm, radius):
                     return False
-                if factor == "noise":
-                    entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
-                    mixed = x[:n, n:].any() or (x[n:] != ONE * _unit(size)[n:]).any()
-                    if mixed or ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
-                        return False
+        if factor == "noise":
+            x = norms[0][1][1]
+            entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
+            mixed = x[:n, n:].any() or (x[n:] != ONE * _unit(size)[n:]).any()
+            if mixed or ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
+                return False
     return factor != "rest" or ([*_minors(left)][-1] > 0) == most
 
 
-def _rests(rest: Mapping[str, Any]) -> bool:
+def _rests(rest: _Data) -> bool:
     """Return whether each sensor of a box has one point of rest within r of a centre."""
     names = "reach", "step", "step_radius", "left", "matrix", "matrix_radius"
     r, b, near, *square = (_whole(np.array(rest[name], dtype=float)) for name in names)
@@ -237,12 +232,11 @@ def _rests(rest: Mapping[str, Any]) -> bool:
     return bool(((np.abs(left @ b) + np.abs(left) @ (near + 2)) * ONE + apart @ r < ONE * ONE * r).all())
 
 
-def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, int]:
-    """Return a matrix near the inverse of T, T, and what a norm in these coordinates has to be below."""
+def _norm(t: npt.NDArray[np.float64]) -> _Norm:
+    """Return the norm of a matrix T: how long T^-1 x is."""
     scale = np.maximum(np.abs(t).max(axis=1), 1e-300)
     x, whole = _whole(np.linalg.inv(t / scale[:, None]) / scale), _whole(t)
-    apart = np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1
-    return x, whole, radius - _bound(apart) * radius // ONE - 1
+    return whole, x, _bound(np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1)
 
 
 def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, left: _Whole) -> _Rounded:
@@ -250,39 +244,42 @@ def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, le
 
     A disk of size a has [A + B E C, B E; a E C, a (E - I / 2)], a peak of g [A, B; C / g, D / g], noise [A 0; C 0].
     """
-    halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
-    a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
+    parts = [(rows, columns) for rows in (slice(n), slice(n, None)) for columns in (slice(n), slice(n, None))]
+    a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), one[part]) for one in opened] for part in parts)
     if factor == "rest":
         border = ONE * _unit(n + 1)
         border[n, n] = math.floor(Fraction(limit) * ONE)
         rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
-        empty = [0 * part[:n] for part in opened]
-        return _joined([[a, empty], [[part.T for part in empty], rest]])
+        return _joined(a, [0 * one[:n] for one in opened], [0 * one[:n].T for one in opened], rest)
     if factor == "noise":
-        return _joined([[a, [0 * part.T for part in c]], [c, [0 * (part @ part.T) for part in c]]])
+        return _joined(a, [0 * one.T for one in c], c, [0 * (one @ one.T) for one in c])
     if factor == "peak":
-        one = int(ONE / Fraction(limit)) * _unit(len(d[0])), 0 * d[0] + 1
-        return _joined([[a, b], [_times(one, c), _times(one, d)]])
+        return _joined(a, b, _scaled(1 / Fraction(limit), c), _scaled(1 / Fraction(limit), d))
     e = power = f
     for _ in range(len(opened[0]) - n - 1):
         power = _times(f, _times(d, power))
-        e = e[0] + power[0], e[1] + power[1]
-    b_e, forward = _times(b, e), _times(_times(b, e), c)
-    closed = a[0] + forward[0], a[1] + forward[1]
+        e = _sum(e, power)
+    closed, size = _sum(a, _times(_times(b, e), c)), Fraction(limit)
     if factor != "disk":
         return closed
-    scale = int(Fraction(limit) * ONE) * _unit(len(e[0])), 0 * e[0] + 1
-    return _joined([[closed, b_e], [_times(scale, _times(e, c)), _times(scale, (e[0] - f[0] // 2, e[1]))]])
+    return _joined(closed, _times(b, e), _scaled(size, _times(e, c)), _scaled(size, [e[0] - f[0] // 2, e[1]]))
 
 
-def _joined(rows: Sequence[Sequence[Sequence[_Whole]]]) -> _Rounded:
-    middle, near = (np.block([[part[i] for part in row] for row in rows]) for i in (0, 1))
-    return middle, near
+def _joined(a: _Rounded, b: _Rounded, c: _Rounded, d: _Rounded) -> _Rounded:
+    return [np.block([[a[i], b[i]], [c[i], d[i]]]) for i in (0, 1)]
 
 
-def _times(left: Sequence[_Whole], right: Sequence[_Whole]) -> _Rounded:
+def _sum(left: _Rounded, right: _Rounded) -> _Rounded:
+    return [left[0] + right[0], left[1] + right[1]]
+
+
+def _times(left: _Rounded, right: _Rounded) -> _Rounded:
     errors = np.abs(left[0]) @ right[1] + left[1] @ (np.abs(right[0]) + right[1])
-    return left[0] @ right[0] // ONE, errors // ONE + 2
+    return [left[0] @ right[0] // ONE, errors // ONE + 2]
+
+
+def _scaled(by: Fraction, matrix: _Rounded) -> _Rounded:
+    return _times([int(by * ONE) * _unit(len(matrix[0])), _unit(len(matrix[0]))], matrix)
 
 
 def _unit(size: int) -> _Whole:

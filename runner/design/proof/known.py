@@ -26,7 +26,7 @@ class KnownProofs:
         for one in self.claims:
             own = {**one, "changes": tuple(one.get("changes", ()))}
             if [own.get(key, False) for key in (*_SAME, "coordinates")] == wanted:
-                return {_sides(leaf.get("core", leaf["box"])): _start(leaf) for leaf in one["leaves"]}
+                return {_sides(leaf["box"]): _start(leaf) for leaf in one["leaves"]}
         return {}
 
 
