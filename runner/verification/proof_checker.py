@@ -1,9 +1,8 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
-A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
-wire between two ends. Its leaves cover the whole. Each has the open loop [A B; C D] at the corners of a box, bounds of
-how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is taken for
-granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
+A certificate says that the poles of a sampled loop lie in a disc for all parameters and factors between their ends. Its
+leaves have the open loop [A B; C D] at the corners of a box, bounds of how far closed ones may lie beyond, a disc and a
+matrix T. That these enclose those of the graph is taken for granted. In whole numbers of 2^-300 the checker verifies:
 
 1. the hash of the certificate, that factors and discs are those of its claim, and that the leaves cover all;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
@@ -40,7 +39,6 @@ _FACTORS = {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "phas
 _FACTORS |= {"delay margin": "phase", "disk margin": "disk", "scale factor": "rest", "bias": "rest"}
 _FACTORS |= {"noise": "noise", "peak": "peak"}
 _UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
-
 _Whole = npt.NDArray[np.object_]  # of integers; of three dimensions a matrix, and behind it bounds of its errors
 _Box = tuple[tuple[float, float], ...]
 _Data = Mapping[str, Any]
@@ -107,7 +105,7 @@ def _claim(data: _Data, claim: _Data) -> str:
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
     low, high = map(float, ends)
-    _refuse(not (math.isfinite(low) and math.isfinite(high) and low <= high), "has a side without ends")
+    _refuse(not -math.inf < low <= high < math.inf, "has a side without ends")
     return low, high
 
 
@@ -151,10 +149,9 @@ def _too_soon(claim: _Data, steps: Sequence[Fraction], one: _Leaf, after: _Leaf)
     same = leaf["transform"] == following["transform"]
     if same or not times or claim["kind"] in ("noise", "peak"):
         return bool(times) and not same
-    part = _disc(claim, leaf, cores[-1]) ** min(*times, _MOST_PERIODS)
-    room = (ONE << _FEWER) // (int(part * (1 << _FEWER)) + 2)
+    left = _disc(claim, leaf, cores[-1]) ** min(*times, _MOST_PERIODS) * (1 << _FEWER)
     t, norm = _whole(leaf["transform"]), _norm(_whole(following["transform"]))
-    return not _is_shorter(np.stack([ONE * _unit(len(t)), 0 * t]), t, norm, room)
+    return not _is_shorter(np.stack([ONE * _unit(len(t)), 0 * t]), t, norm, (ONE << _FEWER) // (int(left) + 2))
 
 
 def _is_shorter(matrix: _Whole, t: _Whole, after: tuple[_Whole, _Whole], room: int) -> bool:
@@ -203,23 +200,23 @@ def _contracts(loop: _Data, leaf: _Data, box: _Box, factor: str, most: bool) -> 
             moved = _closed(corner, f, n, factor, limit, left) - away
             if not all(_is_shorter(moved[:, i, i], t[i, i], norm, radius) for i, norm in norms):
                 return False
-        if factor == "noise":
-            x = norms[0][1][0]
-            entering = np.abs(x @ corner[0, :, n:]) + np.abs(x) @ (corner[1, :, n:] + noise + 2)
-            mixed = (x - ONE * _unit(size))[still].any() or x[:n, still].any()
-            if mixed or ((entering // ONE + 2) ** 2).sum() > (limit * ONE) ** 2:
-                return False
+    if factor == "noise":
+        x = norms[0][1][0]
+        mixed = (x - ONE * _unit(size))[still].any() or x[:n, still].any()
+        entering = (np.abs(x @ middles[:, :, n:]) + np.abs(x) @ (radii[:, :, n:] + noise + 3)) // ONE + 2
+        return not mixed and all(squares.sum() <= (limit * ONE) ** 2 for squares in entering**2)
     return factor != "rest" or ([*_minors(left)][-1] > 0) == most
 
 
 def _rests(rest: _Data) -> bool:
     """Return whether each sensor of a box has one point of rest within r of a centre."""
-    parts = (_whole(rest[key]) for key in ("reach", "step", "step_radius", "left", "matrix", "matrix_radius"))
-    r, b, near, left, j, off = parts
+    r, b, near = (_whole(rest[key]) for key in ("reach", "step", "step_radius"))
+    left, j, off = (_whole(rest[key]) for key in ("left", "matrix", "matrix_radius"))
     fits = r.shape == b.shape == near.shape and left.shape == j.shape == off.shape == 2 * r.shape
-    _refuse(not fits or bool((near < 0).any() or (off < 0).any()), "has no point of rest")
-    apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (off + 2)
-    return bool(((np.abs(left @ b) + np.abs(left) @ (near + 2)) * ONE + apart @ r < ONE * ONE * r).all())
+    apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (np.abs(off) + 2)
+    return fits and bool(
+        ((np.abs(left @ b) + np.abs(left) @ (np.abs(near) + 2)) * ONE + apart @ r < ONE * ONE * r).all()
+    )
 
 
 def _norm(t: _Whole) -> tuple[_Whole, _Whole]:
@@ -230,16 +227,15 @@ def _norm(t: _Whole) -> tuple[_Whole, _Whole]:
     return x, np.abs(x @ t - ONE * ONE * _unit(len(t))) // ONE + 1
 
 
-def _closed(opened: _Whole, f: _Whole, n: int, factor: str, limit: Fraction, left: _Whole) -> _Whole:
-    """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values, or more beside it."""
+def _closed(opened: _Whole, f: _Whole, n: int, factor: str, limit: Fraction, left: _Whole) -> Any:
+    """Return A + B E C with E = F (I - D F)^-1; of a disk of size a [A + B E C, B E; a E C, a (E - I / 2)]."""
     ends, k = (slice(n), slice(n, None)), opened.shape[1] - n
     if factor == "noise":
         return np.concatenate([opened[:, :, :n], np.zeros((2, n + k, k), dtype=object)], axis=2)
     if factor == "rest":
         border = np.diag([ONE] * n + [math.floor(limit * ONE)])
         rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
-        empty = 0 * opened[:, :n]
-        return np.block([[opened[:, :n, :n], empty], [empty.swapaxes(1, 2), np.stack(rest)]])
+        return np.block([[opened[:, :n, :n], 0 * opened[:, :n]], [0 * opened[:, :n].swapaxes(1, 2), np.stack(rest)]])
     a, b, c, d = (np.kron(_unit(f.shape[1] // k), opened[:, rows, columns]) for rows in ends for columns in ends)
     e = power = f
     for _ in range(k - 1):
@@ -248,7 +244,6 @@ def _closed(opened: _Whole, f: _Whole, n: int, factor: str, limit: Fraction, lef
     closed, half = a + _times(_times(b, e), c), np.stack([f[0] // 2, 0 * f[0]])
     if factor in ("gain", "phase"):
         return closed
-    # a disk of size a has [A + B E C, B E; a E C, a (E - I / 2)], a peak of g [A, B; C / g, D / g]
     whole = opened if factor == "peak" else np.block([[closed, _times(b, e)], [_times(e, c), e - half]])
     scale = np.diag([ONE] * n + [int((1 / limit if factor == "peak" else limit) * ONE)] * k)
     return _times(np.stack([scale, _unit(n + k)]), whole)
