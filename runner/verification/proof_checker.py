@@ -26,7 +26,6 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 FORMAT = "proofmass proof 1"
 _BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of those whose norm is below one; 1.0
@@ -39,7 +38,7 @@ _FACTORS = {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "phas
 _FACTORS |= {"delay margin": "phase", "disk margin": "disk", "scale factor": "rest", "bias": "rest"}
 _FACTORS |= {"noise": "noise", "peak": "peak"}
 _UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
-_Whole = npt.NDArray[np.object_]  # of integers; of three dimensions a matrix, and behind it bounds of its errors
+_Whole = np.ndarray[Any, np.dtype[np.object_]]  # of integers; where it has three sides, a matrix and its errors
 _Box = tuple[tuple[float, float], ...]
 _Data = Mapping[str, Any]
 _Leaf = tuple[_Box, _Data, _Data]  # what it covers, it, and its loop with the box in which its norm serves
@@ -118,7 +117,7 @@ def _check_ends(claim: _Data, where: str) -> None:
         right = low <= 0 and high >= _PI * (limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)))
     elif factor == "gain":
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
-        right &= low * gain <= 1 and high >= gain
+        right &= low * gain <= 1 and high >= gain and (kind != "stable" or limit == 0)
     else:
         right &= low == high >= limit and (low == limit or factor == "disk")
     _refuse(not right or claim["factor"] != factor, f"{where}: its factors are not those of the claim")
@@ -214,9 +213,8 @@ def _rests(rest: _Data) -> bool:
     left, j, off = (_whole(rest[key]) for key in ("left", "matrix", "matrix_radius"))
     fits = r.shape == b.shape == near.shape and left.shape == j.shape == off.shape == 2 * r.shape
     apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (np.abs(off) + 2)
-    return fits and bool(
-        ((np.abs(left @ b) + np.abs(left) @ (np.abs(near) + 2)) * ONE + apart @ r < ONE * ONE * r).all()
-    )
+    needed = (np.abs(left @ b) + np.abs(left) @ (np.abs(near) + 2)) * ONE + apart @ r
+    return fits and bool((needed < ONE * ONE * r).all())
 
 
 def _norm(t: _Whole) -> tuple[_Whole, _Whole]:

@@ -140,9 +140,9 @@ def test_a_process_that_hangs_does_not_hang_the_search(monkeypatch: Patch) -> No
 
 def test_ctrl_c_keeps_what_is_proved(monkeypatch: Patch) -> None:
     def slows(box: Any) -> None:
-        time.sleep(0.05)
+        time.sleep(0.5)
 
-    pressed = threading.Timer(1.5, os.kill, (os.getpid(), signal.SIGINT))
+    pressed = threading.Timer(2.5, os.kill, (os.getpid(), signal.SIGINT))
     pressed.start()
     with in_children(monkeypatch, slows):
         found = proofs(2, gain_margin="")
@@ -183,7 +183,7 @@ def test_processes_end_with_the_one_that_started_them(number: signal.Signals) ->
     for _ in range(200):
         if not any(Path(f"/proc/{other}").exists() for other in others):
             return
-        time.sleep(0.05)
+        time.sleep(0.5)
     pytest.fail("a process goes on")
 
 
