@@ -67,6 +67,7 @@ class Proofs(Told):
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
     constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
     lost_workers: int = 0  # processes that ended early: others did their part
+    rates: tuple[float, ...] = ()  # at which the parameters of the ranges may change, in their units per second
 
     @property
     def proved(self) -> bool:
@@ -87,6 +88,7 @@ class Proofs(Told):
             "proved": self.proved,
             "interrupted": self.interrupted,
             "constants": sorted(self.constants),
+            **({"rates": [*self.rates]} if self.rates else {}),
             **({"lost_workers": self.lost_workers} if self.lost_workers else {}),
             "left_out": dict(self.left_out),
         }
@@ -199,7 +201,15 @@ def prove(
                 progress(len(digital) + len(proofs), every)
         left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
         return Proofs(
-            graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names, sum(proving.lost)
+            graph,
+            coordinates.ranges,
+            tuple(proofs),
+            stop.is_set(),
+            left_out,
+            tuple(digital),
+            names,
+            sum(proving.lost),
+            rates,
         )
 
 
