@@ -17,7 +17,7 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a call: an answer, or none where the function raised an exception or its process died."""
+    """Outcome of a call: an answer, or none where the function raised an exception or its process died."""
 
     place: Any  # of the call, as it was begun
     value: Any = None
@@ -51,12 +51,12 @@ class Forked:
 
     @property
     def count(self) -> int:
-        """How many are there."""
+        """Number of processes."""
         return len(self._processes)
 
     @property
     def idle(self) -> int:
-        """How many of them wait for a call."""
+        """Number of processes that wait for a call."""
         return len(self._processes) - len(self._busy)
 
     def begin(self, place: Any, arguments: Sequence[Any]) -> None:

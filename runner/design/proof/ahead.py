@@ -50,7 +50,7 @@ class LooksAhead:
 
     @property
     def died(self) -> int:
-        """How many processes ended early."""
+        """Number of processes that ended early."""
         return 0 if self._forked is None else self._forked.died
 
     def look(self, part: Part, left: Sequence[Part], is_late: Callable[[], bool], must: bool) -> None:

@@ -1,4 +1,4 @@
-"""How fast parameters may change, as it is written: "1 %/s" of what the graph says, or a width per time."""
+"""Rates at which parameters may change, as they are written: "1 %/s" of what the graph says, or a width per time."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -1,4 +1,4 @@
-"""What comes of one box: it contracts in a norm, a sensor in it breaks the claim, or its halves are looked at instead.
+"""A look at one box: it contracts in a norm, a sensor in it breaks the claim, or its halves are looked at instead.
 
 The poles of a claim lie in a disc, or in one of several: the norm is that of the matrices moved into it.
 
@@ -35,7 +35,7 @@ _NEARLY = 1e-5  # by which a norm at the corners may be below one before another
 
 @dataclass(frozen=True)
 class Looked:
-    """What came of a box: the first of these that there is."""
+    """Outcome of a look at a box: the first of these that there is."""
 
     region: ProvedRegion | None = None  # it is proved
     broken: Sides | None = None  # at the middle of this box the claim fails

@@ -244,7 +244,7 @@ def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -
 
 @dataclass(frozen=True)
 class _Proving:
-    """What the searches of all claims share: the sensors, the time that is left, and processes."""
+    """Searches for all claims, which share the sensors, the time that is left, and processes."""
 
     graph: Graph
     rests: RestRuns
