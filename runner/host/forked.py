@@ -16,7 +16,7 @@ from typing import Any
 
 
 @dataclass(frozen=True)
-class Answer:
+class ForkedAnswer:
     """Outcome of a call: an answer, or none where the function raised an exception or its process died."""
 
     place: Any  # of the call, as it was begun
@@ -66,18 +66,18 @@ class Forked:
         with suppress(OSError):  # it died: so will its answer say
             connection.send(arguments)
 
-    def arrived(self, seconds: float) -> list[Answer]:
+    def arrived(self, seconds: float) -> list[ForkedAnswer]:
         """Return the answers that arrive within some seconds, at once when there is one."""
         return [self._received(one) for one in wait(list(self._busy), seconds) if isinstance(one, Connection)]
 
-    def _received(self, connection: Connection) -> Answer:
+    def _received(self, connection: Connection) -> ForkedAnswer:
         place = self._busy.pop(connection)
         try:
-            return Answer(place, connection.recv())
+            return ForkedAnswer(place, connection.recv())
         except (EOFError, OSError):
             self.died += 1
             self._ended(connection)
-            return Answer(place, died=True)
+            return ForkedAnswer(place, died=True)
 
     def _ended(self, connection: Connection) -> None:
         process = self._processes.pop(connection)

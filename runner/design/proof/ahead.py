@@ -15,16 +15,16 @@ _WAITS = 0.05  # seconds between looks at the time
 
 
 @dataclass(eq=False)
-class Part:
+class BoxPart:
     """A box in the order of a search: its halves follow it."""
 
     claim: Claim
     whole: Sides
     box: Sides
     start: Start | None
-    make: Callable[[Sides, Start | None], "Part"]  # a half
+    make: Callable[[Sides, Start | None], "BoxPart"]  # a half
     looks: bool = True  # else it is halved without a look
-    halves: "list[Part]" = field(default_factory=list)
+    halves: "list[BoxPart]" = field(default_factory=list)
     looked: Looked | None = None
     begun: bool = False
     here: bool = False  # this process has to look at it: another met an exception
@@ -33,7 +33,7 @@ class Part:
         """Take what came of it."""
         self.looked, self.halves = looked, [self.make(half, looked.start) for half in looked.halves]
 
-    def open(self) -> "Iterator[Part]":
+    def open(self) -> "Iterator[BoxPart]":
         """Yield the parts of it that nobody looks at, in their order."""
         if self.looks and not self.begun and self.looked is None:
             yield self
@@ -53,7 +53,7 @@ class LooksAhead:
         """Number of processes that ended early."""
         return 0 if self._forked is None else self._forked.died
 
-    def look(self, part: Part, left: Sequence[Part], is_late: Callable[[], bool], must: bool) -> None:
+    def look(self, part: BoxPart, left: Sequence[BoxPart], is_late: Callable[[], bool], must: bool) -> None:
         """Look at a part, and ahead at what is left: not if it is late, unless the part `must` be looked at.
 
         Raises `ModelError` of a sensor within.
@@ -69,13 +69,13 @@ class LooksAhead:
             else:
                 self._wait(part, left)
 
-    def _started(self, part: Part, left: Sequence[Part]) -> bool:
+    def _started(self, part: BoxPart, left: Sequence[BoxPart]) -> bool:
         """Return whether there are processes, which are started for several parts that take long."""
         if self._forked is None and self._workers > 1 and left and self._spent > WORTH_SECONDS:
             self._forked = Forked(self._look, self._workers)
         return self._forked is not None and self._forked.count > 0
 
-    def _wait(self, part: Part, left: Sequence[Part]) -> None:
+    def _wait(self, part: BoxPart, left: Sequence[BoxPart]) -> None:
         assert self._forked is not None
         waiting = (one for first in (part, *reversed(left)) for one in first.open())
         while self._forked.idle and (one := next(waiting, None)) is not None:

@@ -23,7 +23,7 @@ from proofmass.runner.design.proof.least_found import (
     quantity_there,
     worst_of,
 )
-from proofmass.runner.design.proof.look import Look, Looked
+from proofmass.runner.design.proof.look import BoxLook, Looked
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.design.proof.search import ProofSearch, Searched
 
@@ -91,7 +91,7 @@ class Attempt:
 
     def look(self, claim: Claim, whole: Sides, box: Sides, start: Start | None) -> Looked:
         """Return what comes of a box, which is a part of a whole, for a claim; raises `ModelError`."""
-        return Look(self.maps, claim, whole, lambda part: self._breaks(claim, part)).at(box, start)
+        return BoxLook(self.maps, claim, whole, lambda part: self._breaks(claim, part)).at(box, start)
 
     def at(self, claim: Claim, until: float) -> MarginProof:
         """Return what comes of a claim, of which the nominal sensor is looked at first."""

@@ -45,7 +45,7 @@ class Looked:
 
 
 @dataclass(frozen=True)
-class Look:
+class BoxLook:
     """The view of any part of a whole box for a claim."""
 
     maps: BoxMaps

@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from proofmass.runner.design.proof.ahead import LooksAhead, Part
+from proofmass.runner.design.proof.ahead import BoxPart, LooksAhead
 from proofmass.runner.design.proof.box_maps import middle_of
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
@@ -78,7 +78,7 @@ class ProofSearch:
             return Searched("open", (), boxes, 0.0, None, NOT_IN_ONE)
         return Searched("proved", tuple(leaves), boxes, 1.0)
 
-    def _halve_too_soon(self, leaves: list[ProvedRegion], left: list[Part]) -> bool:
+    def _halve_too_soon(self, leaves: list[ProvedRegion], left: list[BoxPart]) -> bool:
         """Put the halves of leaves that others may follow too soon in their place; return whether there are any."""
         if not self.claim.in_parts:
             return False
@@ -88,18 +88,18 @@ class ProofSearch:
         leaves[:] = [leaf for leaf in leaves if leaf.core not in places]
         return bool(places)
 
-    def _part(self, box: Sides, start: Start | None) -> Part:
+    def _part(self, box: Sides, start: Start | None) -> BoxPart:
         """Return a box as a part, with its halves where these need no look at it."""
         free = self._towards_known(box)  # what is known is kept, whatever the time
         if not free and box[-1][1] - box[-1][0] > self.claim.row.wire.widest:
             free = halved(box, len(box) - 1)
         if free:
             halves = [self._part(half, start) for half in free]
-            return Part(self.claim, self.whole, box, start, self._part, looks=False, halves=halves)
+            return BoxPart(self.claim, self.whole, box, start, self._part, looks=False, halves=halves)
         begin = start if start is not None and start.alone else self.known.get(box, start)
-        return Part(self.claim, self.whole, box, begin, self._part)
+        return BoxPart(self.claim, self.whole, box, begin, self._part)
 
-    def _broken_among(self, left: Sequence[Part], why: str) -> Sides | None:
+    def _broken_among(self, left: Sequence[BoxPart], why: str) -> Sides | None:
         """Return a point that breaks the claim, of boxes that were not looked at, while there is time."""
         for place in range(len(left) - 1, -1, -1) if why != STAYS else ():
             part = left[place]

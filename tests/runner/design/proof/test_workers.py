@@ -17,7 +17,7 @@ from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
 from proofmass.runner.design.proof import ahead
 from proofmass.runner.design.proof.attempt import Attempt
-from proofmass.runner.design.proof.look import Look
+from proofmass.runner.design.proof.look import BoxLook
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.host.forked import Forked, can_fork
@@ -63,15 +63,15 @@ def children() -> set[int]:
 @contextlib.contextmanager
 def in_children(monkeypatch: Patch, act: Any) -> Iterator[None]:
     """Let something happen in other processes before they look at a box."""
-    at = Look.at
+    at = BoxLook.at
 
-    def acted(look: Look, box: Any, start: Any) -> Any:
+    def acted(look: BoxLook, box: Any, start: Any) -> Any:
         if os.getpid() != HERE:
             act(box)
         return at(look, box, start)
 
     with monkeypatch.context() as patched:
-        patched.setattr(Look, "at", acted)
+        patched.setattr(BoxLook, "at", acted)
         yield
 
 
@@ -157,16 +157,16 @@ def test_ctrl_c_keeps_what_is_proved(monkeypatch: Patch) -> None:
 PROGRAM = """
 import os, time
 from proofmass.runner.design.proof import ahead
-from proofmass.runner.design.proof.look import Look
+from proofmass.runner.design.proof.look import BoxLook
 from tests.runner.design.proof.test_prove import GRAPH
 from proofmass import prove
-at, here = Look.at, os.getpid()
+at, here = BoxLook.at, os.getpid()
 def slow(look, box, start):
     if os.getpid() != here:
         print(os.getpid(), flush=True)
         time.sleep(0.2)
     return at(look, box, start)
-Look.at, ahead.WORTH_SECONDS = slow, -1.0
+BoxLook.at, ahead.WORTH_SECONDS = slow, -1.0
 prove(GRAPH, tolerances={"gain.gain": "10 %"}, delay_margin="10.5 ms", workers=2)
 """
 
