@@ -160,6 +160,22 @@ def test_the_worst_paths_of_a_swing_decay_where_it_is_proved(percent: int) -> No
     assert greedy(of_stiffness(loop), 1e3, step, 10_000) < 0.0
 
 
+@pytest.mark.exhaustive
+@pytest.mark.parametrize("seed", range(10))
+def test_random_swings_decay_where_several_norms_prove_it(seed: int) -> None:
+    draw = random.Random(seed)
+    loop = swing(draw.uniform(0.07, 0.12))
+    loop.values["first.damping"] = draw.uniform(2.5, 6.0)
+    part = draw.uniform(0.05, 0.6)
+    found = changing(loop, f"{100.0 * part} %/s", seconds=60.0).proofs[0]
+    assert found.status == "proved"
+    step, width = part * 1e4 / RATE, 1e4 * loop.tolerances[STIFFNESS]
+    matrix = of_stiffness(loop)
+    assert max(radius_of_path(list(map(matrix, path))) for path in waves(width, step, 200)) < 1.0
+    assert greedy(matrix, width, step, 4000) < 0.0
+    assert len(found.searched.leaves) > 1
+
+
 # -- one that changes, and one that stays ------------------------------------------------------------------------------
 
 
