@@ -108,7 +108,7 @@ EXPLANATIONS = (
         r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
         r"|is soft|is not a tolerance|is not a limit|is bounded already|at least 1|are larger"
-        r"|no worst value|in the yield already|has the ages of",
+        r"|is not a rate (of change|above zero)|no worst value|in the yield already|has the ages of",
         "A number is smaller or larger than its parameter allows, or a file holds more than a limit.",
         "The message has the bounds. `proofmass blocks KIND` has those of a block.",
     ),
@@ -210,7 +210,7 @@ EXPLANATIONS = (
         r"runs? are|no law follows|the mission|calibrates|needs phases|(no|not a) history|one column|epoch|drift|ageing"
         r"|distribution|correlated|calibration|vary|swept|sweep|sensor can|too (old|large)|number that may vary"
         r"|the block works in fixed point|independent parameters|coefficient|no measures|equally many"
-        r"|the last age|nothing varies|leaves nothing free|hardly moves",
+        r"|the last age|nothing varies|leaves nothing free|hardly moves|has no tolerance|that change at will",
         "The tables of a study name parameters that may vary, how, and which measures count.",
         'docs/studies.md shows each table with an example. Keys of parameters are quoted: "adc.reference".',
     ),

@@ -42,6 +42,7 @@ ELSEWHERE: Mapping[str, tuple[str, ...]] = {  # a command or an option, and what
     "--out": ("--folder", "--dir", "--directory", "--save", "--outdir", "--results"),
     "--plot": ("--figure", "--picture", "--image", "--svg", "--png", "--bode"),
     "--threads": ("--jobs", "--workers", "--processes", "--cores", "--parallel"),
+    "--workers": ("--jobs", "--threads", "--processes", "--cores", "--parallel"),
     "--json": ("--machine", "--raw"),
     "--quiet": ("--silent", "--no-progress"),
     "--band": ("--range", "--frequencies", "--freq"),

@@ -37,6 +37,7 @@ def show_proofs(request: ProveRequest) -> int:
             noise=dict(map(_limits, request.noises)),
             rounding=dict(map(_limits, request.roundings)),
             input_ranges=dict(map(_limits, request.input_ranges)),
+            slow_change=dict(map(_rate, request.slow_changes)),
             progress=bar,
             known=_known(request, source),
         )
@@ -77,6 +78,12 @@ def _limits(text: str) -> tuple[str, str]:
     """Return the output and the limits of an option such as `adc.number=1.9..2.1`."""
     output, _, limits = text.partition("=")
     return output.strip(), limits.strip()
+
+
+def _rate(text: str) -> tuple[str, str]:
+    """Return the parameter and the rate of an option such as `torquer.gain=1 %/s`; "" for all parameters."""
+    name, _, rate = text.rpartition("=")
+    return name.strip(), rate.strip()
 
 
 def _same(text: str, graph: Graph) -> bool:

@@ -18,7 +18,7 @@ ASSUMED = (
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
     "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
     "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
-    "Parameters stay as they are while the sensor runs; under any change they do within each period of the loop.",
+    "Parameters stay as they are while the sensor runs; under any or slow change within each period of the loop.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
 
@@ -26,7 +26,7 @@ ASSUMED = (
 def certificate(proofs: Proofs) -> str:
     """Return the certificate of all that is proved, as JSON."""
     loops: list[dict[str, Any]] = []
-    places: dict[int, int] = {}
+    places: dict[str, int] = {}
     content: dict[str, Any] = {
         "format": FORMAT,
         "version": version("proofmass"),
@@ -52,27 +52,26 @@ def graph_of_certificate(text: str) -> str:
     return str(json.loads(text)["graph_sha256"])
 
 
-def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, int]) -> dict[str, Any]:
-    leaves = []
+def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, int]) -> dict[str, Any]:
+    claim, leaves = proof.claim, []
     for leaf in proof.searched.leaves:
-        if id(leaf.loops) not in places:
-            places[id(leaf.loops)] = len(loops)
-            loops.append(_loop(leaf.loops, leaf.box[:-1]))
-        beyond = sum(leaf.norm.family.shares.values(), 0.0 * leaf.norm.transform)
-        left, noise = leaf.norm.family.left, leaf.norm.family.beyond_noise
+        loop = _loop(leaf.loops, leaf.box[:-1])
+        place = places.setdefault(digest_of(loop), len(loops))
+        loops += [loop] * (place == len(loops))
+        left, noise = leaf.left, leaf.beyond_noise
         leaves.append(
             {
-                "box": leaf.box,
-                "loop": places[id(leaf.loops)],
+                "box": leaf.core,
+                "loop": place,
                 "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
-                "transform": leaf.norm.transform.tolist(),
-                "beyond": (beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
+                "transform": leaf.transform.tolist(),
+                "beyond": (leaf.beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
             }
         )
-    claim = proof.claim
-    more = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more: dict[str, Any] = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more |= {"changes": claim.changes} if claim.changes else {}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity

@@ -1,19 +1,19 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
-A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
-wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners,
-bounds of how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is
-taken for granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
+A certificate says that the poles of a sampled loop lie in a disc for all parameters and factors between their ends. Its
+leaves have the open loop [A B; C D] at the corners of a box, bounds of how far closed ones may lie beyond, a disc and a
+matrix T. That these enclose those of the graph is taken for granted. In whole numbers of 2^-300 the checker verifies:
 
-1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
-   under any change of the parameters from period to period, that all leaves of a range of factors have one T;
+1. the hash of the certificate, that factors and discs are those of its claim, and that the leaves cover all;
 2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
    radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
 3. of a scale factor or bias D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the
    limit g. Then det M has the sign of det R, and is a positive number times g less the scale factor;
 4. of a peak that [A, B; C / g, D / g] has one that leaves inputs and outputs as they are (bounded real lemma);
 5. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's;
-6. at rest that |R b| + |I - R (I - J)| r < r, entry by entry, for all steps b and slopes J of a box (Krawczyk).
+6. at rest that |R b| + |I - R (I - J)| r < r, entry by entry, for all steps b and slopes J of a box (Krawczyk);
+7. where parameters move by at most d in a period, that a leaf m follows k only if |T_m^-1 T_k| r_k^N < 1, after N =
+   floor(h / d) + 1 periods, h from the leaf to the end of its box beyond which m lies (dwell time; Morse, 1996).
 """
 
 import hashlib
@@ -26,22 +26,22 @@ from fractions import Fraction
 from typing import Any
 
 import numpy as np
-import numpy.typing as npt
 
 FORMAT = "proofmass proof 1"
 _BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of those whose norm is below one; 1.0
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
 _SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
-_BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
-_UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s"}
-_SETTLED = ("scale factor", _BIAS)
-_FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
-
-_Whole = npt.NDArray[np.object_]  # of integers
-_Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
+_CIRCLE, _MOST_PERIODS = (0.0, 0.0, 1.0), 10**9  # a disc; for which a norm is kept, or more
+_TURN = np.array([[0, -1], [1, 0]], dtype=object)  # the imaginary unit
+_FACTORS = {"stable": "gain", "gain margin": "gain", "decay rate": "gain", "phase margin": "phase"}
+_FACTORS |= {"delay margin": "phase", "disk margin": "disk", "scale factor": "rest", "bias": "rest"}
+_FACTORS |= {"noise": "noise", "peak": "peak"}
+_UNITS = {"gain margin": " dB", "phase margin": " deg", "delay margin": " s", "decay rate": " 1/s"}
+_Whole = np.ndarray[Any, np.dtype[np.object_]]  # of integers; where it has three sides, a matrix and its errors
 _Box = tuple[tuple[float, float], ...]
+_Data = Mapping[str, Any]
+_Leaf = tuple[_Box, _Data, _Data]  # what it covers, it, and its loop with the box in which its norm serves
 
 
 class FalseCertificateError(Exception):
@@ -67,199 +67,205 @@ def _refuse(wrong: bool, why: str) -> None:
         raise FalseCertificateError(why)
 
 
-def digest_of(content: Mapping[str, Any]) -> str:
+def digest_of(content: _Data) -> str:
     """Return the SHA-256 of the content of a certificate."""
     return hashlib.sha256(json.dumps(content, sort_keys=True, allow_nan=False).encode()).hexdigest()
 
 
-def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
-    kind, limit = claim["kind"], float(claim["limit"])
-    upper, at_rest = kind in (_NOISE, _PEAK), kind == _BIAS or claim.get("at_rest") is True
-    of_output, most = upper or kind in _SETTLED, upper or (kind in _SETTLED and claim["most"] is True)
+def _claim(data: _Data, claim: _Data) -> str:
+    kind, limit, any_change = claim["kind"], float(claim["limit"]), claim.get("any_change") is True
+    factor, at_rest = _FACTORS[kind], kind == "bias" or claim.get("at_rest") is True
+    of_output = factor in ("rest", "noise", "peak")
+    most = of_output and (factor != "rest" or claim["most"] is True)
+    sides = [_side((one["low"], one["high"])) for one in claim["coordinates"]]
+    steps = [Fraction(b) - Fraction(a) for a, b in sides] if any_change else [*map(Fraction, claim.get("changes", ()))]
+    moves = any_change or bool(steps)
     where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
-    size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
-    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
-    where += " at rest" * at_rest + " under any change" * (changes := bool(claim.get("any_change")))
+    size = repr(limit) if of_output else f"{limit:g}{_UNITS.get(kind, '')}"
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}" + " at rest" * at_rest
+    where += f" under {'any' if any_change else 'slow'} change" * moves
     _check_ends(claim, where)
-    sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
-    boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
-    _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
-    norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
-    apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
-    stays = at_rest or kind in ("delay margin", *_SETTLED)
-    _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
-    for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
-        _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
-        loop = data["loops"][leaf["loop"]]
+    leaves = [(tuple(map(_side, leaf["box"])), leaf, data["loops"][leaf["loop"]]) for leaf in claim["leaves"]]
+    covered = _covered((*sides, _side(claim["ends"])), [core for core, _, _ in leaves])
+    _refuse(not covered, f"{where}: its boxes do not cover the tolerances")
+    for number, (core, leaf, loop) in enumerate(leaves):
+        _refuse(not 0 < _disc(claim, leaf, core[-1]) <= 1, f"{where}: a disc is not that of the claim")
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
-        contracts = _contracts(loop, leaf, box, claim["factor"], most)
+        contracts = _contracts(loop, leaf, core, factor, most)
         _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
+    stays = at_rest or factor == "rest" or kind == "delay margin" or min(steps, default=0) < 0
+    wrong = moves and (stays or any(_too_soon(claim, steps, *pair) for pair in itertools.permutations(leaves, 2)))
+    _refuse(wrong, f"{where}: no norm serves all of the tolerances, or follows another so soon")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
-    return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
+    if moves:
+        named = [f"{one} by at most {float(step):g} a period" for one, step in zip(named, steps, strict=True)]
+    return ", ".join([f"{where}: {len(leaves)} box{'es' * (len(leaves) > 1)}", *named])
 
 
 def _side(ends: Sequence[float]) -> tuple[float, float]:
     low, high = map(float, ends)
-    _refuse(not (math.isfinite(low) and math.isfinite(high) and low <= high), "has a side without ends")
+    _refuse(not -math.inf < low <= high < math.inf, "has a side without ends")
     return low, high
 
 
-def _check_ends(claim: Mapping[str, Any], where: str) -> None:
+def _check_ends(claim: _Data, where: str) -> None:
     """Raise where the factors are fewer than those of the claim."""
-    (low, high), factor, kind = map(Decimal, _side(claim["ends"])), claim["factor"], claim["kind"]
+    (low, high), kind, factor = map(Decimal, _side(claim["ends"])), claim["kind"], _FACTORS[claim["kind"]]
     limit, period = Decimal(float(claim["limit"])), Decimal(float(claim.get("period", 0.0)))
-    if kind in ("phase margin", "delay margin"):
-        most = limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)) if period > 0 else -1
-        right = factor == "phase" and low <= 0 and high >= _PI * most >= 0
-    elif kind in _FACTORS:
-        right = factor == _FACTORS[kind] and low == high >= limit and (low == limit or factor == "disk")
-    else:
+    right = (limit >= 0 or factor == "rest") and (period > 0 or kind not in ("delay margin", "decay rate"))
+    if right and factor == "phase":
+        right = low <= 0 and high >= _PI * (limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)))
+    elif factor == "gain":
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
-        right = factor == "gain" and low * gain <= 1 and high >= gain
-        right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
-    _refuse(not right or not (limit >= 0 or kind in _SETTLED), f"{where}: its factors are not those of the claim")
+        right &= low * gain <= 1 and high >= gain and (kind != "stable" or limit == 0)
+    else:
+        right &= low == high >= limit and (low == limit or factor == "disk")
+    _refuse(not right or claim["factor"] != factor, f"{where}: its factors are not those of the claim")
 
 
-def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
-    """Return whether poles in the disc of a leaf keep its claim: of a delay it leaves out an arc, near at its ends."""
-    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", (0.0, 0.0, 1.0))))
+def _disc(claim: _Data, leaf: _Data, factors: tuple[float, float]) -> Decimal:
+    """Return how large a disc is, of that which its claim needs: of a delay it leaves out an arc, near at its ends."""
+    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", _CIRCLE)))
     kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
     if kind == "delay margin" and factors[0] > 0.0:
-        least = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
-        ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
-        away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
-        return imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
+        x, y = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
+        away = min((1 + real) ** 2 + imaginary**2, (x - real) ** 2 + (y + imaginary) ** 2)
+        return Decimal(imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK)
     most = (-Decimal(limit) * Decimal(period)).exp() * (1 - Decimal(10) ** -45) if kind == "decay rate" else 1
-    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
+    return Decimal(float(radius)) / most if real == imaginary == 0 else Decimal(0)
+
+
+def _too_soon(claim: _Data, steps: Sequence[Fraction], one: _Leaf, after: _Leaf) -> bool:
+    """Return whether a leaf may follow another before that one shortens by more than the norm of the next lengthens."""
+    (cores, leaf, loop), (others, following, _), times = one, after, list[int]()
+    for core, box, there, step in zip(cores, (*loop["box"], cores[-1]), others, (*steps, Fraction(0)), strict=True):
+        (a, b), (first, last), (low, high) = (map(Fraction, ends) for ends in (core, box, there))
+        apart = max(first, low) - min(last, high)
+        if apart > step or (apart == step == 0 and core != there):  # of what stays one side of a common end is enough
+            return False
+        ways = [a - first] * (low < first) + [last - b] * (high > last)
+        times += [way // step + 1 for way in ways if step]
+    same = leaf["transform"] == following["transform"]
+    if same or not times or claim["kind"] in ("noise", "peak"):
+        return bool(times) and not same
+    left = _disc(claim, leaf, cores[-1]) ** min(*times, _MOST_PERIODS) * (1 << _FEWER)
+    t, norm = _whole(leaf["transform"]), _norm(_whole(following["transform"]))
+    return not _is_shorter(np.stack([ONE * _unit(len(t)), 0 * t]), t, norm, (ONE << _FEWER) // (int(left) + 2))
+
+
+def _is_shorter(matrix: _Whole, t: _Whole, after: tuple[_Whole, _Whole], room: int) -> bool:
+    """Return whether a matrix leaves of every vector less than `room`, in the norms before, of T, and after."""
+    x, apart = after
+    off = np.abs(x) @ matrix[1] @ np.abs(t) // (ONE * ONE) + apart * room // ONE + 3
+    unknown = math.isqrt(int(off.sum(axis=0).max()) * int(off.sum(axis=1).max())) + 1  # at least their spectral norm
+    b = x @ matrix[0] @ t >> (3 * _BITS - _FEWER)
+    r = ((room - unknown) >> (_BITS - _FEWER)) - 2 * len(b)  # of dropping bits
+    return r > 0 and all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b))
 
 
 def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
     """Return whether boxes that came of halving cover all of a box."""
     for place, (low, high) in enumerate(whole):
         middle = 0.5 * low + 0.5 * high
-        below = [box for box in boxes if box[place][1] <= middle]
-        above = [box for box in boxes if box[place][0] >= middle]
+        below, above = ([b for b in boxes if b[place][1] <= middle], [b for b in boxes if b[place][0] >= middle])
         if low < middle < high and len(below) + len(above) == len(boxes) and below and above:
             halves = ((low, middle), below), ((middle, high), above)
             return all(_covered((*whole[:place], side, *whole[place + 1 :]), some) for side, some in halves)
     return whole in boxes
 
 
-def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str, most: bool) -> bool:
+def _contracts(loop: _Data, leaf: _Data, box: _Box, factor: str, most: bool) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
-    sides, parts, limit = box[:-1], 2 if factor == "phase" else 1, box[-1][1]
-    wide = [i for i, (low, high) in enumerate(sides) if low < high]
-    same = tuple(map(_side, loop["box"])) == sides and sorted(loop["interpolated"] + loop["bounded"]) == wide
+    whole, parts, limit = [*map(_side, loop["box"])], 2 if factor == "phase" else 1, Fraction(box[-1][1])
+    holds = all(low <= a and b <= high for (a, b), (low, high) in zip(box[:-1], whole, strict=True))
+    holds &= sorted(loop["interpolated"] + loop["bounded"]) == [i for i, (low, high) in enumerate(whole) if low < high]
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
-    middles, radii = (np.array(loop["corners"][name], dtype=float) for name in ("middle", "radius"))
-    t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
+    middles, radii = (_whole(loop["corners"][name]) for name in ("middle", "radius"))
+    t, beyond, left, noise = (_whole(leaf.get(name, [])) for name in ("transform", "beyond", "left", "noise"))
     size = {"disk": n + k, "noise": n + k, "peak": n + k, "rest": 2 * n + k}.get(factor, parts * n)
-    left, noise = (_whole(np.array(leaf.get(name, []), dtype=float)) for name in ("left", "noise"))
-    right = {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, inputs == k)
-    right &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
-    right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
-    mixed = factor in ("disk", "noise", "peak") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
-    _refuse(bool(mixed) or not (right and same), "has a loop of another box, or matrices that do not fit")
-    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
-    turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
-    centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
-    beside = [slice(n)] * (n > 0) + [slice(n, None)] if factor == "rest" else [slice(None)]
-    turns = [(part, *_turned(t[part, part], radius)) for part in beside]
-    for middle, near in zip(map(_whole, middles), map(_whole, radii), strict=True):
+    holds &= {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, inputs == k)
+    holds &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
+    holds &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
+    still = slice(n if factor in ("disk", "noise", "peak") else size, None)  # inputs and outputs, as they are
+    holds = bool(holds) and not ((t - ONE * _unit(size))[still].any() or t[:n, still].any())
+    _refuse(not holds, "has a loop of another box, or matrices that do not fit")
+    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", _CIRCLE)))
+    centre = real * _unit(parts) + imaginary * _TURN[:parts, :parts]
+    away = np.stack([np.kron(centre, _unit(size // parts)), -beyond - 1])
+    places = [slice(n), slice(n, None)][n == 0 :] if factor == "rest" else [slice(size)]
+    norms = [(i, _norm(t[i, i])) for i in places]
+    for corner in np.stack([middles, radii + 1], axis=1):
         for f in _factors(factor, box[-1], k):
-            opened = middle, near + 1
-            closed, off = _closed(opened, f, n, factor, limit, left)
-            for part, x, back, room in turns:
-                b = x @ (closed - centre)[part, part] @ back // (ONE * ONE)
-                unknown = np.abs(x) @ (off + more)[part, part] @ np.abs(back) // (ONE * ONE) + 2
-                r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(b)  # of dropping bits
-                b >>= _BITS - _FEWER
-                if r <= 0 or not all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b)):
-                    return False
-                if factor == "noise":
-                    entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
-                    mixed = x[:n, n:].any() or (x[n:] != ONE * _unit(size)[n:]).any()
-                    if mixed or ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
-                        return False
+            moved = _closed(corner, f, n, factor, limit, left) - away
+            if not all(_is_shorter(moved[:, i, i], t[i, i], norm, radius) for i, norm in norms):
+                return False
+    if factor == "noise":
+        x = norms[0][1][0]
+        mixed = (x - ONE * _unit(size))[still].any() or x[:n, still].any()
+        entering = (np.abs(x @ middles[:, :, n:]) + np.abs(x) @ (radii[:, :, n:] + noise + 3)) // ONE + 2
+        return not mixed and all(squares.sum() <= (limit * ONE) ** 2 for squares in entering**2)
     return factor != "rest" or ([*_minors(left)][-1] > 0) == most
 
 
-def _rests(rest: Mapping[str, Any]) -> bool:
+def _rests(rest: _Data) -> bool:
     """Return whether each sensor of a box has one point of rest within r of a centre."""
-    names = "reach", "step", "step_radius", "left", "matrix", "matrix_radius"
-    r, b, near, *square = (_whole(np.array(rest[name], dtype=float)) for name in names)
-    left, j, off = (part.reshape(len(r), len(r)) for part in square)
-    _refuse(not r.shape == b.shape == near.shape or bool((near < 0).any() or (off < 0).any()), "has no point of rest")
-    apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (off + 2)
-    return bool(((np.abs(left @ b) + np.abs(left) @ (near + 2)) * ONE + apart @ r < ONE * ONE * r).all())
+    r, b, near = (_whole(rest[key]) for key in ("reach", "step", "step_radius"))
+    left, j, off = (_whole(rest[key]) for key in ("left", "matrix", "matrix_radius"))
+    fits = r.shape == b.shape == near.shape and left.shape == j.shape == off.shape == 2 * r.shape
+    apart = np.abs(ONE * ONE * _unit(len(r)) - left @ (ONE * _unit(len(r)) - j)) + np.abs(left) @ (np.abs(off) + 2)
+    needed = (np.abs(left @ b) + np.abs(left) @ (np.abs(near) + 2)) * ONE + apart @ r
+    return fits and bool((needed < ONE * ONE * r).all())
 
 
-def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, int]:
-    """Return a matrix near the inverse of T, T, and what a norm in these coordinates has to be below."""
-    scale = np.maximum(np.abs(t).max(axis=1), 1e-300)
-    x, whole = _whole(np.linalg.inv(t / scale[:, None]) / scale), _whole(t)
-    apart = np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1
-    return x, whole, radius - _bound(apart) * radius // ONE - 1
+def _norm(t: _Whole) -> tuple[_Whole, _Whole]:
+    """Return a matrix near the inverse of T, and bounds of how near: the norm is the length of T^-1 x."""
+    near = (t / ONE).astype(float)
+    scale = np.maximum(np.abs(near).max(axis=1), 1e-300)
+    x = _whole(np.linalg.inv(near / scale[:, None]) / scale)
+    return x, np.abs(x @ t - ONE * ONE * _unit(len(t))) // ONE + 1
 
 
-def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, left: _Whole) -> _Rounded:
-    """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
-
-    A disk of size a has [A + B E C, B E; a E C, a (E - I / 2)], a peak of g [A, B; C / g, D / g], noise [A 0; C 0].
-    """
-    halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
-    a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
-    if factor == "rest":
-        border = ONE * _unit(n + 1)
-        border[n, n] = math.floor(Fraction(limit) * ONE)
-        rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
-        empty = [0 * part[:n] for part in opened]
-        return _joined([[a, empty], [[part.T for part in empty], rest]])
+def _closed(opened: _Whole, f: _Whole, n: int, factor: str, limit: Fraction, left: _Whole) -> Any:
+    """Return A + B E C with E = F (I - D F)^-1; of a disk of size a [A + B E C, B E; a E C, a (E - I / 2)]."""
+    ends, k = (slice(n), slice(n, None)), opened.shape[1] - n
     if factor == "noise":
-        return _joined([[a, [0 * part.T for part in c]], [c, [0 * (part @ part.T) for part in c]]])
-    if factor == "peak":
-        one = int(ONE / Fraction(limit)) * _unit(len(d[0])), 0 * d[0] + 1
-        return _joined([[a, b], [_times(one, c), _times(one, d)]])
+        return np.concatenate([opened[:, :, :n], np.zeros((2, n + k, k), dtype=object)], axis=2)
+    if factor == "rest":
+        border = np.diag([ONE] * n + [math.floor(limit * ONE)])
+        rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
+        return np.block([[opened[:, :n, :n], 0 * opened[:, :n]], [0 * opened[:, :n].swapaxes(1, 2), np.stack(rest)]])
+    a, b, c, d = (np.kron(_unit(f.shape[1] // k), opened[:, rows, columns]) for rows in ends for columns in ends)
     e = power = f
-    for _ in range(len(opened[0]) - n - 1):
+    for _ in range(k - 1):
         power = _times(f, _times(d, power))
-        e = e[0] + power[0], e[1] + power[1]
-    b_e, forward = _times(b, e), _times(_times(b, e), c)
-    closed = a[0] + forward[0], a[1] + forward[1]
-    if factor != "disk":
+        e = e + power
+    closed, half = a + _times(_times(b, e), c), np.stack([f[0] // 2, 0 * f[0]])
+    if factor in ("gain", "phase"):
         return closed
-    scale = int(Fraction(limit) * ONE) * _unit(len(e[0])), 0 * e[0] + 1
-    return _joined([[closed, b_e], [_times(scale, _times(e, c)), _times(scale, (e[0] - f[0] // 2, e[1]))]])
+    whole = opened if factor == "peak" else np.block([[closed, _times(b, e)], [_times(e, c), e - half]])
+    scale = np.diag([ONE] * n + [int((1 / limit if factor == "peak" else limit) * ONE)] * k)
+    return _times(np.stack([scale, _unit(n + k)]), whole)
 
 
-def _joined(rows: Sequence[Sequence[Sequence[_Whole]]]) -> _Rounded:
-    middle, near = (np.block([[part[i] for part in row] for row in rows]) for i in (0, 1))
-    return middle, near
-
-
-def _times(left: Sequence[_Whole], right: Sequence[_Whole]) -> _Rounded:
+def _times(left: _Whole, right: _Whole) -> _Whole:
     errors = np.abs(left[0]) @ right[1] + left[1] @ (np.abs(right[0]) + right[1])
-    return left[0] @ right[0] // ONE, errors // ONE + 2
+    return np.stack([left[0] @ right[0] // ONE, errors // ONE + 2])
 
 
 def _unit(size: int) -> _Whole:
     return np.eye(size, dtype=int).astype(object)
 
 
-def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded]:
-    """Return factors between which those of the claim lie, as matrices for all values of a wire in a period.
-
-    The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, if a wire has one value.
-    """
-    low, high = map(Fraction, ends)
-    turns: list[Any] = [_turn(at) if kind == "phase" else (at if kind == "gain" else 1, 0) for at in {low, high}]
-    _refuse(kind == "phase" and not high - low < 3, "has an arc without a triangle about it")
-    if kind == "phase" and values == 1 and low < high:
-        stretch = 1 / _turn((high - low) / 2)[0]
-        turns.append([part * stretch for part in _turn((low + high) / 2)])
-    pairs = ([int(part * ONE) for part in turn] for turn in turns)
-    rows = [np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object) for c, s in pairs]
-    return [(np.kron(matrix, _unit(values)), np.kron(0 * matrix + 4, _unit(values))) for matrix in rows]
+def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Whole]:
+    """Return factors between which those of the claim lie, as matrices for all values of a wire in a period."""
+    (low, high), parts = map(Fraction, ends), 2 if kind == "phase" else 1
+    turns = [_turn(at) if parts == 2 else (at if kind == "gain" else Fraction(1), 0) for at in {low, high}]
+    _refuse(parts == 2 and not high - low < 3, "has an arc without a triangle about it")
+    if parts == 2 and values == 1 and low < high:  # the arc lies in a triangle: its ends, where their tangents cross
+        real, imaginary = _turn((low + high) / 2)
+        turns.append((real / _turn((high - low) / 2)[0], imaginary / _turn((high - low) / 2)[0]))
+    near = [int(x * ONE) * _unit(parts) + int(y * ONE) * _TURN[:parts, :parts] for x, y in turns]
+    return [np.kron(np.stack([one, 0 * one + 4]), _unit(values)) for one in near]
 
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
@@ -272,15 +278,9 @@ def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
     return parts[0], parts[1]
 
 
-def _whole(matrix: npt.NDArray[np.float64]) -> _Whole:
-    """Return numbers as whole ones, rounded down; raises an error for what is not finite."""
-    flat = [math.floor(Fraction(value) * ONE) for value in matrix.ravel().tolist()]
-    return np.array(flat, dtype=object).reshape(matrix.shape)
-
-
-def _bound(sizes: _Whole) -> int:
-    """Return at least the spectral norm of all matrices with entries of at most these sizes."""
-    return math.isqrt(int(sizes.sum(axis=0).max()) * int(sizes.sum(axis=1).max())) + 1
+def _whole(rows: Any) -> _Whole:
+    """Return doubles as whole numbers, rounded down; raises an error for what is not finite."""
+    return np.asarray(np.frompyfunc(lambda value: math.floor(Fraction(value) * ONE), 1, 1)(np.array(rows, dtype=float)))
 
 
 def _minors(matrix: _Whole) -> Iterator[int]:
@@ -295,6 +295,6 @@ def _minors(matrix: _Whole) -> Iterator[int]:
             rows[k], rows[other] = rows[other], [-value for value in row]
         row = rows[k]
         for below in rows[k + 1 :]:
-            factor, rest = below[k], zip(below[k + 1 :], row[k + 1 :], strict=True)
-            below[k + 1 :] = [(row[k] * value - factor * mine) // before for value, mine in rest]
+            rest = zip(below[k + 1 :], row[k + 1 :], strict=True)
+            below[k + 1 :] = [(row[k] * value - below[k] * mine) // before for value, mine in rest]
         before = row[k]

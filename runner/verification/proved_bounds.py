@@ -39,6 +39,7 @@ def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequenc
         of_quantity = (one["most"], one["unit"]) if KINDS[one["kind"]].of_output else ()
         claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"], *of_quantity)
         claim = replace(claim, any_change=bool(one.get("any_change")), at_rest=bool(one.get("at_rest")))
+        claim = replace(claim, changes=tuple(one.get("changes", ())))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [

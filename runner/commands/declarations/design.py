@@ -192,10 +192,16 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         "Write the graph of a run in which something overflows, with its inputs.", "--counterexample"
     )
     any_change: bool = flag("Let parameters change within their tolerances from period to period, however fast.")
+    slow_changes: tuple[str, ...] = several(
+        'Let parameters change so fast, as "1 %/s", or one of them, as "torquer.gain=1 %/s"; repeatable.',
+        "--slow-change",
+        metavar="RATE",
+    )
     bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
     seconds: float = option(
         "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
     )
+    workers: int | None = option("Use this many processes (default: one per processor).", type=Whole(1, 1024))
     target: Path | None = file_option(
         "Write a certificate that check-proof verifies, and go on from what is there.", "-o", "--out", "--output"
     )

@@ -5,9 +5,12 @@ import threading
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any
 
 from proofmass.blocks.declaration.shown_units import in_print
+from proofmass.runner.design.proof.ahead import LooksAhead
+from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
 from proofmass.runner.design.proof.known import KnownProofs
@@ -20,7 +23,9 @@ from proofmass.runner.design.proof.least_found import (
     quantity_there,
     worst_of,
 )
-from proofmass.runner.design.proof.search import BoxMaps, ProofSearch, Searched
+from proofmass.runner.design.proof.look import BoxLook, Looked
+from proofmass.runner.design.proof.rest_norm import Start
+from proofmass.runner.design.proof.search import ProofSearch, Searched
 
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
@@ -77,6 +82,16 @@ class Attempt:
     coordinates: Coordinates
     stop: threading.Event
     known: KnownProofs
+    workers: int = 1
+
+    @cached_property
+    def ahead(self) -> LooksAhead:
+        """Looks at boxes, in as many processes as there may be."""
+        return LooksAhead(self.look, self.workers)
+
+    def look(self, claim: Claim, whole: Sides, box: Sides, start: Start | None) -> Looked:
+        """Return what comes of a box, which is a part of a whole, for a claim; raises `ModelError`."""
+        return BoxLook(self.maps, claim, whole, lambda part: self._breaks(claim, part)).at(box, start)
 
     def at(self, claim: Claim, until: float) -> MarginProof:
         """Return what comes of a claim, of which the nominal sensor is looked at first."""
@@ -84,13 +99,13 @@ class Attempt:
             value, text, fails = _checked(self.sensors, claim, self._nominal)
             if fails:
                 return self._refuted(claim, self._nominal, text, value)
-        if not claim.any_change:
+        if not claim.moves:
             return self._searched(claim, until)
         now = time.monotonic()
         proof = self._searched(claim, now + 0.5 * (until - now))
         if proof.status != "open":
             return proof
-        still = self._searched(replace(claim, any_change=False), until)
+        still = self._searched(replace(claim, any_change=False, changes=()), until)
         if still.status == "refuted":
             return replace(still, claim=claim)
         why = f"{proof.searched.why}; with parameters that stay it is {still.status}"
@@ -107,8 +122,8 @@ class Attempt:
     def _searched(self, claim: Claim, until: float) -> MarginProof:
         begin = time.monotonic()
         known = self.known.leaves(claim, self.coordinates.as_data())
-        search = ProofSearch(self.maps, claim, lambda box: self._breaks(claim, box), known)
-        searched = search.over((*self.coordinates.box(), claim.ends), until, self.stop)
+        whole = (*self.coordinates.box(), claim.ends)
+        searched = ProofSearch(claim, whole, self.ahead, lambda: self._is_late(until), known).outcome()
         counterexample, text, value = None, "", math.nan
         if searched.status == "refuted" and searched.at is not None:
             counterexample = self._middle(searched.at)
@@ -117,6 +132,9 @@ class Attempt:
                 why = f"a pole lies at the boundary of stability, at margins of {text}"
                 searched, counterexample, text = replace(searched, status="open", why=why), None, ""
         return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text, value)
+
+    def _is_late(self, until: float) -> bool:
+        return time.monotonic() > until or self.stop.is_set()
 
     def _breaks(self, claim: Claim, box: Sides) -> bool:
         """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""

@@ -4,6 +4,7 @@
 - decay rate s: it has the radius exp(-s T), for a period of T.
 - disk margin a: the same as stable, for all complex factors (2 + a d) / (2 - a d), |d| <= 1 (`closed_loop`).
 - under any change of the parameters from period to period: one norm serves the whole box.
+- under slow change: each part of the box has its norm, and keeps it long enough (`passages`).
 - noise x: a norm in which the disc holds bounds the rms too (`noise_norm`).
 - peak x: the matrix has the input and the output, divided by x, besides, and the norm leaves both as they are.
 - scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
@@ -53,6 +54,7 @@ class ClaimKind:
     beside: bool = False  # poles may lie in the disc, and the claim be broken all the same
     at_corners: Callable[[OpenCorners], Array] | None = None  # the quantity at the corners of a box
     stays: bool = False  # of parameters that stay as they are: under any change there is no such claim
+    enters: bool = False  # what comes in counts all the time: its sum has a bound in one norm
     room: float = 0.01  # least part of the value by which a bound that is looked for lies beyond it
     nowhere: str = "it has no bound"  # of a sensor without such a value
 
@@ -76,8 +78,8 @@ KINDS = {
     BIAS: ClaimKind(
         None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
     ),
-    RMS: ClaimKind(None, "noise", norm=norm_of_noise, at_corners=rms_at_corners),
-    PEAK: ClaimKind(None, "peak", through, beside=True),
+    RMS: ClaimKind(None, "noise", norm=norm_of_noise, at_corners=rms_at_corners, enters=True),
+    PEAK: ClaimKind(None, "peak", through, beside=True, enters=True),
 }
 _LESS = 1.0 - 1e-14  # more than the rounding of a radius
 _MORE = 1.0 + 1e-15
@@ -96,12 +98,28 @@ class Claim:
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
     any_change: bool = False  # the parameters may have others of their values in each period
+    changes: tuple[float, ...] = ()  # or each coordinate may move by so much from one to the next
     at_rest: bool = False  # where the sensor rests, not at the start of the run
 
     @property
     def row(self) -> ClaimKind:
         """Its row in the table of kinds."""
         return KINDS[self.kind]
+
+    @property
+    def moves(self) -> bool:
+        """True if parameters need not stay as they are."""
+        return self.any_change or bool(self.changes)
+
+    @property
+    def in_one_norm(self) -> bool:
+        """True if one norm has to serve all of the tolerances."""
+        return self.any_change or (bool(self.changes) and self.row.enters)
+
+    @property
+    def in_parts(self) -> bool:
+        """True if parts of the tolerances have norms that follow each other."""
+        return bool(self.changes) and not self.in_one_norm
 
     @property
     def ends(self) -> tuple[float, float]:
@@ -158,7 +176,7 @@ class Claim:
     def __str__(self) -> str:
         """The claim in words."""
         at_rest = self.at_rest and self.kind != BIAS
-        return self._words + " at rest" * at_rest + " under any change" * self.any_change
+        return self._words + " at rest" * at_rest + f" under {'any' if self.any_change else 'slow'} change" * self.moves
 
     @property
     def _words(self) -> str:

@@ -153,12 +153,10 @@ class Family:
         return np.array(moves).reshape(-1, *self.corners.middle.shape[1:])
 
 
-def open_loops(corners: Sequence[BallMap], around: Sequence[BallMap], interpolated: Sequence[int]) -> OpenCorners:
-    """Return an open loop from its maps at the corners of a box, and those over parts that cover the box."""
-    entries = [[[plain(value) for value in row] for row in corner.rows] for corner in corners]
-    n, k = corners[0].order, len(corners[0].rows) - corners[0].order
-    corners_of, jets = Enclosed.of_balls(entries), tuple(map(_jets, around))
-    return OpenCorners(n, k, corners_of, jets, around[0].kept.rest, tuple(interpolated))
+def open_loops(corners: Enclosed, around: Sequence[BallMap], interpolated: Sequence[int]) -> OpenCorners:
+    """Return an open loop from its matrices at the corners of a box, and its maps over parts that cover the box."""
+    n, k = around[0].order, len(around[0].rows) - around[0].order
+    return OpenCorners(n, k, corners, tuple(map(_jets, around)), around[0].kept.rest, tuple(interpolated))
 
 
 def _jets(of: BallMap) -> tuple[Jet, Jet, Jet, Jet]:

@@ -20,7 +20,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.design.proof.closed_loop import Family
+from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
 from proofmass.runner.host.arrays import Array
@@ -99,6 +99,16 @@ class Norm:
         turned = x @ noise
         sizes = np.abs(turned.middle) + turned.radius + np.abs(self.inverse) @ self.family.beyond_noise
         return float(np.sqrt((sizes**2).sum(axis=(1, 2)).max())) * UP
+
+    def tightened(self, disc: Disc, parts: int) -> "tuple[Norm, Disc]":
+        """Return the norm for the least disc about zero that it proves, of one which it proves and is moved into."""
+        size = self.worst() + bound_of(self.rest) + 1e-12
+        while size < 1.0:
+            least = Norm(self.transform, self.family.within(Disc(0.0, 0.0, size), parts))
+            if least.contracts():
+                return least, Disc(0.0, 0.0, disc.radius * size * (1.0 + 2.0**-50))
+            size += 0.1 * (1.0 - size) + 1e-12
+        return self, disc
 
     def parts(self) -> "list[Norm]":
         """Return the norms of matrices that lie side by side."""
@@ -213,6 +223,17 @@ def _riccati(a: Array, b: Array, c: Array, d: Array, rest: float) -> Array:
 def radius_of(family: Family) -> float:
     """Return the size of the largest pole at the mean of the corners, as a double."""
     return float(max(abs(np.linalg.eigvals(family.centre)), default=0.0))
+
+
+def growth_of(of: Array, to: Array) -> float:
+    """Return at least the largest size, in the norm of a transformation `to`, of what has size one in that `of`."""
+    empty = Family(Enclosed(np.zeros((1, *to.shape)), np.zeros((1, *to.shape))), 1, {})
+    norm = Norm(to, empty)
+    mixed = Enclosed(norm.inverse[None], np.zeros_like(to)[None]) @ Enclosed(of[None], np.zeros_like(of)[None])
+    size = float(np.linalg.norm(mixed.middle[0], 2)) * (1.0 + 1e-12)
+    while not _shorter_than(mixed.middle, size):
+        size *= 1.0 + 1e-10
+    return (size + bound_of(mixed.radius[0])) / norm.room * UP if norm.room > 0.0 else math.inf
 
 
 def bound_of(sizes: Array) -> float:

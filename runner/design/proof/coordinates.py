@@ -41,6 +41,14 @@ class Coordinates:
             for r, inverse, (low, high) in zip(self.ranges, self.inverse, self.box(), strict=True)
         ]
 
+    def changes(self, rates: Sequence[float], period: float) -> tuple[float, ...]:
+        """Return at least how far each coordinate moves in a period, by the rates of its parameters in their units."""
+        if not rates:
+            return ()
+        pairs = zip(self.ranges, self.inverse, strict=True)
+        least = [min(abs(r.low), abs(r.high)) if turned else 1.0 for r, turned in pairs]
+        return tuple(rate * period / size**2 * (1.0 + 2.0**-48) for rate, size in zip(rates, least, strict=True))
+
     def parameters(self, values: Sequence[Any]) -> Mapping[str, Any]:
         """Return all parameters that move, at values of the coordinates: numbers, balls, or dual ones."""
         given = {

@@ -39,6 +39,11 @@ class Enclosed:
         return cls(middle, np.array(apart) * UP)
 
     @classmethod
+    def stacked(cls, stacks: Sequence["Enclosed"]) -> "Enclosed":
+        """Return the matrices of stacks one after the other."""
+        return cls(*(np.concatenate([getattr(one, name) for one in stacks]) for name in ("middle", "radius")))
+
+    @classmethod
     def interleaved(cls, stacks: Sequence["Enclosed"]) -> "Enclosed":
         """Return the matrices of stacks of equal length in turn."""
         shape = (-1, *stacks[0].middle.shape[1:])

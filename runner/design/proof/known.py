@@ -11,7 +11,7 @@ from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
-_SAME = ("loop", "open_at", "kind", "limit", "period", "most", "any_change", "at_rest")
+_SAME = ("loop", "open_at", "kind", "limit", "period", "most", "any_change", "changes", "at_rest")
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,8 @@ class KnownProofs:
         """Return the boxes of a claim over the same coordinates, with their norms."""
         wanted = [getattr(claim, key) for key in _SAME] + [list(coordinates)]
         for one in self.claims:
-            if [one.get(key, False) for key in (*_SAME, "coordinates")] == wanted:
+            own = {**one, "changes": tuple(one.get("changes", ()))}
+            if [own.get(key, False) for key in (*_SAME, "coordinates")] == wanted:
                 return {_sides(leaf["box"]): _start(leaf) for leaf in one["leaves"]}
         return {}
 

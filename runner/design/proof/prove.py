@@ -8,50 +8,41 @@ the blocks in real numbers; rounding in a run is not a part of it, and the loop 
 import math
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import closing
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import flint
 from threadpoolctl import threadpool_limits
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
-from proofmass.blocks.declaration.units import convert
+from proofmass.blocks.declaration.problem import ModelError, Problem, shown
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
-from proofmass.graphs.model.graph import Endpoint, Graph
-from proofmass.graphs.model.loops import AUTO, Loop, read_requirement
+from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
-from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
-from proofmass.runner.design.proof.ball_bias import RestingOutput
-from proofmass.runner.design.proof.ball_map import StartingLoop
-from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
-from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.box_maps import BoxMaps, Starting
+from proofmass.runner.design.proof.change_rates import change_rates
+from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.held_sources import with_constants
 from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import Sensors
-from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
-from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.rest_runs import RestRuns
-from proofmass.runner.design.proof.search import BoxMaps, Searched, Starting
+from proofmass.runner.design.proof.search import Searched
+from proofmass.runner.design.proof.wanted import Subject, about_loops, about_margin, about_outputs
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
+from proofmass.runner.host.processors import processors
 from proofmass.runner.host.progress import Progress
-from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 
-GAIN_MARGIN, PHASE_MARGIN, SECONDS = "6 dB", "45 deg", 60.0
-MOST_DISK = 2.0
-_Begin = Callable[[RestRun | None], Starting]  # at the start of the run, or where the sensor rests
-_Subject = tuple[_Begin, Sequence[Claim]]  # a loop, path or output, and claims about it
+SECONDS = 60.0
 _BLAS = "blas"  # which has one thread while a proof is searched: with several they wait, since matrices are small
 _STAY = "it is that of parameters that stay as they are"
 _MOVES = "where a sensor rests is known for parameters that stay as they are"
@@ -75,6 +66,8 @@ class Proofs(Told):
     left_out: Mapping[str, str]  # what varies and does not count, with its reason
     digital: tuple[DigitalProof, ...] = ()  # one of each claim about the digital part
     constants: frozenset[str] = frozenset()  # those of the ranges that are constant values of sources
+    lost_workers: int = 0  # processes that ended early: others did their part
+    rates: tuple[float, ...] = ()  # at which the parameters of the ranges may change, in their units per second
 
     @property
     def proved(self) -> bool:
@@ -95,6 +88,8 @@ class Proofs(Told):
             "proved": self.proved,
             "interrupted": self.interrupted,
             "constants": sorted(self.constants),
+            **({"rates": [*self.rates]} if self.rates else {}),
+            **({"lost_workers": self.lost_workers} if self.lost_workers else {}),
             "left_out": dict(self.left_out),
         }
 
@@ -120,8 +115,10 @@ def prove(
     at: str = AUTO,
     constants: Mapping[str, Any] | None = None,
     any_change: bool = False,
+    slow_change: str | Mapping[str, Any] = "",
     bounds: bool = False,
     seconds: float = SECONDS,
+    workers: int | None = None,
     progress: Progress | None = None,
     known: KnownProofs | None = None,
 ) -> Proofs:
@@ -145,10 +142,13 @@ def prove(
 
     With `any_change` the parameters may have other values within their tolerances in each period of the loop, held
     within it: however fast they change, loops stay stable with all factors of their margins, and noise has its limit.
+    With a `slow_change` such as "1 %/s" they may change so fast; a mapping has rates of some parameters, and those of
+    the others as "". Loops then stay stable with all factors of their margins, which themselves stay.
 
     With `bounds` the best limits that can be proved are looked for beyond these, beside the worst that are found. The
-    search ends after so many `seconds`; `progress` is called with the claims that are done and all claims. `known` has
-    what an earlier search proved, which is not searched again.
+    search ends after so many `seconds`. A search that takes long goes on in `workers`, processes, as many as there are
+    processors unless given; they change no bit. `progress` is called with the claims that are done and all claims.
+    `known` has what an earlier search proved, which is not searched again.
 
     Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
     `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
@@ -173,53 +173,44 @@ def prove(
         "delay margin": delay_margin,
         "decay rate": decay_rate,
     }
-    wanted = [
-        *settled_claims(planned, SCALE_FACTOR, scale_factor or {}, input),
-        *settled_claims(planned, BIAS, bias or {}, input),
-        *upper_claims(planned, PEAK, peak or {}, input),
-        *upper_claims(planned, RMS, noise or {}),
-    ]
-    quantities = [(_path(planned, own[0]), own) for own in wanted]
-    if input_ranges and not no_overflow and not rounding:
+    limits = {SCALE_FACTOR: scale_factor, BIAS: bias, PEAK: peak, RMS: noise}
+    subjects = about_outputs(planned, input, limits)
+    of_digital = [""] * no_overflow + [*(rounding or {})]
+    if input_ranges and not of_digital:
         raise _of_nothing(", ".join(input_ranges)).error
-    alone = not quantities and not no_overflow and not rounding
-    loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
-    claims: list[_Subject] = [
-        (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
-        for name, node in loops.items()
-    ]
-    claims = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in [*claims, *quantities]]
+    if loop or any(given.values()) or not (subjects or of_digital):
+        subjects = [*about_loops(planned, loop, given), *subjects]
+    if any_change and slow_change:
+        raise _both_changes(slow_change).error
+    rates = change_rates(slow_change, coordinates.ranges)
+    subjects = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in subjects]
     proofs = list[MarginProof]()
     digital = list[DigitalProof]()
-    of_digital = [""] * no_overflow + [*(rounding or {})]
-    every = sum(len(wanted) for _, wanted in claims) + len(of_digital)
+    every = sum(len(own) for _, own in subjects) + len(of_digital)
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         part = DigitalProofs(planned, input_ranges or {}, stop, time.monotonic() + seconds)
         for output in of_digital:
             digital.append(part.rounding(output, (rounding or {})[output]) if output else part.no_overflow())
             if progress is not None:
                 progress(len(digital), every)
-        for proof in _proofs(sensor, rests, claims, coordinates, bounds, seconds, stop, known or KnownProofs(())):
+        end, count, none = time.monotonic() + seconds, workers or processors(), KnownProofs(())
+        proving = _Proving(sensor, rests, coordinates, bounds, end, stop, known or none, count, rates)
+        for proof in proving.proofs(subjects):
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
         left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
-        return Proofs(graph, coordinates.ranges, tuple(proofs), stop.is_set(), left_out, tuple(digital), names)
-
-
-def _loops(planned: Plan, loop: str) -> Mapping[str, Endpoint]:
-    """Return the node of a loop, or of all loops."""
-    if loop:
-        return dict([one_loop(planned, loop)])
-    return {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
-
-
-def _path(planned: Plan, claim: Claim) -> _Begin:
-    target = node_of(planned, claim.open_at)
-    if claim.kind in (RMS, BIAS):
-        return partial(StartingNoise if claim.kind == RMS else RestingOutput, planned, target)
-    kind = StartingResponse if claim.kind == PEAK else StartingPath
-    return partial(kind, planned, node_of(planned, claim.loop), target)
+        return Proofs(
+            graph,
+            coordinates.ranges,
+            tuple(proofs),
+            stop.is_set(),
+            left_out,
+            tuple(digital),
+            names,
+            sum(proving.lost),
+            rates,
+        )
 
 
 def prove_margin(
@@ -237,12 +228,11 @@ def prove_margin(
     """
     graph, box = _varied(source, tolerances)
     planned = plan(graph)
-    name, node = one_loop(planned, loop)
-    claim, rests = Claim(name, ".".join(node), kind, limit), RestRuns(planned, at)
+    subjects, rests = [about_margin(planned, loop, kind, limit)], RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
-        subjects = [(partial(_starting, planned, node), [claim])]
-        return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
+        proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
+        return next(proving.proofs(subjects))
 
 
 def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -> tuple[Graph, ToleranceBox | None]:
@@ -252,39 +242,50 @@ def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -
     return graph, box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
 
 
-def _proofs(
-    graph: Graph,
-    rests: RestRuns,
-    claims: Sequence["_Subject"],
-    coordinates: Coordinates,
-    bounds: bool,
-    seconds: float,
-    stop: threading.Event,
-    known: KnownProofs,
-) -> Iterator[MarginProof]:
-    """Yield what comes of each claim about some loops and paths; all share the time that is left."""
-    end, left = time.monotonic() + seconds, sum(len(wanted) for _, wanted in claims)
-    for start, wanted in claims:
-        try:
-            starting, rest = rests.begun(start, wanted[0])
-        except ModelError as error:
-            yield from (_open(claim, error) for claim in wanted)
-            left -= len(wanted)
-            continue
-        straight = _straight(starting, coordinates)
-        maps = BoxMaps(starting, straight.parameters)
-        attempt = Attempt(Sensors(graph, rest), maps, straight, stop, known)
-        for wish in wanted:
-            now, claim = time.monotonic(), replace(wish, period=starting.period, at_rest=rest is not None)
-            search_ends = now + (end - now) / left
-            left -= 1
-            if why := _why_open(claim, starting.values):
-                yield MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
-                continue
+@dataclass(frozen=True)
+class _Proving:
+    """Searches for all claims, which share the sensors, the time that is left, and processes."""
+
+    graph: Graph
+    rests: RestRuns
+    coordinates: Coordinates
+    bounds: bool
+    end: float  # of the time, by the clock of `time.monotonic`
+    stop: threading.Event
+    known: KnownProofs
+    workers: int
+    rates: tuple[float, ...] = ()  # at which the parameters may change, per second; they stay without any
+    lost: list[int] = field(default_factory=list)  # processes that ended early, for each loop or path
+
+    def proofs(self, subjects: Sequence[Subject]) -> Iterator[MarginProof]:
+        """Yield what comes of each claim about some loops and paths; all share the time that is left."""
+        left = sum(len(wanted) for _, wanted in subjects)
+        for start, wanted in subjects:
             try:
-                yield _proof(attempt, claim, bounds, search_ends)
-            except ModelError as error:  # a sensor within the tolerances has no such figure
-                yield _open(claim, error)
+                starting, rest = self.rests.begun(start, wanted[0])
+            except ModelError as error:
+                yield from (_open(claim, error) for claim in wanted)
+                left -= len(wanted)
+                continue
+            straight = _straight(starting, self.coordinates)
+            maps = BoxMaps(starting, straight.parameters)
+            attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
+            with closing(attempt.ahead):
+                for wish in wanted:
+                    changes = straight.changes(self.rates, starting.period)
+                    claim = replace(wish, period=starting.period, at_rest=rest is not None, changes=changes)
+                    yield self._proof(attempt, claim, left)
+                    left -= 1
+                self.lost.append(attempt.ahead.died)
+
+    def _proof(self, attempt: Attempt, claim: Claim, left: int) -> MarginProof:
+        now = time.monotonic()
+        if why := _why_open(claim, attempt.maps.values):
+            return MarginProof(claim, Searched("open", (), 0, 0.0, None, why), 0.0)
+        try:
+            return _proof(attempt, claim, self.bounds, now + (self.end - now) / left)
+        except ModelError as error:  # a sensor within the tolerances has no such figure
+            return _open(claim, error)
 
 
 def _proof(attempt: Attempt, claim: Claim, bounds: bool, until: float) -> MarginProof:
@@ -307,15 +308,9 @@ def _open(claim: Claim, error: ModelError) -> MarginProof:
 
 def _why_open(claim: Claim, values: int) -> str:
     """Return why a claim is not searched, "" for one that is."""
-    if claim.any_change and (claim.row.stays or claim.at_rest):
+    if claim.moves and (claim.row.stays or claim.at_rest):
         return _STAY if claim.row.stays else _MOVES
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
-
-
-def _starting(planned: Plan, node: Endpoint, rest: RestRun | None) -> StartingLoop:
-    if analog_group(planned, node) is not None:
-        raise planned.graph.placed(_continuous(node)).error
-    return StartingLoop(planned, node, rest)
 
 
 def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
@@ -335,29 +330,13 @@ def _straight(loop: Starting, coordinates: Coordinates) -> Coordinates:
     return coordinates
 
 
-def _claims(required: Loop | None, name: str, node: Endpoint, given: Mapping[str, str]) -> Iterator[Claim]:
-    """Yield the claims about a loop: those given, and without them those that it requires, or the usual ones."""
-    at = ".".join(node)
-    yield Claim(name, at, "stable", 0.0)
-    for kind, text in given.items():
-        limit = _limit(kind, text) if text else getattr(required, kind.replace(" ", "_"), None)
-        limit = KINDS[kind].usual if limit is None else limit
-        if limit is not None:
-            yield Claim(name, at, kind, limit)
-
-
-def _limit(kind: str, given: str) -> float:
-    """Return a limit in the unit of its kind; raises `ModelError`."""
-    unit = KINDS[kind].unit or ""
-    try:
-        limit = read_requirement(given, unit) if unit in ("dB", "deg", "s") else convert(given, unit)
-        if not 0.0 < limit < math.inf and kind in ("disk margin", "delay margin", "decay rate"):
-            raise Refusal("must be above zero")
-        if kind == "disk margin" and limit >= MOST_DISK:
-            raise Refusal("must be below 2", "such a disk is a half plane")
-    except Refusal as error:
-        raise error.problem(kind.replace(" ", "_"), given).error from None
-    return limit
+def _both_changes(slow_change: Any) -> Problem:
+    return Problem(
+        message="parameters that change at will do not change slowly",
+        key="slow_change",
+        got=shown(slow_change),
+        hint="ask for --any-change or for --slow-change",
+    )
 
 
 def _of_nothing(signals: str) -> Problem:
@@ -366,16 +345,4 @@ def _of_nothing(signals: str) -> Problem:
         key="input_ranges",
         got=signals,
         hint="ask for --no-overflow or --rounding OUTPUT too",
-    )
-
-
-def _continuous(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop through {signal} lies among continuous blocks, and proofs are about sampled loops",
-        key=signal,
-        got=shown(signal),
-        expected="a loop with a wire that is sampled or held",
-        hint="open the loop at a discrete block with --loop, or search with `proofmass worst`",
-        path=("blocks", node[0]),
     )

@@ -28,6 +28,8 @@ def proofs_text(proofs: Proofs) -> str:
         lines.append(about)
         lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
+    lost = proofs.lost_workers
+    lines += [f"{count(lost, 'worker')} ended early; others did their part"] * (lost > 0)
     return "\n".join([*lines, *_digital(proofs), *_shown(proofs)])
 
 
@@ -65,12 +67,14 @@ def _box(proofs: Proofs) -> str:
     where = {True: "at rest", False: "at the start of the run"}.get(min(rest), "") if len(rest) == 1 else _EITHER
     if not proofs.ranges:
         return f"{where}; {_NOTHING_VARIES}"
-    return f"for every sensor, {where}, with {', '.join(map(_side, proofs.ranges))}"
+    rates = proofs.rates or (0.0,) * len(proofs.ranges)
+    return f"for every sensor, {where}, with {', '.join(map(_side, proofs.ranges, rates))}"
 
 
-def _side(of: Range) -> str:
+def _side(of: Range, rate: float) -> str:
     low, high = in_print(of.low, of.unit, 6), in_print(of.high, of.unit, 6)
-    return f"{of.written} = {low}" if of.low == of.high else f"{of.written} from {low} to {high}"
+    moves = f", which changes by at most {in_print(rate, of.unit, 6)} in a second" if rate else ""
+    return f"{of.written} = {low}" if of.low == of.high else f"{of.written} from {low} to {high}{moves}"
 
 
 def _result(proof: MarginProof) -> str:

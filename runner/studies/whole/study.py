@@ -3,7 +3,6 @@
 import contextlib
 import dataclasses
 import functools
-import os
 import threading
 import time
 from collections import deque
@@ -21,6 +20,7 @@ from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import read_study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.interrupts import StoppedError, interrupts
+from proofmass.runner.host.processors import processors
 from proofmass.runner.plan.measuring import Measured
 from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.planning.plan import plan, varied
@@ -113,7 +113,7 @@ def run_sensors(
         means.add(kept)
         left = np.setdiff1d(np.arange(total), kept.numbers, assume_unique=True)
         if dask is None:
-            source = functools.partial(_in_threads, sensors, threads or _processors())
+            source = functools.partial(_in_threads, sensors, threads or processors())
         else:
             # start-up time: only --dask needs workers
             from proofmass.runner.studies.workers.chunks import runs_on_workers
@@ -227,8 +227,3 @@ def _in_threads(
             if not waiting:
                 return
             yield waiting.popleft().result()
-
-
-def _processors() -> int:
-    """Return the number of processors that this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
