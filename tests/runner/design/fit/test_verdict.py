@@ -27,6 +27,7 @@ def notes(report: FitReport) -> str:
     return "\n".join(str(p) for p in report.findings if p.note)
 
 
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize(
     ("output", "told"),
     [
