@@ -189,7 +189,7 @@ def dealt(seconds: Mapping[str, float], name: str, budget: float, most: int) -> 
     tests, left = dict[str, list[str]](), budget
     for test in (*near, *filter(None, rounds)):
         file = test.partition("::")[0]
-        if seconds[test] <= left and (file in tests or len(tests) < most):
+        if not tests or (seconds[test] <= left and (file in tests or len(tests) < most)):
             tests.setdefault(file, []).append(test)
             left -= seconds[test]
     return [test for chosen in tests.values() for test in chosen]

@@ -147,7 +147,7 @@ def margins_by_hand(system: Any) -> tuple[float, float]:
     return min((f for f in factors if f > 1.0), default=math.inf), min(phases)
 
 
-@pytest.mark.parametrize("count", amounts(6, 200))
+@pytest.mark.parametrize("count", amounts(15, 200))
 def test_random_loops(count: int) -> None:
     seen = {"stable": 0, "two rates": 0, "delays": 0, "margins": 0}
     for number in range(count):

@@ -14,7 +14,7 @@ from tests.runner.analysis.margins.test_margins import by_hand, graph_of, random
 pytest.importorskip("slycot")
 
 
-@pytest.mark.parametrize("count", amounts(8, 200))
+@pytest.mark.parametrize("count", amounts(20, 200))
 def test_peaks_of_random_loops(count: int) -> None:
     """AB13DD gives a value that |S| or |S - 1/2| has somewhere, by Hamiltonian eigenvalues instead of a grid.
 
