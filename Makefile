@@ -43,7 +43,7 @@ friendliness: $(VENV)/installed-test
 coverage: $(VENV)/installed-test
 	$(BIN)/python -m tests.coverage --exhaustive
 
-# 300 small changes of the source, each against the tests that pass its line, as `make coverage` has measured them.
+# 300 small changes of the source, each against the tests that pass its line, as `python -m tests.coverage --by-test` has measured them.
 mutants: $(VENV)/installed-test
 	$(BIN)/python -m tests.mutants --count 300
 

@@ -4,6 +4,7 @@ import gc
 import os
 import shutil
 import signal
+import sys
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -42,6 +43,7 @@ def pytest_collection() -> Iterator[None]:
 
 def pytest_configure(config: pytest.Config) -> None:
     """Before anything is collected, and for every process that a test starts or that runs tests beside this one."""
+    sys.dont_write_bytecode = False  # or 800 files of tests would be compiled anew, a third of a collection
     hypothesis.settings.load_profile("exhaustive" if config.getoption("--exhaustive") else "sample")
     config.pluginmanager.register(exhaustive.Exhaustive(config.getoption("--exhaustive")))
     config.pluginmanager.register(skips)

@@ -5,14 +5,17 @@
     python -m tests.coverage tests/blocks tests/graphs  some of them
     python -m tests.coverage tests/runner/plan --more   these too, beside what was measured before
     python -m tests.coverage --again                    the table of the last run once more
+    python -m tests.coverage --by-test                  instead, which tests pass which line: for tests/mutants.py
 
 Functions of blocks count where plain Python calls them: machine code is made of the same lines, but does not pass them.
 Processes that tests start are measured too. In `EXPLAINED` all is taken but what `branches_that_stay.toml` gives a
-reason for. Contexts are files of tests: `Passing` says which of them pass a line.
+reason for. By test, lines are measured without their branches, which would be a hundred million rows: `Passing` reads
+them.
 """
 
 import argparse
 import ast
+import itertools
 import json
 import os
 import subprocess
@@ -29,7 +32,8 @@ from coverage.parser import PythonParser
 
 ROOT = Path(__file__).parents[1]
 DATA = ROOT / "build" / "coverage"
-SECONDS = DATA / "seconds.json"  # of each file of tests
+LINES = DATA / "lines"  # which tests pass them
+SECONDS = DATA / "seconds.json"  # of each test
 STAY = Path(__file__).with_name("branches_that_stay.toml")
 SOURCE = ("blocks", "graphs", "runner")
 EXPLAINED = ("blocks", "graphs", "runner/plan", "runner/program", "runner/run")
@@ -61,27 +65,33 @@ class Room(NamedTuple):
     taken: int = 0
 
 
-# -- contexts: as a plugin of pytest (-p tests.coverage) --------------------------------------------------------------
+# -- measuring: as a plugin of pytest (-p tests.coverage) --------------------------------------------------------------
+
+
+def _is_by_test() -> bool:
+    return os.environ.get("COVERAGE_FILE") == str(LINES)
 
 
 def pytest_runtest_setup(item: pytest.Item) -> None:
-    """Note the file of tests that the lines run for."""
+    """Note the test that the lines run for."""
     running = coverage.Coverage.current()
-    if running is not None:
-        running.switch_context(item.nodeid.partition("::")[0])
+    if running is not None and _is_by_test():
+        running.switch_context(item.nodeid)
 
 
 _seconds = Counter[str]()
 
 
 def pytest_runtest_logreport(report: pytest.TestReport) -> None:
-    """Add up the time of each file of tests."""
-    _seconds[report.nodeid.partition("::")[0]] += report.duration
+    """Add up the time of each test."""
+    _seconds[report.nodeid] += report.duration
 
 
 def pytest_sessionfinish(session: pytest.Session) -> None:
     """Save what a process of xdist has measured, which is not always asked to end by itself."""
     if not hasattr(session.config, "workerinput"):
+        if not _is_by_test():
+            return
         SECONDS.parent.mkdir(parents=True, exist_ok=True)
         before = json.loads(SECONDS.read_text(encoding="utf-8")) if SECONDS.exists() else {}
         SECONDS.write_text(json.dumps(before | _seconds), encoding="utf-8")
@@ -95,9 +105,9 @@ def pytest_sessionfinish(session: pytest.Session) -> None:
 # -- what was measured ------------------------------------------------------------------------------------------------
 
 
-def measured() -> coverage.Coverage:
+def measured(data: Path = DATA / "data") -> coverage.Coverage:
     """Return what the last run has measured."""
-    found = coverage.Coverage(data_file=str(DATA / "data"), config_file=str(ROOT / "pyproject.toml"))
+    found = coverage.Coverage(data_file=str(data), config_file=str(ROOT / "pyproject.toml"))
     found.load()
     return found
 
@@ -143,16 +153,16 @@ def _room(file: str) -> str:
 
 
 class Passing:
-    """Which files of tests pass a line, and how long each takes."""
+    """Which tests pass a line, and how long each takes."""
 
     def __init__(self) -> None:
-        self._data = measured().get_data()
+        self._data = measured(LINES).get_data()
         self._seconds: Mapping[str, float] = json.loads(SECONDS.read_text(encoding="utf-8"))
         self._lines = dict[str, Mapping[int, set[str]]]()
         self._every = dict[str, set[str]]()
 
     def of(self, file: str, line: int) -> dict[str, float]:
-        """Return the seconds of each file of tests that passes a line, the quickest first.
+        """Return the seconds of each test that passes a line, the quickest first.
 
         Of a line that runs at import these are all that pass any line of its file: the first one alone imports it.
         """
@@ -164,6 +174,25 @@ class Passing:
             self._every[file] = set().union(*by_line.values())
         tests = self._lines[file].get(line, set()) - {""} or self._every[file] - {""}
         return dict(sorted(((test, self._seconds.get(test, 1.0)) for test in tests), key=lambda item: item[1]))
+
+
+def dealt(seconds: Mapping[str, float], name: str, budget: float, most: int) -> list[str]:
+    """Return tests of the file of a name, then one of every file in turn, the quicker ones first; then by file.
+
+    They take the `budget` of seconds, and come from so many files at most.
+    """
+    files = dict[str, list[str]]()
+    for test in sorted(seconds, key=seconds.__getitem__):
+        files.setdefault(test.partition("::")[0], []).append(test)
+    near = [test for file in [*files] if Path(file).stem == f"test_{name}" for test in files.pop(file)]
+    rounds = itertools.chain(*itertools.zip_longest(*files.values()))
+    tests, left = dict[str, list[str]](), budget
+    for test in (*near, *filter(None, rounds)):
+        file = test.partition("::")[0]
+        if not tests or (seconds[test] <= left and (file in tests or len(tests) < most)):
+            tests.setdefault(file, []).append(test)
+            left -= seconds[test]
+    return [test for chosen in tests.values() for test in chosen]
 
 
 def _of_functions(path: Path) -> Iterator[int]:
@@ -196,14 +225,16 @@ def _share(part: int, whole: int) -> str:
 # -- the command ------------------------------------------------------------------------------------------------------
 
 
-def run(words: Sequence[str], workers: int, more: bool = False) -> int:
+def run(words: Sequence[str], workers: int, more: bool = False, by_test: bool = False) -> int:
     """Run pytest with some words, and measure, `more` beside what was measured before; returns its exit code."""
     DATA.mkdir(parents=True, exist_ok=True)
-    for old in () if more else (SECONDS, *DATA.glob("data*")):
+    data = LINES if by_test else DATA / "data"
+    for old in () if more else (*([SECONDS] if by_test else []), *DATA.glob(f"{data.name}*")):
         old.unlink(missing_ok=True)
-    environment = {**os.environ, "COVERAGE_FILE": str(DATA / "data")}
+    environment = {**os.environ, "COVERAGE_FILE": str(data)}
     options = ["--numprocesses", str(workers), "--dist", "worksteal", "-p", "tests.coverage"]
-    command = [sys.executable, "-m", "coverage", "run", "-m", "pytest", *options, *words]
+    what = [] if by_test else ["--branch"]
+    command = [sys.executable, "-m", "coverage", "run", *what, "-m", "pytest", *options, *words]
     code = subprocess.run(command, cwd=ROOT, env=environment, check=False).returncode
     combine = ["combine", "--quiet", *(["--append"] if more else [])]
     subprocess.run([sys.executable, "-m", "coverage", *combine], cwd=ROOT, env=environment, check=True)
@@ -217,10 +248,13 @@ def main() -> int:
     parser.add_argument("--exhaustive", action="store_true", help="the exhaustive tests too")
     parser.add_argument("--workers", type=int, default=os.cpu_count() or 1)
     parser.add_argument("--more", action="store_true", help="keep what was measured before")
+    parser.add_argument("--by-test", action="store_true", help="measure which tests pass a line, and print no table")
     parser.add_argument("--again", action="store_true", help="take what the last run has measured")
     arguments = parser.parse_args()
     words = [*arguments.tests, *(["--exhaustive"] if arguments.exhaustive else [])]
-    code = 0 if arguments.again else run(words, arguments.workers, arguments.more)
+    code = 0 if arguments.again else run(words, arguments.workers, arguments.more, arguments.by_test)
+    if arguments.by_test:
+        return code
     left, rooms = missing(measured())
     known, unexplained = reasons(), Counter[str]()
     for branch in left:

@@ -2,10 +2,11 @@
 
     python -m tests.mutants --count 300 --seed 1 --exhaustive
 
-A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, quickest
-first, as `make coverage` has measured them, or `python -m tests.coverage tests/ROOM` for one room; without that those
-nearest to its file: the one of its name, those that import it, then those of its folder. What passes them within
-`BUDGET` has survived. Of those with a reason in `mutants_that_stay.toml` nothing is expected.
+A mutant is one operator, number or word changed in a copy of the project. The tests that pass its line run, as
+`python -m tests.coverage --by-test` has measured them: those of the file of its name, then the quickest of every other
+file, the next one of each, and so on. Where nothing is measured these are the files nearest to its own: the one of its
+name, those that import it, then those of its folder. What passes them within `BUDGET` has survived. Of those with a
+reason in `mutants_that_stay.toml` nothing is expected.
 
 They run in a process that forks from one with the large libraries and nothing of the project. It compiles the changed
 file and all machine code anew. If it crashes, or a test does not end, that counts as noticed.
@@ -38,7 +39,7 @@ from typing import NamedTuple
 import networkx as nx
 import pytest
 
-from tests.coverage import SECONDS, Passing
+from tests.coverage import SECONDS, Passing, dealt
 
 ROOT = Path(__file__).parents[1]
 _GRAPHS = ("checks", "files", "formulas", "model", "studies")
@@ -221,7 +222,7 @@ _FROZEN = ("tests/test_frozen.py",)  # what is said of dataclasses
 
 
 class Nearest:
-    """Which files of tests stand nearest to a line of the source: that pass it, or by name and by imports."""
+    """Which tests stand nearest to a line of the source: those that pass it, or files by name and by imports."""
 
     def __init__(self, measured: bool = True) -> None:
         self._passing = Passing() if measured and SECONDS.exists() else None
@@ -231,13 +232,13 @@ class Nearest:
                 self._imports.add_edges_from((name, _module(path)) for name in _imported(path))
 
     def at(self, mutant: Mutant) -> list[str]:
-        """Files of tests that pass the line, the one of its name first; those nearest to the file if none does."""
+        """Tests that pass the line, those of the file of its name first; files nearest to its own if none does."""
         tests = self.of(mutant.file)
         if self._passing and (passing := self._passing.of(mutant.file, mutant.line)):
-            tests = [*(test for test in tests[:1] if Path(test).stem == f"test_{Path(mutant.file).stem}"), *passing]
+            tests = dealt(passing, Path(mutant.file).stem, BUDGET, MOST)
         line = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()[mutant.line - 1]
         read = (*(_DECLARED if mutant.file.startswith("blocks/") else ()), *(_FROZEN if "@dataclass" in line else ()))
-        return list(dict.fromkeys([*tests[:1], *read, *tests[1:]]))[:MOST]
+        return list(dict.fromkeys([*tests[:1], *read, *tests[1:]]))
 
     def of(self, file: str) -> list[str]:
         """Files of tests: the one of its name, those that import it, those of its folder, those that import least."""
@@ -270,14 +271,15 @@ def _imported(path: Path) -> Iterator[str]:
 
 
 def examined(mutant: Mutant, copy: Path, tests: Sequence[str], exhaustive: bool = False) -> str:
-    """Return the first of the nearest tests that fails in a copy of the project that has the change, or "".
+    """Return the first of the nearest tests, or files of them, that fails in a copy of the project with the change.
 
-    What none of them notices, the `exhaustive` ones of the nearest file may.
+    What none of them notices, the `exhaustive` ones of the nearest file may. If none does, it is "".
     """
     changed, source = copy / mutant.file, (ROOT / mutant.file).read_bytes()
     _write(changed, mutant.text(source))
+    slow = [*(test.partition("::")[0] for test in tests[:1]), "--exhaustive"]
     try:
-        return _failed(copy, tests) or (_failed(copy, [*tests[:1], "--exhaustive"], 10) if exhaustive else "")
+        return _failed(copy, tests) or (_failed(copy, slow, 10) if exhaustive else "")
     finally:
         _write(changed, source)
 
@@ -329,9 +331,15 @@ def _run_tests(copy: Path, words: Sequence[str], said: Path, longer: int) -> Non
             said.write_text(report.nodeid if report.failed else "")
             os._exit(0)
 
+    def choose(items: list[pytest.Item]) -> None:
+        items[:] = [item for item in items if {item.nodeid, item.nodeid.partition("::")[0]} & wanted]
+
+    wanted = {*words}
     signal.alarm(longer * HANGS)
-    plugin = type("Seen", (), {"pytest_collectreport": seen, "pytest_runtest_logreport": seen})
-    code = pytest.main(["-q", "--assert=plain", "-p", "no:cacheprovider", "-p", "no:xdist", *words], plugins=[plugin])
+    hooks = {"pytest_collectreport": seen, "pytest_runtest_logreport": seen, "pytest_collection_modifyitems": choose}
+    plugin = type("Seen", (), hooks)
+    files = dict.fromkeys(word.partition("::")[0] for word in words)
+    code = pytest.main(["-q", "--assert=plain", "-p", "no:cacheprovider", "-p", "no:xdist", *files], plugins=[plugin])
     said.write_text("" if code in (pytest.ExitCode.OK, pytest.ExitCode.NO_TESTS_COLLECTED) else words[0])
 
 
@@ -385,7 +393,7 @@ def main() -> int:
             before, after = mutant.told((ROOT / mutant.file).read_bytes())
             reason = known.get((mutant.file, before, after), "")
             survived += not reason
-            told = [f"{mutant.file}:{mutant.line}: {len(tests)} files of tests pass", before, after]
+            told = [f"{mutant.file}:{mutant.line}: {len(tests)} tests pass", before, after]
             print(*told, *([f"stays: {reason}"] if reason else []), sep="\n    ", flush=True)
         seconds = (time.monotonic() - begun) / len(changes)
         unsound = _failed(copy, sorted(noticed), 100) if noticed else ""

@@ -5,7 +5,7 @@ from pathlib import Path
 import coverage
 import pytest
 
-from tests.coverage import Branch, Passing, Room, missing, reasons, table
+from tests.coverage import Branch, Passing, Room, dealt, missing, reasons, table
 
 SOURCE = """\
 def sign(value):
@@ -64,12 +64,22 @@ def test_tests_of_a_line_that_runs_at_import_are_those_of_its_file(
     """Not only the first one that imported it, whose context it has."""
     (tmp_path / "some.py").write_text(SOURCE)
     (tmp_path / "seconds.json").write_text('{"early": 2.0, "late": 1.0}')
-    for name, value in (("ROOT", tmp_path), ("SECONDS", tmp_path / "seconds.json"), ("measured", Measured)):
+    for name, value in (("ROOT", tmp_path), ("SECONDS", tmp_path / "seconds.json"), ("measured", lambda _: Measured())):
         monkeypatch.setattr(f"tests.coverage.{name}", value)
     passing = Passing()
     assert passing.of("some.py", 3) == {"late": 1.0}
     for line in (1, 2, 9, 10, 14):
         assert list(passing.of("some.py", line)) == ["late", "early"]
+
+
+def test_tests_are_dealt_by_name_then_one_of_every_file_as_long_as_there_is_time() -> None:
+    seconds = {"a/test_one.py::x": 1.0, "a/test_one.py::y": 3.0, "b/test_two.py::x": 0.5, "b/test_two.py::y": 2.0}
+    seconds |= {"c/test_three.py::x": 0.7, "c/test_three.py::y": 9.0}
+    one, two, three = (tuple(name for name in seconds if word in name) for word in ("one", "two", "three"))
+    assert dealt(seconds, "one", 100.0, 3) == [*one, *two, *three]
+    assert dealt(seconds, "one", 100.0, 2) == [*one, *two], "of two files"
+    assert dealt(seconds, "one", 5.3, 3) == [*one, *two[:1], *three[:1]], "no time for the second of each"
+    assert dealt(seconds, "none", 2.2, 3) == ["b/test_two.py::x", "c/test_three.py::x", "a/test_one.py::x"]
 
 
 def test_the_table_has_the_sum_of_all_rooms() -> None:

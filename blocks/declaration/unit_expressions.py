@@ -218,8 +218,15 @@ def _whole_root(number: int, degree: int) -> int:
     return root if root**degree == number else 0
 
 
-@lru_cache(maxsize=4096)
 def _named(name: str) -> Unit:
+    known = _known(name)
+    if known is None:
+        raise UnitError(f"unknown unit {name!r}", _like(name))
+    return known
+
+
+@lru_cache(maxsize=4096)
+def _known(name: str) -> Unit | None:
     if name in UNITS:
         factor, exponents, _ = UNITS[name]
         return Unit(factor, padded(exponents))
@@ -227,7 +234,7 @@ def _named(name: str) -> Unit:
         base = UNITS.get(name[len(prefix) :]) if name.startswith(prefix) else None
         if base is not None and base[2]:
             return Unit(base[0] * Fraction(10) ** ten, padded(base[1]))
-    raise UnitError(f"unknown unit {name!r}", _like(name))
+    return None
 
 
 def _like(name: str) -> str:
@@ -249,6 +256,8 @@ def power_of_a_unit(name: str) -> str:
 
 def is_unit(expression: str) -> bool:
     """Return whether a text is a unit that is known."""
+    if expression.isascii() and expression.isidentifier():
+        return _known(expression) is not None  # a name, as of a value: what it may have meant is not looked for
     try:
         unit(expression)
     except UnitError:

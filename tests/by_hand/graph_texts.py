@@ -13,8 +13,9 @@ from proofmass.graphs.studies.study_reader import is_study
 from proofmass.graphs.tuning.check_file import CheckedFile, check_file, check_table
 
 _FILES = [file for name, file in library_files().items() if name.endswith(".toml")]
-LIBRARY = [path for path in _FILES if not is_study(read_table(path)[0])]
-STUDIES = [path for path in _FILES if is_study(read_table(path)[0])]  # of their own, beside the graph
+_ARE_STUDIES = [is_study(read_table(path)[0]) for path in _FILES]
+LIBRARY = [path for path, own in zip(_FILES, _ARE_STUDIES, strict=True) if not own]
+STUDIES = [path for path, own in zip(_FILES, _ARE_STUDIES, strict=True) if own]  # of their own, beside the graph
 ALONE = [path for path in LIBRARY if runs_alone(flatten(read_graph(path)))]  # the others are parts, with open inputs
 # Made of parts that others have too: walks that run or compile every graph take them with all that is exhaustive.
 OF_SAME_PARTS = {

@@ -40,14 +40,16 @@ def pages() -> dict[str, str]:
 LIBRARY = sorted(path.stem for name, path in library_files().items() if name.endswith(".toml"))
 
 
-def test_every_graph_of_the_library_is_reached_from_the_index(pages: dict[str, str]) -> None:
-    assert sorted(re.findall(r'<a href="../gallery/(\w+).html">', pages["gallery/index.md"])) == LIBRARY
-    assert sorted(pages) == sorted(f"gallery/{name}.md" for name in [*LIBRARY, "index"])
+def test_every_graph_of_the_library_is_reached_from_the_index() -> None:
+    name, index = next(gallery_pages(runs=False))
+    assert name == "gallery/index.md"
+    assert sorted(re.findall(r'<a href="../gallery/(\w+).html">', index)) == LIBRARY
 
 
 @pytest.mark.exhaustive
 def test_every_page_has_picture_figures_and_file(pages: dict[str, str]) -> None:
     pictures = dict(gallery_pictures())
+    assert sorted(pages) == sorted(f"gallery/{name}.md" for name in [*LIBRARY, "index"])
     for name in LIBRARY:
         page = pages[f"gallery/{name}.md"]
         assert library_file(f"{name}.toml").read_text(encoding="utf-8").strip() in page

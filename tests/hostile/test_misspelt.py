@@ -68,7 +68,7 @@ def misspellings(text: str, draw: random.Random, tries: int) -> Iterator[tuple[N
                 yield name, wrong
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("tries", amounts(20, 120))
 @pytest.mark.parametrize("path", WALKED)
 @pytest.mark.friendly(8, "misspelt names in every graph of the library")

@@ -8,6 +8,7 @@ from proofmass.blocks import PulseWidthModulator
 from tests.by_hand.responses import response
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("triangular", [False, True])
 @pytest.mark.parametrize("value", [-0.8, 0.0, 0.31, 1.0])
 def test_the_duty_is_that_of_the_input(triangular: bool, value: float) -> None:

@@ -12,6 +12,7 @@ COEFFICIENTS = (0.0458, -0.132, 0.1453, -0.0701, 0.01287, -0.003, 0.7)
 VOLTS, SUM = Fixed(18, 16), Fixed(24, 22)
 
 
+@pytest.mark.exhaustive(but=16)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize("order", range(1, 7))

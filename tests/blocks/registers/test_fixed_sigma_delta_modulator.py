@@ -14,7 +14,7 @@ from tests.by_hand.responses import response
 WORD = Fixed(12, 11)
 
 
-@pytest.mark.exhaustive(but=4)
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.parametrize("rounding", ROUNDINGS)
 @pytest.mark.parametrize(("gains", "bits"), [((1.0,), 1), ((0.3, 0.4), 2), ((0.2, 0.3, 0.4, 0.5), 3)])
 def test_against_fractions(gains: tuple[float, ...], bits: int, rounding: str) -> None:

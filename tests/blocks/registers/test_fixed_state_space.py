@@ -26,6 +26,7 @@ def coefficients(order: int) -> dict[str, tuple[float, ...] | float]:
     }
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("overflow", ["saturate", "wrap"])
 @pytest.mark.parametrize("order", [1, 2, 3, 4])
 def test_against_big_integers(order: int, overflow: str) -> None:

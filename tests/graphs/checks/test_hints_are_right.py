@@ -104,6 +104,7 @@ def test_there_are_many_mistakes_in_files_that_are_right() -> None:
     assert not [problem for text in (TEMPLATE, LOOP, STUDY) for problem in problems(text)]
 
 
+@pytest.mark.exhaustive(but=45)
 @pytest.mark.parametrize("number", range(len(MISSPELT)), ids=["-".join(words) for *_, words in MISSPELT])
 def test_the_name_that_is_meant_is_right(number: int) -> None:
     _, wrong, words = MISSPELT[number]

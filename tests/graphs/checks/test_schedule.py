@@ -124,6 +124,7 @@ def named_wires(error: ModelError) -> list[str]:
     return problem.got.split(", ")
 
 
+@pytest.mark.exhaustive(but=8)
 @pytest.mark.parametrize("first", range(0, 1000, 50))
 def test_random_graphs_have_a_loop_when_brute_force_finds_one(first: int) -> None:
     loops = 0
@@ -264,6 +265,7 @@ def test_the_rate_of_the_graph_counts_where_a_block_has_it(facts: dict[str, Any]
     assert schedule(Graph(name="", **facts)).base_rate == rate
 
 
+@pytest.mark.exhaustive(but=20)
 @pytest.mark.parametrize("path", ALONE, ids=lambda path: path.stem)
 def test_every_output_of_the_library_is_scheduled_after_what_it_needs(path: Any) -> None:
     graph = flatten(read_graph(path)).as_graph()

@@ -36,6 +36,7 @@ RUNNABLE = [
 ]
 
 
+@pytest.mark.exhaustive(but=20)
 @pytest.mark.exhaustive("random 2_0", "random 2_0")
 @pytest.mark.parametrize("graph", GRAPHS, ids=lambda graph: graph.name)
 @pytest.mark.friendly(15, "everything is drawn and nothing overlaps")
@@ -192,6 +193,7 @@ def test_a_long_chain_and_a_long_loop_are_drawn() -> None:
     assert len(drawn(loop)[1]) == 1500
 
 
+@pytest.mark.exhaustive(but=35)
 @pytest.mark.exhaustive("quartz_recalibration.toml")
 @pytest.mark.parametrize("name", RUNNABLE)
 @pytest.mark.friendly(15, "graphs of the library fit a page")

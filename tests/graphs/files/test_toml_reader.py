@@ -24,6 +24,7 @@ def said(*changes: tuple[str, str]) -> str:
     return "\n".join(map(str, problems_of(text)))
 
 
+@pytest.mark.exhaustive(but=35)
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_the_library_is_read_with_its_place(path: Path) -> None:
     graph = read_graph(path)

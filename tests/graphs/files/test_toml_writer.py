@@ -77,6 +77,7 @@ def assert_same(graph: Graph) -> str:
     return text
 
 
+@pytest.mark.exhaustive(but=35)
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 @pytest.mark.friendly(17, "graphs of the library are written and read back")
 def test_the_library_reads_back(path: Any) -> None:

@@ -8,7 +8,7 @@ import pytest
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
-from proofmass.graphs.formulas.operations import FUNCTIONS, coherent_unit
+from proofmass.graphs.formulas.operations import FUNCTIONS, OPERATIONS, coherent_unit
 from proofmass.graphs.formulas.tree import dimension_of, slopes
 
 NUMBERS = {"mass": 5.043e-08, "f0": 8000.0, "q": 150.0, "x": 0.3, "y": -0.7}
@@ -165,3 +165,11 @@ def test_divisors_in_brackets_or_of_one_unit_are_what_they_are() -> None:
         ("= mass * 9.81 m/s^2", m * 9.81, "N"),
     ):
         assert Formula(text).quantity(NUMBERS, DIMENSIONS, in_unit) == pytest.approx(value, rel=1e-15)
+
+
+def test_an_operation_has_a_slope_by_each_of_its_arguments() -> None:
+    for name, operation in OPERATIONS.items():
+        slopes_there = operation.slopes(*[0.5] * operation.arity)
+        assert len(slopes_there) == operation.arity, name
+    between = [OPERATIONS[name].slopes(*at) for name in ("min", "max") for at in ((1.0, 2.0), (2.0, 1.0))]
+    assert between == [(1.0, 0.0), (0.0, 1.0), (0.0, 1.0), (1.0, 0.0)]

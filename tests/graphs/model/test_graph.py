@@ -90,6 +90,7 @@ def test_where_a_graph_was_read_from_is_no_part_of_its_value() -> None:
     assert small(place=Place("somewhere.toml")) == small()
 
 
+@pytest.mark.exhaustive(but=35)
 @pytest.mark.parametrize("path", LIBRARY, ids=lambda path: path.stem)
 def test_a_graph_can_be_copied_and_sent_to_another_process(path: Any) -> None:
     graph = read_graph(path)

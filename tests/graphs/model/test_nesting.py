@@ -38,7 +38,7 @@ def leaves(graph: Graph) -> Counter[tuple[str, Block]]:
     return Counter((name.rpartition(".")[2], block) for name, block in flatten(graph).blocks.items())
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("ticks", amounts(100, 2000))
 @pytest.mark.parametrize("path", WALKED)
 def test_the_library_cut_into_subgraphs_at_random(path: Path, ticks: int) -> None:

@@ -40,6 +40,7 @@ def test_the_schemas_are_small() -> None:
     assert "properties" in STUDY_SCHEMA
 
 
+@pytest.mark.exhaustive(but=36)
 @pytest.mark.parametrize("path", [*LIBRARY, *STUDIES], ids=lambda path: path.stem)
 @pytest.mark.friendly(12, "every graph of the library is valid")
 def test_the_library_is_valid_and_names_its_schema(path: Path) -> None:
@@ -49,6 +50,7 @@ def test_the_library_is_valid_and_names_its_schema(path: Path) -> None:
     assert [error.message for error in validator_of(table).iter_errors(table)] == []
 
 
+@pytest.mark.exhaustive(but=80)
 @pytest.mark.parametrize("kind", KINDS.values(), ids=lambda kind: kind.__name__)
 def test_every_block_as_it_is_written_is_valid(kind: Any) -> None:
     assert valid(write_graph(Graph(name="", blocks={"block": kind()})))

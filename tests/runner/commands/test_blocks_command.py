@@ -62,6 +62,7 @@ def test_an_example_is_a_graph_file(tmp_path: Path, capsys: pytest.CaptureFixtur
     assert main(["run", str(path), "--quiet"]) == 0
 
 
+@pytest.mark.exhaustive(but=90)
 @pytest.mark.parametrize("name", KINDS)
 def test_examples_run(name: str) -> None:
     """A few ticks in plain Python; what needs a recording says so, and nothing else is missing."""

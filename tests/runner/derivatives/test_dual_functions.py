@@ -186,6 +186,7 @@ def test_helpers_recursion_defaults_and_inner_functions() -> None:
     assert slopes_of(found)["x"] == pytest.approx(3 * 0.25 * math.exp(0.125))
 
 
+@pytest.mark.exhaustive(but=80)
 @pytest.mark.exhaustive("RunningPercentile", "SpectrumMeter")
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_every_block_against_differences(kind: type[Block], tmp_path: Path) -> None:
@@ -201,6 +202,7 @@ def test_every_block_against_differences(kind: type[Block], tmp_path: Path) -> N
                 _compare(block, behaviour.function, _arguments(block, behaviour.arguments, dice), kind.__name__)
 
 
+@pytest.mark.exhaustive(but=80)
 @pytest.mark.parametrize("kind", KINDS.values(), ids=KINDS)
 def test_constants_of_every_block_against_differences(kind: type[Block], tmp_path: Path) -> None:
     dice = random.Random(kind.__name__)

@@ -63,6 +63,7 @@ SHAPES: dict[str, Callable[[IntegerProgram, Operation], Operation]] = {  # of on
 }
 
 
+@pytest.mark.exhaustive(but=16)
 @pytest.mark.parametrize("shape", SHAPES)
 @pytest.mark.parametrize("kind", ["less", "less_equal", "equal", "not_equal"])
 def test_one_comparison_is_followed_exactly(shape: str, kind: str) -> None:

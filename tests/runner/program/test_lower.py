@@ -58,6 +58,7 @@ def behaviours(kind: type[Block]) -> Any:
         yield behaviour, None
 
 
+@pytest.mark.exhaustive(but=80)
 @pytest.mark.exhaustive("VibrationEllipse")
 @pytest.mark.parametrize("kind", [k for k in all_blocks().values() if not k.has_formats()], ids=lambda k: k.__name__)
 def test_every_function_of_every_block(kind: Any) -> None:

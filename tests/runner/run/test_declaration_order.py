@@ -18,7 +18,7 @@ from tests.by_hand.graph_texts import COMPILED, WALKED
 from tests.by_hand.orders import shuffled
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("permutations", amounts(4, 50))
 @pytest.mark.parametrize("path", WALKED)
 def test_permutations_of_every_example_graph(path: Path, permutations: int) -> None:

@@ -61,7 +61,7 @@ def drawn(kind: type[Block], dice: random.Random, folder: Path) -> Block:
     return kind(**values)
 
 
-@pytest.mark.exhaustive(but=42)
+@pytest.mark.exhaustive(but=14)
 @pytest.mark.parametrize("kind", DRIVABLE, ids=lambda kind: kind.__name__)
 def test_each_alone_in_plain_python(kind: type[Block], tmp_path: Path) -> None:
     block = drawn(kind, random.Random(kind.__name__), tmp_path)

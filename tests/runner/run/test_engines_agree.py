@@ -80,7 +80,7 @@ def test_a_resonator_of_integrators_with_five_random_parameter_sets(tmp_path: Pa
         assert_same_bits(replace(graph, rate=Fraction(1_000_000)), SAMPLES)
 
 
-@pytest.mark.exhaustive(but=9)
+@pytest.mark.exhaustive(but=6)
 @pytest.mark.parametrize("samples", amounts(SAMPLES // 25, SAMPLES))
 @pytest.mark.parametrize("group", GROUPS, ids=",".join)
 def test_every_block_with_random_parameter_sets(group: list[str], samples: int, tmp_path: Path) -> None:
@@ -91,7 +91,7 @@ def test_every_block_with_random_parameter_sets(group: list[str], samples: int, 
         assert_same_bits(graph_around(tested, tmp_path), samples)
 
 
-@pytest.mark.exhaustive(but=12)
+@pytest.mark.exhaustive(but=6)
 @pytest.mark.parametrize("sets", amounts(1, 3))
 @pytest.mark.parametrize("kind", FIXED_POINT, ids=lambda kind: kind.__name__)
 def test_every_block_in_fixed_point_with_random_parameter_sets(kind: type[Block], sets: int, tmp_path: Path) -> None:
@@ -113,7 +113,7 @@ def test_every_stepped_block_with_two_random_parameter_sets(kind: type[Block], t
         assert_same_bits(replace(graph, integration=steps), SAMPLES // 40)
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize("samples", amounts(1200, SAMPLES))
 @pytest.mark.parametrize("path", WALKED)
 def test_every_example_graph(path: Path, samples: int) -> None:

@@ -62,6 +62,7 @@ def test_statements(case: Callable[[], Case], level: str, tmp_path: Path) -> Non
         assert array.tobytes() == expected.tobytes(), (array, expected)
 
 
+@pytest.mark.exhaustive(but=8)
 @needs_gcc
 @pytest.mark.parametrize("seed", range(20))
 def test_random_programs_have_the_bits_of_machine_code(

@@ -79,6 +79,7 @@ def same(arrays: list[Any], others: list[Any]) -> bool:
     return True
 
 
+@pytest.mark.exhaustive(but=10)
 @pytest.mark.exhaustive("quartz_calibration_disturbed.toml", "quartz_calibration_disturbed.toml")
 @pytest.mark.parametrize("name", GRAPHS)
 def test_programs_keep_to_the_form_and_can_be_listed(name: str, plans: dict[str, CompiledPlan]) -> None:
@@ -87,7 +88,7 @@ def test_programs_keep_to_the_form_and_can_be_listed(name: str, plans: dict[str,
     assert "def loop(first: i64, last: i64, seed: i64, run: i64" in listing(program)
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=5)
 @needs_gcc
 @pytest.mark.parametrize("name", GRAPHS)
 def test_c_has_the_bits_of_machine_code(name: str, plans: dict[str, CompiledPlan], tmp_path: Path) -> None:
@@ -97,7 +98,7 @@ def test_c_has_the_bits_of_machine_code(name: str, plans: dict[str, CompiledPlan
     assert same(arrays, behind(made))
 
 
-@pytest.mark.exhaustive(but=10)
+@pytest.mark.exhaustive(but=5)
 @needs_node
 @pytest.mark.parametrize("name", GRAPHS)
 def test_webassembly_has_the_bits_of_machine_code(name: str, plans: dict[str, CompiledPlan], tmp_path: Path) -> None:
@@ -127,7 +128,7 @@ def test_ptx_can_be_assembled(name: str, plans: dict[str, CompiledPlan], tmp_pat
         assert assembled(ptx_text(program, of_entry), tmp_path).startswith(b"\x7fELF")
 
 
-@pytest.mark.exhaustive(but=8)
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("name", GRAPHS)
 def test_ptx_can_be_written(name: str, plans: dict[str, CompiledPlan]) -> None:
     program, of_entry = runs_of(compiled(name, plans))

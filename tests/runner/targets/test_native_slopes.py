@@ -114,6 +114,7 @@ def driven(gate: Sequence[float] = (1.0,)) -> Plan:
 BLOCKS = [Gain(gain=0.7), Delay(ticks=3), MovingAverage(length=4), FractionalDelay(), MedianFilter(length=3)]
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: type(block).__name__)
 @pytest.mark.parametrize("tick", [0, 137])
 def test_blocks_that_remember(block: Block, tick: int) -> None:

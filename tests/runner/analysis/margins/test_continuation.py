@@ -125,6 +125,7 @@ def test_the_way_back_of_an_unstable_loop() -> None:
     assert found.stable_gains == ((0.0, pytest.approx(1.0 / 1.2, rel=1e-9)),)
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize("number", range(12))
 def test_stable_factors_of_a_lifted_loop(number: int) -> None:
     """A slow register that counts nothing makes a period of three ticks, and changes no interval of factors."""

@@ -96,6 +96,7 @@ def agree(one: Figures, two: Figures) -> None:
             assert other == (value if value is None else pytest.approx(value, rel=rel)), name
 
 
+@pytest.mark.exhaustive(but=4)
 @pytest.mark.parametrize(
     "number", [*range(12), *(pytest.param(n, marks=pytest.mark.exhaustive) for n in range(12, 200))]
 )

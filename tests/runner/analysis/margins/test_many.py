@@ -132,7 +132,7 @@ def test_threads_share_what_follows_the_time_alone() -> None:
             assert list(pool.map(lambda sensor, like=shared: margins_alone(sensor, "0 s", like), sensors)) == alone
 
 
-@pytest.mark.exhaustive(but=8)
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.parametrize("number", range(20))
 def test_random_loops_of_a_spread_gain(number: int) -> None:
     graph, _ = sampled_loop(number)

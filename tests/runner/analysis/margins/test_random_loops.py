@@ -135,6 +135,7 @@ def amounts(of: Figures | Truth) -> dict[str, float]:
     return {name: math.inf if (value := getattr(of, name)) is None else value for name in _NAMES}
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.exhaustive(
     "analog_loop-40",
     "sampled_loop-45",
@@ -180,6 +181,7 @@ def test_random_loops(loop: Callable[[int], tuple[Graph, Truth]], first: int) ->
         check(loop, number)
 
 
+@pytest.mark.exhaustive(but=3)
 @pytest.mark.exhaustive(
     "1004",
     "1017",

@@ -7,7 +7,7 @@ import pytest
 
 from proofmass.runner.design.fit.data import Readings
 from proofmass.runner.design.fit.fit import FitReport, fit
-from proofmass.runner.design.fit.verdict import roughness
+from proofmass.runner.design.fit.verdict import lagging, roughness
 from tests.by_hand.temperature_sets import M1, M2
 from tests.by_hand.temperature_sets import TEMPERATURE as T
 
@@ -27,6 +27,7 @@ def notes(report: FitReport) -> str:
     return "\n".join(str(p) for p in report.findings if p.note)
 
 
+@pytest.mark.exhaustive(but=5)
 @pytest.mark.parametrize(
     ("output", "told"),
     [
@@ -114,3 +115,11 @@ def test_roughness() -> None:
     assert roughness(T, NOISE) == pytest.approx(1.0, abs=0.4)
     assert roughness(np.tile(T, 2), np.concatenate([T + 1.0, T - 1.0])) < 0.01
     assert roughness(T, np.ones(61)) == 0.0
+
+
+def test_an_alternation_that_ends_short_says_by_how_much() -> None:
+    (note,) = lagging(2.0, 2.5, 1.0, 7)
+    assert "ended 25 % above the optimum after 7 iterations" in note.message
+    (note,) = lagging(0.0, 2.5, 1.0, 7)
+    assert "inf %" in note.message
+    assert lagging(2.0, 2.0, 1.0, 7) == ()

@@ -100,3 +100,11 @@ def test_arrays_and_datasets_are_recordings_too() -> None:
     for wrong in ({"time": time, "force": force[1:], "volts": volts}, 3, {}):
         with pytest.raises(ModelError):
             recordings_of([wrong], INPUTS, OUTPUTS, "refuse")
+
+
+def test_a_step_of_one_and_a_half_is_no_gap_and_a_longer_one_is(tmp_path: Path) -> None:
+    """Times in halves of a second, which are exact."""
+    for late, is_gap in ((0.5, False), (0.5625, True)):
+        rows = [(float(k) if k < 10 else k + late, 0.5, 1.5) for k in range(20)]
+        stretches, _ = read(tmp_path, text("time [s],force [N],volts [V]", rows=rows), "split")
+        assert [len(stretch.times) for stretch in stretches] == ([10, 10] if is_gap else [20])

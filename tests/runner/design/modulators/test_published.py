@@ -54,6 +54,7 @@ def test_roots_of_a_band_pass_of_eighth_order() -> None:
     assert np.abs(np.array([p for p in transfer.poles if p.imag > 0.0]) - poles).max() < 1e-6
 
 
+@pytest.mark.exhaustive(but=6)
 @pytest.mark.parametrize(("form", "order"), LOW_PASS)
 def test_coefficients_of_low_passes(form: str, order: int) -> None:
     k = design_modulator(order, 32, form=form, zeros="centred", feeds="all", swing=None, samples=1024).coefficients

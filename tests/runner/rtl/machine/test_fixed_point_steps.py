@@ -176,6 +176,7 @@ def inputs_of(name: str, count: int) -> np.ndarray:
     return found  # stays on one side long enough to reach the limits
 
 
+@pytest.mark.exhaustive(but=2)
 @pytest.mark.parametrize("ticks", TICKS)
 @pytest.mark.parametrize("name", CASES)
 def test_three_engines_agree(name: str, ticks: int) -> None:

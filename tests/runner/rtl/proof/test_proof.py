@@ -65,6 +65,7 @@ def proved(module: Module, text: str = "", seconds: float = 30.0) -> Proof:
     return prove(ModuleReference(module), text or module_text(module), guesses, seconds)
 
 
+@pytest.mark.exhaustive(but=12)
 @pytest.mark.exhaustive(
     "FixedCascadedIntegratorComb",
     "FixedCompensationRegister",

@@ -181,6 +181,7 @@ REFUTED = (  # changes of the text of Accumulator(cuts=2, after=True), whose sum
 )  # fmt: skip
 
 
+@pytest.mark.exhaustive(but=7)
 @pytest.mark.parametrize(("old", "new", "said"), REFUTED)
 def test_mutants_are_refuted_and_it_is_said_why(old: str, new: str, said: str) -> None:
     module = module_of(Accumulator(cuts=2, after=True))
