@@ -23,8 +23,11 @@ from proofmass.runner.host.progress import Progress
 LOSSES = {"linear": "linear", "robust": "soft_l1", "outliers": "cauchy"}
 _FIRST_STEP = 1e-4  # relative step of an unknown before its standard error is known
 _SMALLEST, _LARGEST = 1e-7, 1e-2  # bounds of the relative step of an unknown
+_WIDEST, _WIDENINGS, _ALIKE = 1.0, 8, 0.7  # of one that moves codes alone; how often it may be; logarithm of a change
 _MOVED, _CODES = 3e-3, 10.0  # a step moves an output by this part of its size, or by this many codes
+_OF_CODED = 0.3  # part of its size by which it moves at least what comes in codes
 _FEW_CODES = 0.5  # an output with fewer values than this part of its rows comes from a converter
+_WHOLE = 1e-6  # or one that has values twice, which lie whole numbers of steps apart to this part
 _PASSES, _SETTLED = 4, 0.01  # passes of the estimate of noise, and its last relative change
 _WEAK = 3.0  # an unknown that the recordings do not determine may stray by this many times its size
 _POLISHES, _NEAR, _ROUGH = 4, 3.0, 1.0  # last steps; their length in units of the noise; increase of squares
@@ -256,17 +259,31 @@ class UnknownsSolver:
         return left
 
     def _suited(self, values: AnyArray) -> AnyArray:
-        """Return steps that move some output by a part of its size, and by many steps of a converter."""
-        jacobian = np.abs(self.jacobian(values) * self.scales)
-        wanted, place = np.full(len(values), _LARGEST), 0
-        for signal, part in self.raw(values):
-            rows = jacobian[place : place + len(part)]
-            place += len(part)
-            moved = np.sqrt(np.mean(rows**2, axis=0)) * self.noise[signal] if len(rows) else np.zeros(len(values))
-            enough = max(_MOVED * self.spread(signal), _CODES * self._code[signal])
+        """Return steps that move some output by a part of its size, and by many steps of a converter.
+
+        Where that takes a large part of an unknown, as of coarse codes, they move codes alone by what is least. What a
+        step moves follows from any other where outputs are smooth; codes have to be moved.
+        """
+        coded = any(self._code.values())
+        for _ in range(_WIDENINGS if coded else 1):
+            columns, place = np.abs(self.jacobian(values) * self._steps), 0
+            wanted, least = np.zeros(len(values)), np.zeros(len(values))  # parts of these that the steps move
+            smooth = np.zeros(len(values), dtype=bool)
+            for signal, part in self.raw(values):
+                rows, code, spread = columns[place : place + len(part)], self._code[signal], self.spread(signal)
+                place += len(part)
+                moved = np.sqrt(np.mean(rows**2, axis=0)) * self.noise[signal] if len(rows) else 0.0 * wanted
+                wanted = np.maximum(wanted, moved / max(_MOVED * spread, _CODES * code))
+                least = np.maximum(least, moved / max(_MOVED * spread, code, _OF_CODED * spread * (code > 0.0)))
+                smooth |= (moved > 0.0) & (code == 0.0)
+            steps, before = self._steps / self.scales, self._steps
             with np.errstate(divide="ignore"):
-                wanted = np.minimum(wanted, np.where(moved > 0.0, enough / moved, _LARGEST))
-        return np.asarray(np.clip(wanted, _SMALLEST, _LARGEST) * self.scales)
+                largest = np.where(smooth | (least == 0.0), _LARGEST, np.clip(steps / least, _LARGEST, _WIDEST))
+                suited = np.where(wanted > 0.0, steps / wanted, _LARGEST)
+            self._steps = np.asarray(np.clip(suited, _SMALLEST, largest) * self.scales)
+            if np.all(np.abs(np.log(self._steps / before)) < _ALIKE):
+                break
+        return self._steps
 
     def _step_of_codes(self, signal: str) -> float:
         """Return the step between the values of an output that a converter makes; 0 where it moves smoothly."""
@@ -275,4 +292,9 @@ class UnknownsSolver:
         if rows.dtype.kind == "i":
             return 1.0
         known = np.unique(rows)
-        return float(np.median(np.diff(known))) if 1 < len(known) < _FEW_CODES * len(rows) else 0.0
+        gaps = np.diff(known)
+        if not 1 < len(known) < len(rows):
+            return 0.0
+        codes = gaps / np.min(gaps)
+        few = len(known) < _FEW_CODES * len(rows)
+        return float(np.median(gaps)) if few or np.all(np.abs(codes - np.round(codes)) < _WHOLE * codes) else 0.0

@@ -232,3 +232,22 @@ def test_an_output_without_a_value_that_is_compared_has_a_spread_of_one() -> Non
     assert solver([Written(none, line, line)], AB).spread("y") == 1.0
     still = {"y": np.full(len(TIMES), -4.0), "z": np.zeros(len(TIMES))}
     assert [solver([Written(still, line, line)], AB).spread(name) for name in "yz"] == [4.0, 1.0]
+
+
+@pytest.mark.defect("S798", before="a = 1.12 for 2 and converged: derivatives saw few codes or none", after="found")
+@pytest.mark.parametrize("code", [0.01, 0.03, 0.1, 0.3, 0.5])
+@pytest.mark.parametrize("spread", [0.0, 0.05, 0.3])
+def test_a_line_through_a_coarse_converter(code: float, spread: float) -> None:
+    """A recording of 2 - 3 t in codes of up to a sixth of its size: no worse than the line that made it, from afar."""
+
+    def coded(p: Mapping[str, float], t: AnyArray) -> AnyArray:
+        return np.asarray(code * np.round(line(p, t) / code))
+
+    noise = spread * np.random.default_rng(8).standard_normal(len(TIMES))
+    recorded = code * np.round((2.0 - 3.0 * TIMES + noise) / code)
+    found = solver([Written({"y": recorded}, coded)], AB).solved(np.array([1.0, -1.0]))
+    left, made = (
+        float(np.sum((coded({"a": a, "b": b}, TIMES) - recorded) ** 2)) for a, b in (found.values, (2.0, -3.0))
+    )
+    assert left <= 1.1 * made + len(TIMES) * (0.5 * code) ** 2
+    assert found.values == pytest.approx([2.0, -3.0], abs=0.2 if spread == 0.3 else 0.05)
