@@ -1,8 +1,9 @@
 """A check that noise is small: where it moves the operating point, the map there must do the same to it.
 
 A product of two noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The
-map is taken again along a run with noise. Both maps are given the same noise: the rms of what their outputs
-differ by tells them apart, even where each has the same rms, as a slope that only turns.
+map is taken again along a run with noise, at several instants where periods are short: a converter may be full at most
+of them. All maps are given the same noise: the rms of what their outputs differ by tells them apart, even where each
+has the same rms, as a slope that only turns.
 """
 
 import math
@@ -22,21 +23,20 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summe
 from proofmass.runner.reference.interpret import TickError
 
 _TICKS = 512  # base ticks of a run with noise, or one period
+_INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _APART = 0.5  # of the rms; a square of noise about twice its rms then has an rms that is 6 % off
 
 
 def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMap, to_output: NoiseMap) -> str:
     """Return a note where the noise of an output is another at what a run with noise gets to, or ""."""
-    if not to_output.settles or not whole.order:
+    if not to_output.settles or not to_output.mean_squares().any():
         return ""
     there = _drawn(about, ends.together, whole) or _drawn(about, replace(ends, beside=()), whole)
-    if there is None:
-        return ""
-    moved = noise_map(with_spectra(ends.part_of(there, about.plan), ends.noise), target)
-    if not moved.settles:
-        return ""
-    apart = math.sqrt(max(0.0, difference_squared(to_output, moved)) / float(sum(to_output.mean_squares())))
-    if apart <= _APART:
+    maps = (noise_map(with_spectra(ends.part_of(one, about.plan), ends.noise), target) for one in there)
+    squares = [difference_squared(to_output, moved) for moved in maps if moved.settles]
+    mean = sum(squares) / max(1, len(squares))
+    apart = math.sqrt(max(0.0, mean) / float(sum(to_output.mean_squares())))
+    if apart < _APART:
         return ""
     return (
         "noise is not small here: along a run with noise the same noise moves the output otherwise, by"
@@ -44,17 +44,21 @@ def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMa
     )
 
 
-def _drawn(about: Linearisation, ends: Ends, whole: PeriodMap) -> PeriodMap | None:
-    """Return the map of a period along a run with noise; None if it has none, which is no refusal of a budget."""
+def _drawn(about: Linearisation, ends: Ends, whole: PeriodMap) -> list[PeriodMap]:
+    """Return maps of a period along a run with noise; none if it has none, which is no refusal of a budget."""
     planned, kept = about.plan, about.course.kept
     ticks = round(whole.period / planned.period)
     key = "drawn", ends.key, whole.tick, ticks
     if key not in kept:
-        kept[key] = None
+        kept[key] = []
+        instants = min(_INSTANTS, max(1, _MAPPED // ticks))
         with suppress(ModelError, TickError):
-            memory = Forward(planned, about.course.at(whole.tick)).to(whole.tick + max(1, _TICKS // ticks) * ticks)
-            kept[key] = ends.map(planned, memory=memory, span=ticks, drawn=True, slopes=about.course.slopes)
-    drawn: PeriodMap | None = kept[key]
+            run, apart = Forward(planned, about.course.at(whole.tick)), max(1, _TICKS // (ticks * instants)) * ticks
+            for number in range(1, instants + 1):
+                memory = run.to(whole.tick + number * apart)
+                more = ends.map(planned, memory=memory, span=ticks, drawn=True, slopes=about.course.slopes)
+                kept[key].append(more)
+    drawn: list[PeriodMap] = kept[key]
     return drawn
 
 
