@@ -88,21 +88,21 @@ class Linearisation:
         """
         ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside))
         point = self.point_of(ends)
-        notes, exact = point.notes, point.map
+        notes, exact, later = point.notes, point.map, point.later
         if by_parameters:
             slopes, more = self._point_slopes(ends, point)
             notes += more
-            moved = ends.map(
-                self.plan,
-                by_parameters=True,
-                memory=point.memory,
-                point_slopes=slopes,
-                span=point.ticks,
-                integrated=point.integrated,
-                rings=point.rings,
-            )
+            where = {
+                "memory": point.memory,
+                "span": point.ticks,
+                "integrated": point.integrated,
+                "rings": point.rings,
+            }
+            moved = ends.map(self.plan, **where, by_parameters=True, point_slopes=slopes)
             exact = exact.with_slopes(moved)
-        return replace(exact, notes=notes, later=point.later, others=point.others, told=self.told)
+            if point.map.ticks and not exact.between().ticks:  # parameters lead through states beside the loop
+                exact, later = ends.map(self.plan, **where, by_ticks=False).with_slopes(moved), ()
+        return replace(exact, notes=notes, later=later, others=point.others, told=self.told)
 
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""

@@ -104,29 +104,28 @@ class PeriodMap:
         n = self.order
         rows = np.array([*states, *(n + i for i in outputs)], dtype=np.int64)
         columns = np.array([*states, *(n + i for i in inputs), self.matrix.shape[1] - 1], dtype=np.int64)
+        kept = tuple(self.states[i] for i in states)
+        ticks = self.ticks if self.ticks and self.ticks.places.keys() >= {*kept} else None
         return replace(
             self,
-            states=tuple(self.states[i] for i in states),
+            states=kept,
             inputs=tuple(self.inputs[i] for i in inputs),
             outputs=tuple(self.outputs[i] for i in outputs),
             matrix=_taken(self.matrix, rows, columns),
             slopes={name: _taken(slope, rows, columns) for name, slope in self.slopes.items()},
             point=tuple(self.point[i] for i in states) if self.point else (),
+            ticks=ticks,
         )
 
     def with_slopes(self, moved: "PeriodMap") -> "PeriodMap":
-        """Return the map with the slopes of one between the same wires in which parameters move.
-
-        In that one converters do not round what parameters move, so that it has the slopes alone. A wire whose value is
-        held has all of its values there.
-        """
-        n, m = self.order, moved.order
+        """Return the map with the slopes of one by parameters, whose own numbers converters do not round."""
+        n, m, states = self.order, moved.order, _places(self.states, moved.states)
         held = len(moved.inputs) // len(self.inputs) if self.ticks else 1
-        rows = np.array([*_places(self.states, moved.states), *(m + _places(self.outputs, moved.outputs, held))])
+        rows = np.array([*states, *(m + _places(self.outputs, moved.outputs, held))])
         enter = np.zeros((moved.matrix.shape[1], self.matrix.shape[1]))
         for later in range(held):
             enter[m + later + _places(self.inputs, moved.inputs, held), n + np.arange(len(self.inputs))] = 1.0
-        enter[_places(self.states, moved.states), np.arange(n)] = enter[-1, -1] = 1.0
+        enter[states, np.arange(n)] = enter[-1, -1] = 1.0
         slopes = {name: slope[rows] @ enter for name, slope in moved.slopes.items()}
         return replace(self, slopes=slopes, undefined=moved.undefined)
 
@@ -202,6 +201,7 @@ def period_map(
     cut: bool = False,
     everything: bool = False,
     by_parameters: bool = False,
+    by_ticks: bool = True,
     noise: Noisy = NOTHING,
     memory: Memory | None = None,
     periods: int = 1,
@@ -218,6 +218,7 @@ def period_map(
     The map covers this many common `periods`, or `span` base ticks. Buffers that are `rings` count from their places.
     `point_slopes` are the derivatives of the memory there `by_parameters`. Without them, memory that still has
     its start value has the derivatives of that.
+    The map of a loop through one wire is made `by_ticks`, of the states that lie in the loop alone, where it can be.
     With `integrated` continuous groups move as in a run, and are linearised along the way within each tick.
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
@@ -236,7 +237,7 @@ def period_map(
     if by_parameters:
         plan = differentiated(plan)
     counted: set[str] = set()  # blocks whose integers are bits or indices and keep their values
-    single = cut and len(inputs) == 1 and not by_parameters and not noise
+    single = by_ticks and cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
     coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and one_model_each(noise))
     code = slopes(ticks, bool(noise)) if coded else None

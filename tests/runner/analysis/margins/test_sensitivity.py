@@ -9,11 +9,13 @@ from proofmass.blocks import (
     AnalogToDigital,
     Constant,
     Decimator,
+    Difference,
     DiscreteIntegrator,
     DiscreteTransferFunction,
     DisplacementReadout,
     Gain,
     GaussMarkov,
+    LowPass,
     MassSpringDamper,
     Product,
     Sine,
@@ -25,7 +27,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearisation import linearised
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -34,9 +36,11 @@ from proofmass.runner.analysis.margins.sensitivity import (
     Sensitivity,
     _by_factor,
     _critical,
+    by_gain,
     margin_sensitivities,
     transfer_sensitivities,
 )
+from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.planning.plan import plan
 
 GRAPH = read_graph(library_file("closed_loop_accelerometer.toml"))
@@ -296,3 +300,33 @@ def test_scale_factor_and_bias_are_those_of_converters_that_round() -> None:
     assert bias.value == pytest.approx(1.0)
     slopes = {effect.parameter: effect.derivative for effect in bias.effects}
     assert slopes["offset.value"] == pytest.approx(1.0)
+
+
+def test_slopes_of_a_loop_by_a_gain_of_zero_beside_it() -> None:
+    """A carrier of eight samples, and a path that a gain of zero leaves out: only its slope has the filter in it."""
+    blocks = {
+        "rest": Constant(value=0.0),
+        "error": Difference(),
+        "carrier": Sine(frequency=1_000.0),
+        "up": Product(),
+        "down": Product(),
+        "filter": LowPass(corner_frequency=500.0),
+        "none": Gain(gain=0.0),
+        "sum": Sum(),
+        "plant": DiscreteIntegrator(gain=800.0, output_unit="1"),
+    }
+    wires = [
+        "rest.output -> error.first", "plant.output -> error.second", "error.output -> up.first",
+        "carrier.output -> up.second", "up.output -> down.first", "carrier.output -> down.second",
+        "error.output -> filter.input", "filter.output -> none.input", "down.output -> sum.first",
+        "none.output -> sum.second", "sum.output -> plant.input",
+    ]  # fmt: skip
+    loops = {"main": {"open_at": "plant.output"}}
+    graph = Graph(name="beside", rate=8_000, blocks=blocks, wires=wires, samples=800, loops=loops)
+    node, planned = ("plant", "output"), plan(graph)
+    system = OperatingPoints(planned).loop(node, by_parameters=True)
+    found = margins_of(system, "main", "plant.output")
+    assert found.least_gain_margin == pytest.approx(margins(graph).least_gain_margin, rel=1e-9)
+    slope = by_gain(system, found)("none.gain")
+    ends = [margins(graph.with_parameters({"none.gain": gain})).least_gain_margin for gain in (1e-4, -1e-4)]
+    assert slope == pytest.approx((ends[0] - ends[1]) / 2e-4, rel=1e-4)
