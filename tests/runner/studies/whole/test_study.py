@@ -14,11 +14,12 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.studies.build import Study
 from proofmass.graphs.studies.study_reader import read_study
+from proofmass.runner.host.processors import processors
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.studies.kept.ledger import FILE, Ledger
 from proofmass.runner.studies.outcome.outcomes import SensorRun, outcomes_of
 from proofmass.runner.studies.runs.sensor_runs import SensorRuns
-from proofmass.runner.studies.whole.study import _processors, replay, run_study
+from proofmass.runner.studies.whole.study import replay, run_study
 from tests.by_hand.study_texts import STUDY
 
 
@@ -201,4 +202,4 @@ def test_processors_where_the_system_does_not_say_which_are_allowed(
     """As on macOS: all that there are, or one."""
     monkeypatch.delattr(os, "sched_getaffinity", raising=False)
     monkeypatch.setattr(os, "cpu_count", lambda: count)
-    assert _processors() == expected
+    assert processors() == expected
