@@ -92,16 +92,10 @@ class Linearisation:
         if by_parameters:
             slopes, more = self._point_slopes(ends, point)
             notes += more
-            where = {
-                "memory": point.memory,
-                "span": point.ticks,
-                "integrated": point.integrated,
-                "rings": point.rings,
-            }
-            moved = ends.map(self.plan, **where, by_parameters=True, point_slopes=slopes)
+            moved = ends.map(self.plan, **point.where, by_parameters=True, point_slopes=slopes)
             exact = exact.with_slopes(moved)
             if point.map.ticks and not exact.between().ticks:  # parameters lead through states beside the loop
-                exact, later = ends.map(self.plan, **where, by_ticks=False).with_slopes(moved), ()
+                exact, later = ends.map(self.plan, **point.where, by_ticks=False).with_slopes(moved), ()
         return replace(exact, notes=notes, later=later, others=point.others, told=self.told)
 
     def point_of(self, ends: Ends) -> OrbitPoint:
@@ -131,14 +125,7 @@ class Linearisation:
         near = slopes_near_start(self.plan, blocks, tick, point.rings) if near_start else None
         if near is not None or not tick:
             return near, ()
-        whole = Ends((), ends.outputs, everything=True).map(
-            self.plan,
-            by_parameters=True,
-            memory=point.memory,
-            span=point.ticks,
-            integrated=point.integrated,
-            rings=point.rings,
-        )
+        whole = Ends((), ends.outputs, everything=True).map(self.plan, by_parameters=True, **point.where)
         at_rest = slopes_at_rest(whole)
         return at_rest, () if at_rest is not None else (_FIXED,)
 

@@ -17,6 +17,7 @@ from its initial values; a note says if it is not at rest.
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -72,6 +73,11 @@ class OrbitPoint:
     ticks: int = 0  # base ticks of the map, where it is about an orbit that was found to close
     integrated: bool = False
     rings: Rings = NO_RINGS
+
+    @property
+    def where(self) -> dict[str, Any]:
+        """What other maps between the same blocks begin with there, as options of `period_map`."""
+        return {"memory": self.memory, "span": self.ticks, "integrated": self.integrated, "rings": self.rings}
 
     @property
     def moves(self) -> bool:

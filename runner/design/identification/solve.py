@@ -76,7 +76,7 @@ class UnknownsSolver:
         self._expected, self._code = 1, dict.fromkeys(self.signals, 0.0)
         self.raw(begin)
         self._code = {signal: self._step_of_codes(signal) for signal in self.signals}
-        self._steps = self._suited(begin)
+        self._suit_steps(begin)
         self._stop = stop  # from here on Ctrl-C leaves a usable result
 
     @property
@@ -110,7 +110,7 @@ class UnknownsSolver:
             left = self._noise_left(self.raw(values))
             change = max(abs(math.log(left[s] / self.noise[s])) for s in self.signals)
             self.noise = left
-            self._steps = self._suited(values)
+            self._suit_steps(values)
             if change < _SETTLED and number:
                 break
         if self.loss == "linear":
@@ -258,8 +258,8 @@ class UnknownsSolver:
             left[signal] = max(size * math.sqrt(len(values) / free), least)
         return left
 
-    def _suited(self, values: AnyArray) -> AnyArray:
-        """Return steps that move some output by a part of its size, and by many steps of a converter.
+    def _suit_steps(self, values: AnyArray) -> None:
+        """Take steps that move some output by a part of its size, and by many steps of a converter.
 
         Where that takes a large part of an unknown, as of coarse codes, they move codes alone by what is least. What a
         step moves follows from any other where outputs are smooth; codes have to be moved.
@@ -282,8 +282,7 @@ class UnknownsSolver:
                 suited = np.where(wanted > 0.0, steps / wanted, _LARGEST)
             self._steps = np.asarray(np.clip(suited, _SMALLEST, largest) * self.scales)
             if np.all(np.abs(np.log(self._steps / before)) < _ALIKE):
-                break
-        return self._steps
+                return
 
     def _step_of_codes(self, signal: str) -> float:
         """Return the step between the values of an output that a converter makes; 0 where it moves smoothly."""

@@ -10,7 +10,7 @@ from dataclasses import replace
 import numpy as np
 
 from proofmass.graphs.model.quantities import ResponseFigure
-from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
+from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -30,11 +30,7 @@ def read_response(
     planned = points.plan
     source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
     first = common_period(planned, [source], [target])
-
-    def ask(about: Linearisation) -> PeriodMap:
-        return about.map([source], [target], by_parameters=slopes)
-
-    whole = points.answered(ask, first)
+    whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
     shown = [] if wanted.frequency is None else [wanted.frequency]
 
     def figure(of: PeriodMap) -> float:
