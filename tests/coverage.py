@@ -15,7 +15,6 @@ them.
 
 import argparse
 import ast
-import itertools
 import json
 import os
 import subprocess
@@ -174,25 +173,6 @@ class Passing:
             self._every[file] = set().union(*by_line.values())
         tests = self._lines[file].get(line, set()) - {""} or self._every[file] - {""}
         return dict(sorted(((test, self._seconds.get(test, 1.0)) for test in tests), key=lambda item: item[1]))
-
-
-def dealt(seconds: Mapping[str, float], name: str, budget: float, most: int) -> list[str]:
-    """Return tests of the file of a name, then one of every file in turn, the quicker ones first; then by file.
-
-    They take the `budget` of seconds, and come from so many files at most.
-    """
-    files = dict[str, list[str]]()
-    for test in sorted(seconds, key=seconds.__getitem__):
-        files.setdefault(test.partition("::")[0], []).append(test)
-    near = [test for file in [*files] if Path(file).stem == f"test_{name}" for test in files.pop(file)]
-    rounds = itertools.chain(*itertools.zip_longest(*files.values()))
-    tests, left = dict[str, list[str]](), budget
-    for test in (*near, *filter(None, rounds)):
-        file = test.partition("::")[0]
-        if not tests or (seconds[test] <= left and (file in tests or len(tests) < most)):
-            tests.setdefault(file, []).append(test)
-            left -= seconds[test]
-    return [test for chosen in tests.values() for test in chosen]
 
 
 def _of_functions(path: Path) -> Iterator[int]:

@@ -24,7 +24,6 @@ import itertools
 import multiprocessing
 import os
 import random
-import re
 import shutil
 import signal
 import sys
@@ -36,10 +35,9 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
 
-import networkx as nx
 import pytest
 
-from tests.coverage import SECONDS, Passing, dealt
+from tests.nearest import BUDGET, Nearest
 
 ROOT = Path(__file__).parents[1]
 _GRAPHS = ("checks", "files", "formulas", "model", "studies")
@@ -48,9 +46,7 @@ ROOMS = ["blocks", *(f"graphs/{room}" for room in _GRAPHS)]
 ROOMS += [f"runner/{room}" for room in (*_RUNNER.split(), "verification")]
 COPIED = ("blocks", "graphs", "runner", "src", "tests", "benchmarks", "docs", "pyproject.toml", "README.md", "Makefile")
 STAY = Path(__file__).with_name("mutants_that_stay.toml")
-BUDGET = 20.0  # seconds of processor time, after which no other test of a mutant begins
 HANGS = 60  # seconds of one test, after which it counts as failed: it does not end; ten times if it is exhaustive
-MOST = 24  # files of tests
 LIBRARIES = (
     "numpy scipy.linalg scipy.optimize scipy.signal scipy.stats scipy.integrate networkx llvmlite.binding mpmath"
 )
@@ -65,7 +61,6 @@ _SWAPPED: dict[type[ast.AST], str] = {
 _TURNED: dict[type[ast.AST], str] = {ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
 _TOLERANCE = 1e-3  # a number up to there is one
 _MUCH = "1e6"  # a tolerance twice as large is as good
-_IMPORT = re.compile(r"^ *(?:from ([\w.]+) import (\([^)]*\)|[^\n(]*)|import ([\w.]+))", re.MULTILINE)
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
 
@@ -214,59 +209,6 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
                 yield from _code(child)
 
 
-# -- the tests nearest to a file -------------------------------------------------------------------------------------
-
-
-_DECLARED = ("tests/blocks/test_declared_numbers.py",)  # what a class of a block says is read at import
-_FROZEN = ("tests/test_frozen.py",)  # what is said of dataclasses
-
-
-class Nearest:
-    """Which tests stand nearest to a line of the source: those that pass it, or files by name and by imports."""
-
-    def __init__(self, measured: bool = True) -> None:
-        self._passing = Passing() if measured and SECONDS.exists() else None
-        self._imports = nx.DiGraph()
-        for room in ("blocks", "graphs", "runner", "tests"):
-            for path in (ROOT / room).rglob("*.py"):
-                self._imports.add_edges_from((name, _module(path)) for name in _imported(path))
-
-    def at(self, mutant: Mutant) -> list[str]:
-        """Tests that pass the line, those of the file of its name first; files nearest to its own if none does."""
-        tests = self.of(mutant.file)
-        if self._passing and (passing := self._passing.of(mutant.file, mutant.line)):
-            tests = dealt(passing, Path(mutant.file).stem, BUDGET, MOST)
-        line = (ROOT / mutant.file).read_text(encoding="utf-8").splitlines()[mutant.line - 1]
-        read = (*(_DECLARED if mutant.file.startswith("blocks/") else ()), *(_FROZEN if "@dataclass" in line else ()))
-        return list(dict.fromkeys([*tests[:1], *read, *tests[1:]]))
-
-    def of(self, file: str) -> list[str]:
-        """Files of tests: the one of its name, those that import it, those of its folder, those that import least."""
-        named = Path("tests", file).with_name(f"test_{Path(file).name}")
-        module = _module(ROOT / file)
-        rings = [*nx.bfs_layers(self._imports, [module])] if module in self._imports else []
-        away = {name: distance for distance, ring in enumerate(rings) for name in ring}
-        near, far = ([_module(path) for path in folder.rglob("test_*.py")] for folder in (ROOT / named).parents[:2])
-        found = dict.fromkeys([str(named)] if (ROOT / named).exists() else [])
-        for ring in (*rings[:2], near, *rings[2:], far):
-            tests = [name for name in ring if name.startswith("tests.") and ".test_" in name]
-            tests.sort(key=lambda name: (name not in near, away.get(name, 99), self._imports.in_degree(name), name))
-            found |= dict.fromkeys(f"{name.replace('.', '/')}.py" for name in tests)
-        return list(found)[:MOST]
-
-
-def _module(path: Path) -> str:
-    parts = path.relative_to(ROOT).with_suffix("").parts
-    return ".".join(parts if parts[0] == "tests" else ("proofmass", *parts)).removesuffix(".__init__")
-
-
-def _imported(path: Path) -> Iterator[str]:
-    """Yield the names that a file imports, by their form: syntax trees of a thousand files take ten seconds."""
-    for module, names, alone in _IMPORT.findall(path.read_text(encoding="utf-8")):
-        yield module or alone
-        yield from (f"{module}.{name}" for name in re.findall(r"(\w+)(?: as \w+)?", names))
-
-
 # -- one mutant after the other -------------------------------------------------------------------------------------
 
 
@@ -386,7 +328,7 @@ def main() -> int:
     changes = chosen(arguments.count, arguments.seed, arguments.rooms)
     with project_copied() as copy:
         for mutant in changes:
-            tests = nearest.at(mutant)
+            tests = nearest.at(mutant.file, mutant.line)
             if test := examined(mutant, copy, tests, arguments.exhaustive):
                 noticed.add(test)
                 continue

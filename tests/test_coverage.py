@@ -5,7 +5,8 @@ from pathlib import Path
 import coverage
 import pytest
 
-from tests.coverage import Branch, Passing, Room, dealt, missing, reasons, table
+from tests.coverage import Branch, Passing, Room, missing, reasons, table
+from tests.nearest import dealt
 
 SOURCE = """\
 def sign(value):

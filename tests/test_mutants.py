@@ -5,7 +5,8 @@ from pathlib import Path
 
 import pytest
 
-from tests.mutants import ROOT, Nearest, chosen, examined, mutants, project_copied
+from tests.mutants import ROOT, chosen, examined, mutants, project_copied
+from tests.nearest import Nearest
 
 FILE = "blocks/arithmetic/rounding.py"
 NEAR, FAR = "arithmetic/test_rounding.py", "magnetics/test_hall_element.py"
