@@ -76,7 +76,7 @@ class OrbitPoint:
 
     @property
     def where(self) -> dict[str, Any]:
-        """What other maps between the same blocks begin with there, as options of `period_map`."""
+        """Options of `period_map`, with which other maps begin there."""
         return {"memory": self.memory, "span": self.ticks, "integrated": self.integrated, "rings": self.rings}
 
     @property
