@@ -4,6 +4,7 @@ import threading
 import time
 from collections.abc import Hashable, Sequence
 from collections.abc import Set as AbstractSet
+from contextlib import suppress
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 
 INTERPRETED = 1.5  # seconds of plain Python, after which the loop is compiled
 _CHUNK = 0.05  # seconds from one report of progress to the next
+_AWAY, _FROM_ZERO = 1.001, 1e-6  # factor and offset of signals that are held where nothing else moves them
 _FEW = 64  # ticks with noise that plain Python follows
 
 
@@ -189,20 +191,25 @@ class Onward:
             self._memories[tick] = self._run.to(tick)
         return self._memories[tick]
 
-    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str]) -> Array:
-        """Return what wires of one number hold, a row for each of some ticks: those of blocks that run `alone`.
+    def wires(
+        self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str], timed: AbstractSet[str]
+    ) -> Array:
+        """Return what wires of one number hold, a row for each of some ticks.
 
-        From tick 0 on they are found once for all courses that are alike, where these blocks are the same.
+        They are those of blocks that run `alone`, and of `timed` ones, whose signals are held away from where they
+        are: nothing would show that a gate opens on a signal that is zero. From tick 0 on they are found once for all
+        courses that are alike, where these blocks are the same.
         """
-        like, blocks = self.course.like, self.course.plan.blocks
-        if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in alone):
-            return like.onward(0).wires(nodes, ticks, alone)
+        like, blocks, running = self.course.like, self.course.plan.blocks, alone | timed
+        if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in running):
+            return like.onward(0).wires(nodes, ticks, alone, timed)
         with self._recording:
             none = np.zeros((0, len(nodes)))
             run, rows = self._recorded.get(tuple(nodes), (None, none))
             if len(rows) < ticks:
-                code = self.course.machine_code(self.begin, ticks) if run is None or isinstance(run, Alone) else None
-                run, rows = (code, none) if code else (run or Alone(self.course.plan, self.begin.copy(), alone), rows)
+                asked = not timed and (run is None or isinstance(run, Alone))
+                code = self.course.machine_code(self.begin, ticks) if asked else None
+                run, rows = (code, none) if code else (run or Alone(self.course.plan, self.begin.copy(), running), rows)
                 rows = np.concatenate([rows, run.wires(nodes, self.begin.tick + ticks)])
                 self._recorded[tuple(nodes)] = run, rows
             return rows[:ticks]
@@ -239,15 +246,21 @@ class Onward:
 
 
 class Alone(PartInterpreter):
-    """Ticks of the blocks that follow the time alone."""
+    """Ticks of some blocks; what they read of others is held, a little away from where it is."""
 
     def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
+        held = {node: value for node, value in memory.wires.items() if node[0] not in blocks}
+        memory.wires |= {node: value * _AWAY + _FROM_ZERO for node, value in held.items() if isinstance(value, float)}
         super().__init__(plan, 0, memory, blocks)
 
     def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
-        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick."""
+        """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick.
+
+        From a tick on that fails they hold nothing: a block that is given held signals may have none there.
+        """
         rows = np.zeros((max(0, last - self._memory.tick), len(nodes)))
-        for row in rows:
-            self.advance(self._memory.tick + 1, ())
-            row[:] = [float(self._memory.wires[node]) for node in nodes]
+        with suppress(TickError):
+            for row in rows:
+                self.advance(self._memory.tick + 1, ())
+                row[:] = [float(self._memory.wires[node]) for node in nodes]
         return rows

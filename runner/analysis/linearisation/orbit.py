@@ -119,7 +119,7 @@ class OrbitSearch:
             return at_instants
         changes = self._waiting.changes(self._run.after, self._horizon(first))
         changes = sorted({*changes, *(wraps - 1 for wraps in self._run.rings.wraps() if wraps > 1)})
-        if not changes and not self._run.moves():
+        if not changes and self._waiting.stands() and not self._run.moves():
             return OrbitPoint(first, 1)
         apart = self._waiting.apart(self._horizon(first))
         if all(self._same(first, self._run.map(look)) for look in (1, *changes)) and all(
@@ -154,7 +154,7 @@ class OrbitSearch:
             notes = (*until, *_moving(change))
             return OrbitPoint(first, 1, notes, later, self._ahead(first, maps, switched))
         orbit = self._orbit()
-        closed = self._closed(first, orbit.returns())
+        closed = self._closed(first, (periods for periods in orbit.returns() if periods > 1))
         if closed is None and len(orbit.turning):
             closed = self._stretches(first)
         if closed is None:

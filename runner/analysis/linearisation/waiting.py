@@ -2,8 +2,9 @@
 
 A map over one common period is the same in the next ones until a counter is full or a source that stood still moves.
 So what follows from the time alone is run on beyond the operating point, by itself, and the map is compared where
-something that stood still has changed. Where a block that signals reach counts, it is compared after 2, 4, 8 and so
-on periods too.
+something that stood still has changed. A block that is given the time beside signals, as a gate, goes on with them,
+its signals held. Where a block that signals reach counts, or moves with the time between ticks, the map is compared
+after 2, 4, 8 and so on periods too.
 """
 
 from collections.abc import Callable, Mapping
@@ -46,7 +47,10 @@ class Waiting:
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
         self._alone = apart - reached(plan, slow | given(plan, (Deviate,)))
         self._others = sorted(upstream - self._alone)
-        following = self._alone & changing(plan, (StateBinding, BufferBinding, Time, Tick))
+        timed = given(plan, (Time, Tick)).intersection(self._others)
+        between_ticks = {name for name in timed if type(plan.blocks[name]).continuous()}
+        self._timed, self._between_ticks = timed - between_ticks, bool(between_ticks)
+        following = (self._alone & changing(plan, (StateBinding, BufferBinding, Time, Tick))) | self._timed
         self._wires = [
             (name, port)
             for name in sorted(following)
@@ -58,15 +62,21 @@ class Waiting:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
-        return self._onward.wires(self._wires, periods * self._ticks, self._alone).reshape(periods, -1)
+        rows = self._onward.wires(self._wires, periods * self._ticks, self._alone, self._timed)
+        return rows.reshape(periods, -1)
 
     def counts(self, after: Callable[[int], Memory]) -> bool:
         """Return whether an integer or a truth value of a block that signals reach changes in a period."""
         return self._integers(after(1)) != self._integers(after(0))
 
+    def stands(self) -> bool:
+        """Return whether nothing that follows from the time has moved one period on."""
+        return not self._between_ticks and not self._moved(1).any()
+
     def changes(self, after: Callable[[int], Memory], periods: int) -> list[int]:
         """Return the numbers of periods, up to some, after which the map is to be compared; none if nothing waits."""
-        doubled = [1 << k for k in range(1, periods.bit_length())] if self.counts(after) else []
+        counted = self._between_ticks or self.counts(after)
+        doubled = [1 << k for k in range(1, periods.bit_length())] if counted else []
         if periods < 2 or not self._wires:
             return doubled
         moved = self._moved(min(periods, max(2, _SHORT // self._ticks)))
