@@ -58,21 +58,20 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[int, in
         if id(leaf.loops) not in places:
             places[id(leaf.loops)] = len(loops)
             loops.append(_loop(leaf.loops, leaf.box[:-1]))
-        beyond = sum(leaf.norm.family.shares.values(), 0.0 * leaf.norm.transform)
         left, noise = leaf.norm.family.left, leaf.norm.family.beyond_noise
         leaves.append(
             {
                 "box": leaf.box,
                 "loop": places[id(leaf.loops)],
-                "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
+                **leaf.disc.as_data(),
                 "transform": leaf.norm.transform.tolist(),
-                "beyond": (beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
+                "beyond": leaf.disc.beyond(leaf.norm.family).tolist(),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
             }
         )
     claim = proof.claim
-    more = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more = {name: True for name in ("any_change", "at_rest", "continuous") if getattr(claim, name)}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity

@@ -16,11 +16,11 @@ from typing import Any
 import flint
 from threadpoolctl import threadpool_limits
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.files.toml_reader import GraphSource, graph_from
 from proofmass.graphs.model.graph import Endpoint, Graph
-from proofmass.graphs.model.loops import AUTO, Loop, read_requirement
+from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
@@ -30,6 +30,7 @@ from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
+from proofmass.runner.design.proof.ball_rates import StartingRates
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
@@ -152,8 +153,8 @@ def prove(
 
     Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
     `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
-    values. A loop without a point of rest, or among continuous blocks, is open, with the reason. Blocks compute in
-    real numbers, and converters do not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
+    values. A loop without a point of rest is open, with the reason. Blocks compute in real numbers, and converters do not
+    round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
@@ -185,7 +186,7 @@ def prove(
     alone = not quantities and not no_overflow and not rounding
     loops = _loops(planned, loop) if loop or alone or any(given.values()) else {}
     claims: list[_Subject] = [
-        (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
+        (partial(_starting, planned, node, at), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in loops.items()
     ]
     claims = [(begin, [replace(one, any_change=any_change) for one in own]) for begin, own in [*claims, *quantities]]
@@ -241,7 +242,7 @@ def prove_margin(
     claim, rests = Claim(name, ".".join(node), kind, limit), RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
-        subjects = [(partial(_starting, planned, node), [claim])]
+        subjects = [(partial(_starting, planned, node, at), [claim])]
         return next(_proofs(graph, rests, subjects, coordinates, False, seconds, stop, none))
 
 
@@ -276,6 +277,7 @@ def _proofs(
         attempt = Attempt(Sensors(graph, rest), maps, straight, stop, known)
         for wish in wanted:
             now, claim = time.monotonic(), replace(wish, period=starting.period, at_rest=rest is not None)
+            claim = replace(claim, continuous=not starting.period)
             search_ends = now + (end - now) / left
             left -= 1
             if why := _why_open(claim, starting.values):
@@ -312,9 +314,10 @@ def _why_open(claim: Claim, values: int) -> str:
     return _WHOLE_DELAYS if claim.kind == "delay margin" and values > 1 else ""
 
 
-def _starting(planned: Plan, node: Endpoint, rest: RestRun | None) -> StartingLoop:
-    if analog_group(planned, node) is not None:
-        raise planned.graph.placed(_continuous(node)).error
+def _starting(planned: Plan, node: Endpoint, at: str, rest: RestRun | None) -> StartingLoop:
+    group = analog_group(planned, node)
+    if group is not None:
+        return StartingRates(planned, group, node, rest, at not in (AUTO, SETTLED))
     return StartingLoop(planned, node, rest)
 
 
@@ -366,16 +369,4 @@ def _of_nothing(signals: str) -> Problem:
         key="input_ranges",
         got=signals,
         hint="ask for --no-overflow or --rounding OUTPUT too",
-    )
-
-
-def _continuous(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop through {signal} lies among continuous blocks, and proofs are about sampled loops",
-        key=signal,
-        got=shown(signal),
-        expected="a loop with a wire that is sampled or held",
-        hint="open the loop at a discrete block with --loop, or search with `proofmass worst`",
-        path=("blocks", node[0]),
     )

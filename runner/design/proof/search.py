@@ -26,7 +26,7 @@ from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, 
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Disc, Family, OpenCorners, bends, open_loops
+from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, Region, bends, open_loops
 from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
@@ -53,7 +53,7 @@ class ProvedRegion:
     box: Sides
     norm: Norm
     loops: OpenCorners  # opened, of the parameters of the box
-    disc: Disc  # in which all poles lie
+    disc: Region  # in which all poles lie
 
 
 @dataclass(frozen=True)
@@ -228,7 +228,7 @@ class ProofSearch:
         serves = norm is not None and norm.family.noise is None and norm.worst() < 1.0
         return range(0 if serves else last, last + (box[:-1] == whole[:-1]))
 
-    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Disc]:
+    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Region]:
         """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
 
         Raises `UndecidedError`.
@@ -237,7 +237,7 @@ class ProofSearch:
         if row.norm is not None:
             return row.norm(opened, box[-1][0], widths_of(box), self.known.get(box, start)), discs[0]
         family = row.family(opened, box[-1], widths_of(box))
-        moved = [(family.within(disc, row.wire.parts), disc) for disc in discs if disc.radius > 0.0]
+        moved = [(disc.moved(family, row.wire.parts), disc) for disc in discs if not disc.empty]
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]
