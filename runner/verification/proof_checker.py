@@ -1,17 +1,19 @@
 """Checker of certificates of proofs over tolerances. It shares no code with the search that found them.
 
-A certificate says that the poles of a sampled loop lie in a disc for all parameters in a box, with all factors at its
-wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop [A B; C D] at its corners,
-bounds of how far the closed loop may lie beyond those, a disc and a matrix T. That these enclose what the graph has is
-taken for granted. The checker verifies, in whole numbers of 2^-300 with every rounding counted:
+A certificate says that the poles of a loop lie in a disc, in continuous time in a half plane, for all parameters in a
+box and all factors at its wire between two ends. Its leaves are boxes that cover the whole. Each has the open loop
+[A B; C D] at its corners, bounds of how far the closed loop M may lie beyond those, a disc and a matrix T. That these
+enclose what the graph has is taken for granted. Verified is, in whole numbers of 2^-300 with every rounding counted:
 
-1. the hash of the certificate, that the factors and discs are those of its claim, and that the leaves cover the box;
-   under any change of the parameters from period to period, that all leaves of a range of factors have one T;
-2. that the closed loops at all corners and factors, with the bounds, less the centre of the disc, have a norm below its
-   radius r in the coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565);
+1. the hash, that factors and discs are those of the claim, that leaves cover the box, and that under any change of the
+   parameters from period to period all leaves of a range of factors have one T;
+2. that all M = A + B E C, E = F (I - D F)^-1, less the centre of the disc, have a norm below its radius r in the
+   coordinates of T: r^2 I - B'B has positive leading minors (Bareiss, Math. Comp. 22, 1968, 565). Of a half plane
+   Re (1 + j r) (s - c) < 0, G + G' is negative there, G = (1 + j r) (M - c);
 3. of a scale factor or bias D + C (I - A)^-1 B that A and I - R M have such norms, M = [I - A, -B; -C, g - D] with the
    limit g. Then det M has the sign of det R, and is a positive number times g less the scale factor;
-4. of a peak that [A, B; C / g, D / g] has one that leaves inputs and outputs as they are (bounded real lemma);
+4. of a peak g that [A, B; C / g, D / g], of a disk a that [M, B E; a E C, a (E - I / 2)] has one that leaves the
+   last as they are (bounded real lemma); in continuous time G is [A, B, 0; 0, -I / 2, 0; C, D, -I / 2] of these;
 5. of noise that [A; C] has one, outputs left as they are, and that the squares of [T^-1 B; D] add up to the limit's;
 6. at rest that |R b| + |I - R (I - J)| r < r, entry by entry, for all steps b and slopes J of a box (Krawczyk).
 """
@@ -23,25 +25,26 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from decimal import Decimal, localcontext
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 import numpy.typing as npt
 
 FORMAT = "proofmass proof 1"
-_BITS, _FEWER, ONE = 300, 80, 1 << 300  # after the point: of matrices, and of those whose norm is below one; 1.0
+_FEWER, ONE = 80, 1 << 300  # bits after the point where numbers are alike, half of them; 1.0
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
 _DIGITS, _TERMS = 50, 150  # of decimals; of the series of sine and cosine, whose last is below 2^-400
-_SLACK = Fraction(1, 1 << 290)  # more than the errors of sine and cosine
 _BIAS, _NOISE, _PEAK = "bias", "noise", "peak"
-_UNITS = {"stable": "", "disk margin": "", "gain margin": "dB", "phase margin": "deg", "delay margin": "s"}
-_UNITS |= {"decay rate": "1/s"}
-_SETTLED = ("scale factor", _BIAS)
+_SETTLED, _MATRICES = ("scale factor", _BIAS), ("transform", "beyond", "left", "noise")
+_UNITS: dict[str, str | None] = dict.fromkeys((*_SETTLED, _NOISE, _PEAK)) | {"stable": "", "disk margin": ""}
+_UNITS |= {"gain margin": "dB", "phase margin": "deg", "delay margin": "s", "decay rate": "1/s"}
 _FACTORS = dict.fromkeys(_SETTLED, "rest") | {"disk margin": "disk", _NOISE: "noise", _PEAK: "peak"}
 
 _Whole = npt.NDArray[np.object_]  # of integers
-_Rounded = tuple[_Whole, _Whole]  # a matrix, and bounds of its errors
+_Rounded = Sequence[_Whole]  # a matrix, and bounds of its errors
 _Box = tuple[tuple[float, float], ...]
+_unit: Any = partial(np.eye, dtype=object)
 
 
 class FalseCertificateError(Exception):
@@ -73,27 +76,27 @@ def digest_of(content: Mapping[str, Any]) -> str:
 
 
 def _claim(data: Mapping[str, Any], claim: Mapping[str, Any]) -> str:
-    kind, limit = claim["kind"], float(claim["limit"])
-    upper, at_rest = kind in (_NOISE, _PEAK), kind == _BIAS or claim.get("at_rest") is True
-    of_output, most = upper or kind in _SETTLED, upper or (kind in _SETTLED and claim["most"] is True)
-    where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
-    size = repr(limit) if of_output else f"{limit:g} {_UNITS[kind]}".rstrip()
-    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}"
-    where += " at rest" * at_rest + " under any change" * (changes := bool(claim.get("any_change")))
+    kind, limit, unit = claim["kind"], float(claim["limit"]), _UNITS[claim["kind"]]
+    at_rest, changes = kind == _BIAS or claim.get("at_rest") is True, bool(claim.get("any_change"))
+    most = kind in (_NOISE, _PEAK) or (kind in _SETTLED and claim["most"] is True)
+    where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * (unit is None)]))}, {kind}"
+    size = repr(limit) if unit is None else f"{limit:g} {unit}".rstrip()
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}" + " at rest" * at_rest
+    where += " in continuous time" * (claim.get("continuous") is True) + " under any change" * changes
     _check_ends(claim, where)
     sides = tuple(_side((one["low"], one["high"])) for one in claim["coordinates"])
     boxes = [tuple(map(_side, leaf["box"])) for leaf in claim["leaves"]]
     _refuse(not _covered((*sides, _side(claim["ends"])), boxes), f"{where}: its boxes do not cover the tolerances")
     norms = sorted({(box[-1], str(leaf["transform"])) for box, leaf in zip(boxes, claim["leaves"], strict=True)})
     apart = all(one[0][1] <= other[0][0] and one[0] != other[0] for one, other in itertools.pairwise(norms))
-    stays = at_rest or kind in ("delay margin", *_SETTLED)
-    _refuse(changes and (stays or not apart), f"{where}: no norm serves all of the tolerances")
-    for number, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
+    apart &= not at_rest and kind not in ("delay margin", *_SETTLED)
+    _refuse(changes and not apart, f"{where}: no norm serves all of the tolerances")
+    for i, (leaf, box) in enumerate(zip(claim["leaves"], boxes, strict=True)):
         _refuse(not _has_disc(claim, leaf, box[-1]), f"{where}: a disc is not that of the claim")
         loop = data["loops"][leaf["loop"]]
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
-        contracts = _contracts(loop, leaf, box, claim["factor"], most)
-        _refuse(not contracts, f"{where}: box {number} does not contract, or lies on the other side")
+        proved = _contracts(loop, leaf, box, claim)
+        _refuse(not proved, f"{where}: box {i} does not contract, or lies on the other side")
     named = [f"{'1 / ' * c['inverse']}{c['name']} from {c['low']:g} to {c['high']:g}" for c in claim["coordinates"]]
     return ", ".join([f"{where}: {len(boxes)} box{'es' * (len(boxes) > 1)}", *named])
 
@@ -108,29 +111,34 @@ def _check_ends(claim: Mapping[str, Any], where: str) -> None:
     """Raise where the factors are fewer than those of the claim."""
     (low, high), factor, kind = map(Decimal, _side(claim["ends"])), claim["factor"], claim["kind"]
     limit, period = Decimal(float(claim["limit"])), Decimal(float(claim.get("period", 0.0)))
+    samples = Decimal(2) if claim.get("continuous") is True else limit / period if period > 0 else Decimal(-1)
     if kind in ("phase margin", "delay margin"):
-        most = limit / 180 if kind == "phase margin" else min(limit / period, Decimal(2)) if period > 0 else -1
+        most = limit / 180 if kind == "phase margin" else min(samples, Decimal(2))
         right = factor == "phase" and low <= 0 and high >= _PI * most >= 0
     elif kind in _FACTORS:
         right = factor == _FACTORS[kind] and low == high >= limit and (low == limit or factor == "disk")
     else:
         gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
         right = factor == "gain" and low * gain <= 1 and high >= gain
-        right = right and (kind != "stable" or limit == 0) and (kind != "decay rate" or period > 0)
+        right &= (kind != "stable" or limit == 0) and (kind != "decay rate" or samples >= 0)
     _refuse(not right or not (limit >= 0 or kind in _SETTLED), f"{where}: its factors are not those of the claim")
 
 
 def _has_disc(claim: Mapping[str, Any], leaf: Mapping[str, Any], factors: tuple[float, float]) -> bool:
     """Return whether poles in the disc of a leaf keep its claim: of a delay it leaves out an arc, near at its ends."""
-    real, imaginary, radius = map(Fraction, map(float, leaf.get("disc", (0.0, 0.0, 1.0))))
-    kind, limit, period = claim["kind"], float(claim["limit"]), float(claim.get("period", 0.0))
-    if kind == "delay margin" and factors[0] > 0.0:
-        least = _turn(Fraction(factors[0]) * Fraction(period) / Fraction(limit))
-        ends = (Fraction(-1), Fraction(0)), (least[0], -least[1])
-        away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ends)
-        return imaginary >= 0 and radius > 0 and radius**2 <= away - _SLACK
-    most = (-Decimal(limit) * Decimal(period)).exp() * (1 - Decimal(10) ** -45) if kind == "decay rate" else 1
-    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= most
+    continuous, kind = claim.get("continuous") is True, claim["kind"]
+    real, imaginary, radius = (Fraction(float(part)) for part in leaf["half_plane" if continuous else "disc"])
+    limit, period = (Fraction(float(claim.get(name, 0.0))) for name in ("limit", "period"))
+    first = Fraction(factors[0]) / limit if kind == "delay margin" and factors[0] > 0.0 else 0  # 1/s
+    if continuous:
+        near = real <= (-limit if kind == "decay rate" else 0) and -first <= imaginary <= 0 <= radius
+        return _UNITS[kind] is not None and near and (radius == 0 or first > 0)
+    if first:
+        least = _turn(first * period)
+        away = min((x - real) ** 2 + (y - imaginary) ** 2 for x, y in ((-1, 0), (least[0], -least[1])))
+        return imaginary >= 0 and radius > 0 and radius**2 <= away - Fraction(1, 1 << 290)  # rounding
+    rate = Decimal(float(limit)) * Decimal(float(period)) * (kind == "decay rate")
+    return real == imaginary == 0 and 0 < Decimal(float(radius)) <= (-rate).exp() - (rate != 0) * Decimal(10) ** -46
 
 
 def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
@@ -145,43 +153,56 @@ def _covered(whole: _Box, boxes: Sequence[_Box]) -> bool:
     return whole in boxes
 
 
-def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, factor: str, most: bool) -> bool:
+def _contracts(loop: Mapping[str, Any], leaf: Mapping[str, Any], box: _Box, claim: Mapping[str, Any]) -> bool:
     """Return whether all closed loops of a box shorten every vector in the coordinates of its T, on their side."""
-    sides, parts, limit = box[:-1], 2 if factor == "phase" else 1, box[-1][1]
-    wide = [i for i, (low, high) in enumerate(sides) if low < high]
+    factor, falls, sides, limit = claim["factor"], claim.get("continuous") is True, box[:-1], box[-1][1]
+    parts, wide = 2 if factor == "phase" else 1, [i for i, (low, high) in enumerate(sides) if low < high]
     same = tuple(map(_side, loop["box"])) == sides and sorted(loop["interpolated"] + loop["bounded"]) == wide
     n, k, inputs = (int(loop.get(name, loop["values"])) for name in ("order", "values", "inputs"))
     middles, radii = (np.array(loop["corners"][name], dtype=float) for name in ("middle", "radius"))
-    t, beyond = (np.array(leaf[name], dtype=float) for name in ("transform", "beyond"))
+    t, beyond, left, noise = (np.array(leaf.get(name, []), dtype=float) for name in _MATRICES)
     size = {"disk": n + k, "noise": n + k, "peak": n + k, "rest": 2 * n + k}.get(factor, parts * n)
-    left, noise = (_whole(np.array(leaf.get(name, []), dtype=float)) for name in ("left", "noise"))
     right = {"rest": left.shape == (n + 1, n + 1), "noise": noise.shape == (n + k, inputs)}.get(factor, inputs == k)
     right &= n >= 0 and middles.shape == radii.shape == (2 ** len(loop["interpolated"]), n + k, n + inputs)
     right &= t.shape == beyond.shape == (size, size) and not any((part < 0).any() for part in (beyond, radii, noise))
-    mixed = factor in ("disk", "noise", "peak") and (t[n:].tolist() != np.eye(size)[n:].tolist() or t[:n, n:].any())
-    _refuse(bool(mixed) or not (right and same), "has a loop of another box, or matrices that do not fit")
-    real, imaginary, radius = (int(Fraction(part) * ONE) for part in map(float, leaf.get("disc", (0, 0, 1))))
-    turned = np.array([[real, -imaginary], [imaginary, real]], dtype=object)[:parts, :parts]
-    centre, more = np.kron(turned, _unit(size // parts)), _whole(beyond) + 1
+    right &= not falls or not (middles[:, n:, n:].any() or radii[:, n:, n:].any())
+    _refuse(not (right and same), "has a loop of another box, or matrices that do not fit")
     beside = [slice(n)] * (n > 0) + [slice(n, None)] if factor == "rest" else [slice(None)]
-    turns = [(part, *_turned(t[part, part], radius)) for part in beside]
+    turns, left, noise, more = [(part, *_turned(t[part, part])) for part in beside], *map(_whole, (left, noise, beyond))
+    still = size - n if factor in ("disk", "noise", "peak") else 0  # last coordinates, which T leaves as they are
+    mixed = still and any((m[:n, n:] != 0).any() or (m[n:] != ONE * _unit(size)[n:]).any() for m in turns[0][1:3])
+    _refuse(bool(mixed), "has a norm that does not leave inputs and outputs as they are")
+    real, imaginary, radius = (int(Fraction(float(u)) * ONE) for u in leaf["half_plane" if falls else "disc"])
+    pairs = (np.array([[u, -v], [v, u]], dtype=object) for u, v in ((real, imaginary), (ONE, radius * falls)))
+    centre, tilt = (np.kron(pair[:parts, :parts], _unit(size // parts)) for pair in pairs)
     for middle, near in zip(map(_whole, middles), map(_whole, radii), strict=True):
         for f in _factors(factor, box[-1], k):
-            opened = middle, near + 1
-            closed, off = _closed(opened, f, n, factor, limit, left)
-            for part, x, back, room in turns:
-                b = x @ (closed - centre)[part, part] @ back // (ONE * ONE)
-                unknown = np.abs(x) @ (off + more)[part, part] @ np.abs(back) // (ONE * ONE) + 2
-                r = ((room - _bound(unknown)) >> (_BITS - _FEWER)) - 2 * len(b)  # of dropping bits
-                b >>= _BITS - _FEWER
-                if r <= 0 or not all(minor > 0 for minor in _minors(r * r * _unit(len(b)) - b.T @ b)):
+            closed, off = _closed((middle, near + 1), f, n, factor, limit, left)
+            closed, off = _times([tilt, 0 * tilt], [closed - centre, off + 1])
+            for part, x, back, apart in turns:
+                inner = closed[part, part], (off + more + 1)[part, part]
+                if not _holds(_times(_times((x, 0 * x), inner), (back, 0 * back)), apart, radius, falls, still):
                     return False
                 if factor == "noise":
                     entering = np.abs(x @ middle[:, n:]) + np.abs(x) @ (near[:, n:] + noise + 3)
-                    mixed = x[:n, n:].any() or (x[n:] != ONE * _unit(size)[n:]).any()
-                    if mixed or ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
+                    if ((entering // ONE + 2) ** 2).sum() > (Fraction(limit) * ONE) ** 2:
                         return False
-    return factor != "rest" or ([*_minors(left)][-1] > 0) == most
+    return factor != "rest" or ([*_minors(left)][-1] > 0) == (claim["most"] is True)
+
+
+def _holds(near: _Rounded, apart: _Whole, radius: int, falls: bool, still: int) -> bool:
+    """Return whether all X M T shorten, or fall with two of each that is still, X being `apart` from 1 / T."""
+    (m, unknown), n, unit = near, len(apart) - still, _unit(len(apart) + still)
+    if falls:
+        unknown = unknown + apart.T @ (np.abs(m) + unknown) // ONE + 1
+        m, unknown = (np.delete(unit, slice(n, len(m)), 1) @ part @ unit[: len(m)] for part in (m, unknown))
+        g, unknown = ONE * unit * (np.arange(len(unit)) >= n) - m - m.T, unknown + unknown.T
+    else:
+        room = max(radius - _bound(apart) * radius // ONE - 1 - _bound(unknown), 0)
+        g, unknown = room * room * _unit(len(m)) - m.T @ m, 0 * m
+    alike = np.array([Fraction(2) ** (_FEWER - value.bit_length() // 2) for value in g.diagonal().tolist()])
+    g, unknown = (part * alike * alike[:, None] // 1 for part in (g, unknown))
+    return all(minor > 0 for minor in _minors(g - (_bound(unknown + 1) + len(g)) * _unit(len(g))))
 
 
 def _rests(rest: Mapping[str, Any]) -> bool:
@@ -194,47 +215,39 @@ def _rests(rest: Mapping[str, Any]) -> bool:
     return bool(((np.abs(left @ b) + np.abs(left) @ (near + 2)) * ONE + apart @ r < ONE * ONE * r).all())
 
 
-def _turned(t: npt.NDArray[np.float64], radius: int) -> tuple[_Whole, _Whole, int]:
-    """Return a matrix near the inverse of T, T, and what a norm in these coordinates has to be below."""
+def _turned(t: npt.NDArray[np.float64]) -> tuple[_Whole, _Whole, _Whole]:
+    """Return a matrix near the inverse of T, T, and bounds of what their product differs by from the unit matrix."""
     scale = np.maximum(np.abs(t).max(axis=1), 1e-300)
     x, whole = _whole(np.linalg.inv(t / scale[:, None]) / scale), _whole(t)
-    apart = np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1
-    return x, whole, radius - _bound(apart) * radius // ONE - 1
+    return x, whole, np.abs(x @ whole - ONE * ONE * _unit(len(t))) // ONE + 1
 
 
 def _closed(opened: _Rounded, f: _Rounded, n: int, factor: str, limit: float, left: _Whole) -> _Rounded:
-    """Return A + B E C with E = F (I - D F)^-1, a sum of as many powers as the wire has values.
-
-    A disk of size a has [A + B E C, B E; a E C, a (E - I / 2)], a peak of g [A, B; C / g, D / g], noise [A 0; C 0].
-    """
+    """Return M, or what stands for it: E is a sum of as many powers as the wire has values."""
     halves = [(slice(n), slice(n)), (slice(n), slice(n, None)), (slice(n, None), slice(n)), (slice(n, None),) * 2]
     a, b, c, d = ([np.kron(_unit(2 if factor == "phase" else 1), part[place]) for part in opened] for place in halves)
     if factor == "rest":
-        border = ONE * _unit(n + 1)
-        border[n, n] = math.floor(Fraction(limit) * ONE)
+        border = np.diag(np.array([ONE] * n + [math.floor(Fraction(limit) * ONE)], dtype=object))
         rest = left @ (opened[0] - border) // ONE + ONE * _unit(n + 1), np.abs(left) @ (opened[1] + 1) // ONE + 2
         empty = [0 * part[:n] for part in opened]
         return _joined([[a, empty], [[part.T for part in empty], rest]])
     if factor == "noise":
         return _joined([[a, [0 * part.T for part in c]], [c, [0 * (part @ part.T) for part in c]]])
-    if factor == "peak":
-        one = int(ONE / Fraction(limit)) * _unit(len(d[0])), 0 * d[0] + 1
-        return _joined([[a, b], [_times(one, c), _times(one, d)]])
     e = power = f
     for _ in range(len(opened[0]) - n - 1):
         power = _times(f, _times(d, power))
         e = e[0] + power[0], e[1] + power[1]
-    b_e, forward = _times(b, e), _times(_times(b, e), c)
-    closed = a[0] + forward[0], a[1] + forward[1]
-    if factor != "disk":
+    b_e = _times(b, e)
+    closed = [own + forward for own, forward in zip(a, _times(b_e, c), strict=True)]
+    if factor not in ("disk", "peak"):
         return closed
-    scale = int(Fraction(limit) * ONE) * _unit(len(e[0])), 0 * e[0] + 1
-    return _joined([[closed, b_e], [_times(scale, _times(e, c)), _times(scale, (e[0] - f[0] // 2, e[1]))]])
+    scale = int(Fraction(limit) ** (1 if factor == "disk" else -1) * ONE) * _unit(len(f[0])), 0 * f[0] + 1
+    rows = [[a, b], [c, d]] if factor == "peak" else [[closed, b_e], [_times(e, c), (e[0] - f[0] // 2, e[1])]]
+    return _joined([rows[0], [_times(scale, part) for part in rows[1]]])
 
 
 def _joined(rows: Sequence[Sequence[Sequence[_Whole]]]) -> _Rounded:
-    middle, near = (np.block([[part[i] for part in row] for row in rows]) for i in (0, 1))
-    return middle, near
+    return [np.block([[part[i] for part in row] for row in rows]) for i in (0, 1)]
 
 
 def _times(left: Sequence[_Whole], right: Sequence[_Whole]) -> _Rounded:
@@ -242,24 +255,15 @@ def _times(left: Sequence[_Whole], right: Sequence[_Whole]) -> _Rounded:
     return left[0] @ right[0] // ONE, errors // ONE + 2
 
 
-def _unit(size: int) -> _Whole:
-    return np.eye(size, dtype=int).astype(object)
-
-
 def _factors(kind: str, ends: tuple[float, float], values: int) -> list[_Rounded]:
-    """Return factors between which those of the claim lie, as matrices for all values of a wire in a period.
-
-    The arc of a phase lies in the triangle of its ends and the crossing of the tangents there, if a wire has one value.
-    """
-    low, high = map(Fraction, ends)
+    """Return factors between which those of a claim lie: of an arc the ends, and the crossing of its tangents."""
+    (low, high), parts = map(Fraction, ends), 2 if kind == "phase" else 1
     turns: list[Any] = [_turn(at) if kind == "phase" else (at if kind == "gain" else 1, 0) for at in {low, high}]
     _refuse(kind == "phase" and not high - low < 3, "has an arc without a triangle about it")
     if kind == "phase" and values == 1 and low < high:
-        stretch = 1 / _turn((high - low) / 2)[0]
-        turns.append([part * stretch for part in _turn((low + high) / 2)])
-    pairs = ([int(part * ONE) for part in turn] for turn in turns)
-    rows = [np.array([[c, -s], [s, c]] if kind == "phase" else [[c]], dtype=object) for c, s in pairs]
-    return [(np.kron(matrix, _unit(values)), np.kron(0 * matrix + 4, _unit(values))) for matrix in rows]
+        turns.append([part / _turn((high - low) / 2)[0] for part in _turn((low + high) / 2)])
+    pairs = (np.array([[c, -s], [s, c]], dtype=object)[:parts, :parts] * ONE // 1 for c, s in turns)
+    return [(row := np.kron(pair, _unit(values)), 0 * row + 4) for pair in pairs]
 
 
 def _turn(angle: Fraction) -> tuple[Fraction, Fraction]:
@@ -284,17 +288,13 @@ def _bound(sizes: _Whole) -> int:
 
 
 def _minors(matrix: _Whole) -> Iterator[int]:
-    """Yield the leading minors of a matrix of integers: the last is its determinant, where rows were exchanged too."""
-    rows, before = matrix.tolist(), 1
-    for k, row in enumerate(rows):
-        yield row[k]
-        other = next((i for i in range(k, len(rows)) if rows[i][k]), None)
-        if other is None:
-            return
-        if other > k:  # one of them with another sign: the determinant stays
-            rows[k], rows[other] = rows[other], [-value for value in row]
-        row = rows[k]
-        for below in rows[k + 1 :]:
-            factor, rest = below[k], zip(below[k + 1 :], row[k + 1 :], strict=True)
-            below[k + 1 :] = [(row[k] * value - factor * mine) // before for value, mine in rest]
-        before = row[k]
+    """Yield the leading minors of a matrix of integers: the last is its determinant, where rows were added too."""
+    rows, before = matrix.copy(), 1
+    for k in range(len(rows)):
+        yield rows[k, k]
+        for other in rows[k + 1 :]:
+            if not rows[k, k]:  # the determinant stays
+                rows[k] += other
+        crossed = np.outer(rows[k + 1 :, k], rows[k, k + 1 :])
+        rows[k + 1 :, k + 1 :] = (rows[k, k] * rows[k + 1 :, k + 1 :] - crossed) // before
+        before = rows[k, k]
