@@ -26,7 +26,7 @@ from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, PointSlopes,
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_groups import DualAdvance, DualStages
+from proofmass.runner.derivatives.dual_groups import DualStages
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.host.arrays import Array
@@ -34,9 +34,7 @@ from proofmass.runner.plan.bindings import WireBinding
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.plan.solver import Solver
 from proofmass.runner.plan.stages import StageContext
-from proofmass.runner.reference.advance import Advance
 from proofmass.runner.reference.interpret import TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
@@ -118,9 +116,6 @@ def _matters(analog: PeriodMap) -> float:
 class _Instant(DualTicks):
     """The reference engine at the start of a tick, once its outputs are known."""
 
-    def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
-        return DualAdvance(plan, solver.group, self._by_parameters)  # which is not asked to move anything
-
     def known(self) -> tuple[Mapping[str, Any], Mapping[Endpoint, Any]]:
         self._compute(self._memory.tick)
         return self._constants, self._memory.wires
@@ -198,7 +193,7 @@ def analog_rates(
     n, time = len(group.states), memory.tick * plan.period
     begin = memory.copy()
     upstream = blocks_of_map(plan, (), [(name, "") for name in group.members], True)[0]
-    constants, wires = _Instant(plan, begin, upstream, (), (), False, by_parameters).known()
+    constants, wires = _Instant(replace(plan, solvers=()), begin, upstream, (), (), False, by_parameters).known()
     held = [getattr(begin.states[block], field) for block, field in group.states]
     moving = [j for j, kind in enumerate(group.kinds) if kind is float]
     seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]

@@ -7,8 +7,8 @@ T is searched: first as a root of the covariance that noise along the mean and t
 then by descent of the largest norm at the corners, whose slope by X in T (I + X) is v v' - u u', of its singular
 vectors. What is searched is a guess, what is accepted is proved: with X about T^-1 and ||X T - I|| <= e, the norm of
 X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating point for r^2 I - B'B,
-after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433). Rates in continuous time are taken
-likewise (`half_plane`).
+after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433). Rates in continuous time are
+taken likewise (`half_plane`).
 """
 
 import itertools
@@ -32,6 +32,7 @@ _ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of 
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
+_BEYOND = 1e-12  # by which a pole lies outside for certain
 
 
 @dataclass(frozen=True)
@@ -222,6 +223,19 @@ def radius_of(family: Family) -> float:
     return float(max(abs(np.linalg.eigvals(family.centre)), default=0.0))
 
 
+def outer_corner(family: Family) -> int | None:
+    """Return the number of the corner whose largest pole lies beyond the disc, with a factor of the claim.
+
+    The crossing of the tangents at the ends of an arc is no such factor.
+    """
+    if family.still or family.blocks:
+        return None
+    radii = np.abs(np.linalg.eigvals(family.corners.middle)).max(axis=1, initial=0.0).reshape(-1, family.factors)
+    largest_of = radii[:, :2].max(axis=1)
+    worst = int(np.argmax(largest_of))
+    return worst if largest_of[worst] > 1.0 + _BEYOND else None
+
+
 def bound_of(sizes: Array) -> float:
     """Return at least the spectral norm of all matrices with entries of at most these sizes."""
     return math.sqrt(float(sizes.sum(axis=0).max()) * float(sizes.sum(axis=1).max())) * UP
@@ -242,7 +256,7 @@ def _decay(transform: Array, rates: Family) -> bool:
     )
     corners = (left @ rates.corners @ right).moved(np.diag([0.0] * n + [-0.5] * (2 * k)))
     shares = {i: left.middle[0] @ share @ right.middle[0] for i, share in rates.shares.items()}
-    norm = Norm(scipy.linalg.block_diag(transform, unit), replace(rates, corners=corners, shares=shares))
+    norm = Norm(np.asarray(scipy.linalg.block_diag(transform, unit)), replace(rates, corners=corners, shares=shares))
     turned = norm.corners.middle
     unknown = norm.rest + norm.apart.T @ (np.abs(turned).max(axis=0) + norm.rest)
     falls = -(turned + np.swapaxes(turned, 1, 2))

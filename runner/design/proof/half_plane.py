@@ -2,10 +2,10 @@
 
     x' = A x:   Re (1 + j r) (s - c) < 0 for all poles s
 
-holds if F = (1 + j r) (A - c) shortens every vector in some norm as time goes on: F + F' is negative in its coordinates.
-F is linear in A, so that corners suffice. A norm is searched for (I + h F) (I - h F)^-1, of the same norms, as that of a
-sampled loop is. So is [A, B; C, D] with an input and an output that the norm leaves as they are: the trapezoidal
-rule keeps all that goes through. What is proved is about F alone.
+holds if F = (1 + j r) (A - c) shortens every vector in some norm as time goes on: F + F' is negative in its
+coordinates. F is linear in A, so that corners suffice. A norm is searched for (I + h F) (I - h F)^-1, which has the
+same norms, as that of a sampled loop is. So is [A, B; C, D] with an input and an output that the norm leaves as they
+are: the trapezoidal rule keeps all that goes through. What is proved is about F alone.
 """
 
 from dataclasses import dataclass, replace
@@ -67,7 +67,7 @@ def _sampled(rates: Family) -> Family:
 
 
 def _by_trapezoids(rates: Family, step: float) -> Family:
-    """Return x[n+1] = x[n] + 2 h (A z + B w), z the mean of both, of which C z + D w is the output: scaled by sqrt(2 h)."""
+    """Return x[n+1] = x[n] + 2 h (A z + B w), with the output C z + D w of their mean z, both scaled by sqrt(2 h)."""
     n, still, root = len(rates.centre) - rates.still, np.eye(rates.still), np.sqrt(2.0 * step)
     a, b, c, d = (rates.corners.middle[:, r, q] for r in (slice(n), slice(n, None)) for q in (slice(n), slice(n, None)))
     between = np.linalg.inv(np.eye(n) - step * a)

@@ -153,8 +153,8 @@ def prove(
 
     Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
     `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
-    values. A loop without a point of rest is open, with the reason. Blocks compute in real numbers, and converters do not
-    round. Raises `ModelError` for what is wrong with the graph or the tolerances.
+    values. A loop without a point of rest is open, with the reason. Blocks compute in real numbers, and converters do
+    not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved

@@ -27,7 +27,7 @@ from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath
 from proofmass.runner.design.proof.claim import PEAK, Claim
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, Region, bends, open_loops
-from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
+from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
@@ -82,9 +82,12 @@ class BoxMaps:
             return None
         values = claim.sign * claim.row.at_corners(opened)
         worst = int(np.argmin(values))
-        if not claim.broken_by(claim.sign * float(values[worst])):
-            return None
-        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[worst]
+        return self.corner(box, worst) if claim.broken_by(claim.sign * float(values[worst])) else None
+
+    def corner(self, box: Sides, number: int) -> Sides:
+        """Return a corner of a box by its number."""
+        opened = self.open(box[:-1])
+        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[number]
         ends = dict(zip(opened.interpolated, places, strict=True))
         points = [side[ends[i]] if i in ends else _middle(*side) for i, side in enumerate(box[:-1])]
         return (*((point, point) for point in points), box[-1])
@@ -135,6 +138,8 @@ class ProofSearch:
         if (norm is None or radius_of(norm.family) >= 1.0 or (beside and norm.worst() >= 1.0)) and self.breaks(box):
             return box
         corner = self.maps.worst_corner(box, self.claim)
+        if norm is not None and corner is None and (outer := outer_corner(norm.family)) is not None:
+            corner = self.maps.corner(box, outer)
         return corner if corner is not None and self.breaks(corner) else None
 
     def _broken_among(self, left: Sequence[tuple[Sides, Start | None]], is_late: Callable[[], bool]) -> Sides | None:
