@@ -125,6 +125,7 @@ class Norm:
             back = np.asarray(np.linalg.inv(step), dtype=np.float64)
             turned = back @ matrices @ step
             squares, vectors = np.linalg.eigh(np.swapaxes(turned, 1, 2) @ turned)
+            squares = np.maximum(squares, 1e-300)  # of a matrix that takes all to zero
             value, weights = largest(0.5 * np.log(squares[:, -1]), sharpness)
             v = vectors[:, :, -1]
             u = (turned @ v[:, :, None])[:, :, 0] / np.sqrt(squares[:, -1:])
