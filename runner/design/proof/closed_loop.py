@@ -86,6 +86,11 @@ class Region(Protocol):
     """A part of the plane of poles: a disc, or the half plane that a disc is in continuous time."""
 
     @property
+    def radius(self) -> float:
+        """Its radius, infinite for a half plane."""
+        ...
+
+    @property
     def empty(self) -> bool:
         """True if no pole lies in it."""
         ...

@@ -8,6 +8,7 @@ same norms, as that of a sampled loop is. So is [A, B; C, D] with an input and a
 are: the trapezoidal rule keeps all that goes through. What is proved is about F alone.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -29,7 +30,7 @@ class HalfPlane:
     imaginary: float = 0.0
     tilt: float = 0.0
 
-    empty = False
+    radius, empty = math.inf, False  # as a disc
 
     def moved(self, family: Family, parts: int) -> Family:
         """Return matrices whose poles lie in the disc of radius 1 if those of a family's rates lie in this half plane.

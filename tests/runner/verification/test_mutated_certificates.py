@@ -1,8 +1,8 @@
 """Certificates of integrators with any number changed: what the checker takes of them is true by closed forms.
 
 What encloses the graph is taken for granted: the loops of a certificate stay as they are, whether they have rates, and
-which parameters they depend on. All else may be another number, kind or factor, with a hash that is right. The formulas are those of `test_other_claims` and of
-`test_continuous_loops`.
+which parameters they depend on. All else may be another number, kind or factor, with a hash that is right. The
+formulas are those of `test_other_claims` and of `test_continuous_loops`.
 """
 
 import json
@@ -59,13 +59,13 @@ def proved(request: pytest.FixtureRequest) -> str:
     return certificate(CERTIFICATES[request.param]())
 
 
-def least_of(kind: str, claim: Any) -> float:
+def least_of(kind: str, claim: dict[str, Any]) -> float:
     """The least figure of an integrator within the coordinates of a claim."""
-    ((low, high),) = ((one["low"], one["high"]) for one in claim["coordinates"])
+    ((low, high),) = ((float(one["low"]), float(one["high"])) for one in claim["coordinates"])
     if claim.get("continuous") is True:
         figures = {"phase margin": 90.0, "disk margin": 2.0, "delay margin": 0.5 * math.pi / high, "decay rate": low}
         return {"stable": 0.0, "gain margin": math.inf, **figures}[kind]
-    period = claim["period"]
+    period = float(claim["period"])
     a, least = high * 1e-3, low * 1e-3
     turn = math.asin(0.5 * a)
     return {
