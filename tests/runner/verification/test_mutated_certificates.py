@@ -65,7 +65,7 @@ def least_of(kind: str, claim: dict[str, Any]) -> float:
     if claim.get("continuous") is True:
         figures = {"phase margin": 90.0, "disk margin": 2.0, "delay margin": 0.5 * math.pi / high, "decay rate": low}
         return {"stable": 0.0, "gain margin": math.inf, **figures}[kind]
-    period = float(claim["period"])
+    period = float(claim["period"]) or math.nan  # which no limit is below
     a, least = high * 1e-3, low * 1e-3
     turn = math.asin(0.5 * a)
     return {
