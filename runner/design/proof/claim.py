@@ -27,7 +27,7 @@ from proofmass.runner.design.proof.closed_loop import (
     Factor,
     Family,
     OpenCorners,
-    Region,
+    PoleRegion,
     closed_loops,
     through,
     with_disk,
@@ -140,7 +140,7 @@ class Claim:
         factor = 10.0 ** (self.limit / 20.0) * _MORE
         return 1.0 / factor * (1.0 - 1e-15), factor
 
-    def discs(self, factors: tuple[float, float]) -> Sequence[Region]:
+    def discs(self, factors: tuple[float, float]) -> Sequence[PoleRegion]:
         """Return discs in one of which all poles have to lie, with factors between two ends.
 
         In continuous time these are half planes.

@@ -82,7 +82,7 @@ GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
 
 
-class Region(Protocol):
+class PoleRegion(Protocol):
     """A part of the plane of poles: a disc, or the half plane that a disc is in continuous time."""
 
     @property

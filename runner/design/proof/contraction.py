@@ -21,7 +21,7 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.design.proof.closed_loop import Disc, Family, Region
+from proofmass.runner.design.proof.closed_loop import Disc, Family, PoleRegion
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
 from proofmass.runner.host.arrays import Array
@@ -108,7 +108,7 @@ class Norm:
         sizes = np.abs(turned.middle) + turned.radius + np.abs(self.inverse) @ self.family.beyond_noise
         return float(np.sqrt((sizes**2).sum(axis=(1, 2)).max())) * UP
 
-    def tightened(self, disc: Region, parts: int) -> "tuple[Norm, Region]":
+    def tightened(self, disc: PoleRegion, parts: int) -> "tuple[Norm, PoleRegion]":
         """Return the norm for the least disc about zero that it proves, of one which it proves and is moved into."""
         size = self.worst() + bound_of(self.rest) + 1e-12
         while size < 1.0:

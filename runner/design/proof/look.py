@@ -17,7 +17,7 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Family, Region
+from proofmass.runner.design.proof.closed_loop import Family, PoleRegion
 from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.region import ProvedRegion, widened
@@ -82,7 +82,7 @@ class BoxLook:
         begin = start if norm is None else Start(norm.transform, norm.family.left, alone)
         return Looked(halves=halves, start=begin, why=why)
 
-    def _region(self, core: Sides, box: Sides, norm: Norm, disc: Region) -> ProvedRegion:
+    def _region(self, core: Sides, box: Sides, norm: Norm, disc: PoleRegion) -> ProvedRegion:
         if self.claim.in_parts:
             norm, disc = norm.tightened(disc, self.claim.row.wire.parts)
         family, opened = norm.family, self.maps.open(box[:-1])
@@ -129,7 +129,7 @@ class BoxLook:
         serves = norm is not None and norm.family.noise is None and norm.worst() < 1.0
         return range(0 if serves else last, last + (box[:-1] == self.whole[:-1]))
 
-    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Region]:
+    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, PoleRegion]:
         """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
 
         Raises `UndecidedError`.

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from proofmass.runner.design.proof.closed_loop import OpenCorners, Region
+from proofmass.runner.design.proof.closed_loop import OpenCorners, PoleRegion
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.host.arrays import Array
 
@@ -21,7 +21,7 @@ class ProvedRegion:
     left: Array | None  # what a matrix at rest was multiplied by
     beyond_noise: Array | None
     loops: OpenCorners  # opened, of the parameters of the box; without derivatives
-    disc: Region  # in which all poles lie
+    disc: PoleRegion  # in which all poles lie
 
 
 def widened(core: Sides, whole: Sides, changes: Sequence[float]) -> Sides:
