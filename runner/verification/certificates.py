@@ -18,6 +18,7 @@ ASSUMED = (
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
     "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
     "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
+    "Loops in continuous time are those of the differential equations: what discrete blocks give is held.",
     "Parameters stay as they are while the sensor runs; under any or slow change within each period of the loop.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
@@ -63,14 +64,14 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
             {
                 "box": leaf.core,
                 "loop": place,
-                "disc": [leaf.disc.real, leaf.disc.imaginary, leaf.disc.radius],
+                **leaf.disc.as_data(),
                 "transform": leaf.transform.tolist(),
-                "beyond": (leaf.beyond * (leaf.disc.radius * (1.0 + 2.0**-39))).tolist(),
+                "beyond": leaf.beyond.tolist(),
                 **({} if left is None else {"left": left.tolist()}),
                 **({} if noise is None else {"noise": noise.tolist()}),
             }
         )
-    more: dict[str, Any] = {name: True for name in ("any_change", "at_rest") if getattr(claim, name)}
+    more: dict[str, Any] = {name: True for name in ("any_change", "at_rest", "continuous") if getattr(claim, name)}
     more |= {"changes": claim.changes} if claim.changes else {}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (

@@ -18,6 +18,7 @@ from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, plan_graph
+from proofmass.runner.analysis.linearisation.map_changes import LOOKS
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -60,15 +61,18 @@ def analog_map(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoin
         raise ModelError([plan.graph.placed(_within(node, tear)) for node, tear in solved])
     tick = onward.begin.tick
     analog = analog_map_at(plan, group, nodes, onward.begin)
-    later = analog_map_at(plan, group, nodes, onward.at(tick + 1))
-    change = _change(analog, later)
+    later = [analog_map_at(plan, group, nodes, onward.at(tick + look)) for look in LOOKS]
+    change = _change(analog, later[0])
     notes = [_moving(tick, change)] if change > _MOVED else []
-    notes += _switched(plan, onward, group, nodes, analog)
+    switched = _switched(plan, onward, group, nodes, analog)
+    if switched is not None:
+        later.append(switched)
+        notes.append(switch_note(switched.time - analog.time))
     behind = set[str]().union(*(_downstream(plan, node) for node in nodes))
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
-    return replace(analog, notes=tuple(notes))
+    return replace(analog, notes=tuple(notes), later=tuple(later))
 
 
 def _change(first: PeriodMap, second: PeriodMap) -> float:
@@ -78,8 +82,10 @@ def _change(first: PeriodMap, second: PeriodMap) -> float:
     return float(np.max(np.divide(moved, size, out=np.zeros_like(size), where=size > 0.0), initial=0.0))
 
 
-def _switched(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap) -> list[str]:
-    """Return a note on a switch that waits, if it changes the loop within the time in which that would matter."""
+def _switched(
+    plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint], analog: PeriodMap
+) -> PeriodMap | None:
+    """Return the loop after a switch that waits, if it changes it within the time in which that would matter."""
     upstream, moving = blocks_of_map(plan, nodes, nodes, False)
     ticks = common_period(plan, nodes, nodes, everything=True)
 
@@ -90,8 +96,8 @@ def _switched(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoint
     for periods in Waiting(onward, upstream, moving, ticks).changes(after, horizon):
         later = analog_map_at(plan, group, nodes, after(periods))
         if periods > WAITED and _change(analog, later) > FROZEN:
-            return [switch_note(periods * ticks * plan.period)]
-    return []
+            return later
+    return None
 
 
 def _matters(analog: PeriodMap) -> float:
@@ -141,35 +147,20 @@ def analog_map_at(
     point_slopes: PointSlopes | None = None,
 ) -> PeriodMap:
     """Return the loop opened at wires within a group, about a memory; options as those of `period_map`."""
-    n, time = len(group.states), memory.tick * plan.period
-    begin = memory.copy()
+    begin = memory
     if by_parameters:
         plan = differentiated(plan)
         begin = with_slopes(memory, plan, point_slopes, NO_RINGS)
-    upstream = blocks_of_map(plan, (), [(name, "") for name in group.members], True)[0]
     try:
-        constants, wires = _Instant(plan, begin, upstream, (), (), False, by_parameters).known()
+        moving, rows = analog_rates(plan, group, nodes, begin, by_parameters)
     except TickError as error:
         raise plan.graph.placed(_not_linear(error.at, str(error.value))).error from error
-    held = [getattr(begin.states[block], field) for block, field in group.states]
-    moving = [j for j, kind in enumerate(group.kinds) if kind is float]
-    seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]
-    columns = {node: n + i for i, node in enumerate(nodes)}
-    stages, rates = _CutStages(plan, group, columns, by_parameters), [0.0] * n
-    inputs = [wires[wire] for wire in group.inputs]
-    still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
-    try:
-        stages.rates(StageContext(constants, inputs, still, guesses, time), time, seeded, rates)
-        if stages.unsolved:
-            raise NoSolutionError(stages.unsolved)
-    except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
-        raise plan.graph.placed(_not_linear(stages.at, str(error))).error from error
-    rows = [*(rates[j] for j in moving), *stages.back.values()]
+    columns, time = (*moving, *range(len(group.states), len(group.states) + len(nodes))), memory.tick * plan.period
     matrix = np.zeros((len(rows), len(moving) + len(nodes) + 1))
     by_name: dict[str, Array] = {}
     for row, value in enumerate(rows):
         slopes = slopes_of(value, SIGNALS)
-        entries = [*(slopes.get(j, 0.0) for j in (*moving, *columns.values())), value_of(value, SIGNALS)]
+        entries = [*(slopes.get(j, 0.0) for j in columns), value_of(value, SIGNALS)]
         matrix[row] = [plain(entry) for entry in entries]
         for column, entry in enumerate(entries):
             for name, slope in slopes_of(entry, PARAMETERS).items():
@@ -189,6 +180,34 @@ def analog_map_at(
         time=time,
         undefined=undefined,
     )
+
+
+def analog_rates(
+    plan: Plan, group: Group, nodes: Sequence[Endpoint], memory: Memory, by_parameters: bool = False
+) -> tuple[list[int], list[Any]]:
+    """Return the numbers of the states that move, their rates and the signals of the wires at the start of a tick.
+
+    The rates have slopes by the states, and by what is added at the readers of the wires, numbered after all states.
+    Raises `TickError` where they have none.
+    """
+    n, time = len(group.states), memory.tick * plan.period
+    begin = memory.copy()
+    upstream = blocks_of_map(plan, (), [(name, "") for name in group.members], True)[0]
+    constants, wires = _Instant(replace(plan, solvers=()), begin, upstream, (), (), False, by_parameters).known()
+    held = [getattr(begin.states[block], field) for block, field in group.states]
+    moving = [j for j, kind in enumerate(group.kinds) if kind is float]
+    seeded = [value + dual(0.0, {j: 1.0}, SIGNALS) if j in moving else value for j, value in enumerate(held)]
+    columns = {node: n + i for i, node in enumerate(nodes)}
+    stages, rates = _CutStages(plan, group, columns, by_parameters), [0.0] * n
+    inputs = [wires[wire] for wire in group.inputs]
+    still, guesses = [0.0] * len(group.ramps), [plain(wires[tear]) for tear in group.guesses]
+    try:
+        stages.rates(StageContext(constants, inputs, still, guesses, time), time, seeded, rates)
+        if stages.unsolved:
+            raise NoSolutionError(stages.unsolved)
+    except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
+        raise TickError(stages.at, memory.tick, error) from error
+    return moving, [*(rates[j] for j in moving), *stages.back.values()]
 
 
 def _downstream(plan: Plan, node: Endpoint) -> set[str]:

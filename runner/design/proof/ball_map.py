@@ -101,6 +101,18 @@ class BallTicks(DualTicks):
         return DualAdvance(plan, solver.group, False)
 
 
+class BallRows(Protocol):
+    """An open loop in balls: `BallRun` over a period, or rates in continuous time."""
+
+    def rest(self, parameters: Mapping[str, Any], kept: "Kept | None") -> Any:
+        """Return where sensors with such parameters rest, None at the start of a run."""
+        ...
+
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None) -> tuple[MatrixRows, int]:
+        """Return the map of all states for parameters that hold balls, and how many these are."""
+        ...
+
+
 class BallRun:
     """A period from the start of a run in balls: what is between two ends at its operating point."""
 
@@ -184,7 +196,7 @@ class StartingLoop:
                 "open the loop at its slowest wire with --loop",
             )
             raise plan.graph.placed(too_large(has, node, most, hint)).error
-        self._run = BallRun(plan, ends, point, rest)
+        self._run: BallRows = BallRun(plan, ends, point, rest)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:

@@ -45,9 +45,12 @@ class BoxMaps:
             return None
         values = claim.sign * claim.row.at_corners(opened)
         worst = int(np.argmin(values))
-        if not claim.broken_by(claim.sign * float(values[worst])):
-            return None
-        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[worst]
+        return self.corner(box, worst) if claim.broken_by(claim.sign * float(values[worst])) else None
+
+    def corner(self, box: Sides, number: int) -> Sides:
+        """Return a corner of a box by its number."""
+        opened = self.open(box[:-1])
+        places = list(itertools.product((0, 1), repeat=len(opened.interpolated)))[number]
         ends = dict(zip(opened.interpolated, places, strict=True))
         points = [side[ends[i]] if i in ends else middle_of(*side) for i, side in enumerate(box[:-1])]
         return (*((point, point) for point in points), box[-1])

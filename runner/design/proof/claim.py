@@ -10,6 +10,7 @@
 - scale factor g: with the map at rest beside that of the poles, the disc is the same (`at_rest`).
 - delay margin: a delay of at most M samples turns what has the frequency -w by p = w m, m <= M. So for no turn p from 0
   to 2 pi may a pole lie at exp(-j w) with w from p / M to pi. All poles may lie in any disc that leaves out this arc.
+- in continuous time the circle is the imaginary axis: discs are half planes, and the arc goes from -j p / M on.
 """
 
 import math
@@ -26,11 +27,13 @@ from proofmass.runner.design.proof.closed_loop import (
     Factor,
     Family,
     OpenCorners,
+    PoleRegion,
     closed_loops,
     through,
     with_disk,
 )
 from proofmass.runner.design.proof.contraction import Norm
+from proofmass.runner.design.proof.half_plane import HalfPlane
 from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
 from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
 from proofmass.runner.host.arrays import Array
@@ -98,8 +101,9 @@ class Claim:
     most: bool = False  # the quantity is at most the limit, not at least
     unit_of_quantity: str = ""
     any_change: bool = False  # the parameters may have others of their values in each period
-    changes: tuple[float, ...] = ()  # or each coordinate may move by so much from one to the next
+    changes: tuple[float, ...] = ()  # or each coordinate may move by so much from one to the next, or in a second
     at_rest: bool = False  # where the sensor rests, not at the start of the run
+    continuous: bool = False  # of a loop among continuous blocks, which has no period
 
     @property
     def row(self) -> ClaimKind:
@@ -114,7 +118,7 @@ class Claim:
     @property
     def in_one_norm(self) -> bool:
         """True if one norm has to serve all of the tolerances."""
-        return self.any_change or (bool(self.changes) and self.row.enters)
+        return self.any_change or (bool(self.changes) and (self.row.enters or self.continuous))
 
     @property
     def in_parts(self) -> bool:
@@ -127,7 +131,8 @@ class Claim:
         if self.kind == "phase margin":
             return 0.0, math.nextafter(math.radians(self.limit), math.inf)
         if self.kind == "delay margin":
-            return 0.0, min(2.0, self.limit / self.period) * math.pi * _MORE
+            turns = 2.0 if self.continuous else min(2.0, self.limit / self.period)
+            return 0.0, turns * math.pi * _MORE
         if self.kind == "disk margin" or self.row.of_output:
             return self.limit, self.limit
         if self.kind != "gain margin":
@@ -135,8 +140,15 @@ class Claim:
         factor = 10.0 ** (self.limit / 20.0) * _MORE
         return 1.0 / factor * (1.0 - 1e-15), factor
 
-    def discs(self, factors: tuple[float, float]) -> list[Disc]:
-        """Return discs in one of which all poles have to lie, with factors between two ends."""
+    def discs(self, factors: tuple[float, float]) -> Sequence[PoleRegion]:
+        """Return discs in one of which all poles have to lie, with factors between two ends.
+
+        In continuous time these are half planes.
+        """
+        if self.continuous and self.kind == "delay margin" and factors[0] > 0.0:
+            return [HalfPlane(imaginary=-factors[0] / self.limit * _LESS, tilt=reach) for reach in _REACHES]
+        if self.continuous:
+            return [HalfPlane(real=-self.limit if self.kind == "decay rate" else 0.0)]
         if self.kind == "decay rate":
             return [Disc(0.0, 0.0, math.exp(-self.limit * self.period) * _LESS)]
         if self.kind == "delay margin" and factors[0] > 0.0:

@@ -29,7 +29,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Protocol
 
 import flint
 import numpy as np
@@ -82,6 +82,32 @@ GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
 
 
+class PoleRegion(Protocol):
+    """A part of the plane of poles: a disc, or the half plane that a disc is in continuous time."""
+
+    @property
+    def radius(self) -> float:
+        """Its radius, infinite for a half plane."""
+        ...
+
+    @property
+    def empty(self) -> bool:
+        """True if no pole lies in it."""
+        ...
+
+    def moved(self, family: "Family", parts: int) -> "Family":
+        """Return matrices whose poles lie in the disc of radius 1 if a family's lie in this region."""
+        ...
+
+    def beyond(self, family: "Family") -> Array:
+        """Return how far matrices may lie beyond the corners of a certificate, of the family that was moved."""
+        ...
+
+    def as_data(self) -> dict[str, list[float]]:
+        """Return it as plain data, for certificates."""
+        ...
+
+
 @dataclass(frozen=True)
 class Disc:
     """A disc in the plane of poles."""
@@ -89,6 +115,29 @@ class Disc:
     real: float  # of the centre
     imaginary: float
     radius: float
+
+    @property
+    def empty(self) -> bool:
+        """True if no pole lies in it."""
+        return not self.radius > 0.0
+
+    def moved(self, family: "Family", parts: int) -> "Family":
+        """Return the matrices (M - centre) / radius: their poles lie in the disc of radius 1 if M's lie in this."""
+        if (self.real, self.imaginary, self.radius) == (0.0, 0.0, 1.0):
+            return family
+        turned = [[self.real, -self.imaginary], [self.imaginary, self.real]] if parts == 2 else [[self.real]]
+        centre = np.asarray(np.kron(turned, np.eye(family.corners.middle.shape[-1] // parts)), dtype=np.float64)
+        moved = family.corners.moved(-centre).scaled(1.0 / self.radius)
+        scale = UP / self.radius
+        return replace(family, corners=moved, shares={i: share * scale for i, share in family.shares.items()})
+
+    def beyond(self, family: "Family") -> Array:
+        """Return how far matrices may lie beyond the corners of a certificate, of the family that was moved."""
+        return np.asarray(sum(family.shares.values(), 0.0 * family.centre) * (self.radius * (1.0 + 2.0**-39)))
+
+    def as_data(self) -> dict[str, list[float]]:
+        """Return it as plain data, for certificates."""
+        return {"disc": [self.real, self.imaginary, self.radius]}
 
 
 @dataclass(frozen=True)
@@ -116,16 +165,7 @@ class Family:
     noise: Enclosed | None = None  # [B; D] of sources at the corners (`noise_norm`)
     beyond_noise: Array | None = None  # how far others may lie beyond those
     limit: float = math.inf  # of what it adds
-
-    def within(self, disc: Disc, parts: int) -> "Family":
-        """Return the matrices (M - centre) / radius: their poles lie in the disc of radius 1 if M's lie in this."""
-        if (disc.real, disc.imaginary, disc.radius) == (0.0, 0.0, 1.0):
-            return self
-        turned = [[disc.real, -disc.imaginary], [disc.imaginary, disc.real]] if parts == 2 else [[disc.real]]
-        centre = np.asarray(np.kron(turned, np.eye(self.corners.middle.shape[-1] // parts)), dtype=np.float64)
-        moved = self.corners.moved(-centre).scaled(1.0 / disc.radius)
-        scale = UP / disc.radius
-        return replace(self, corners=moved, shares={i: share * scale for i, share in self.shares.items()})
+    rates: "Family | None" = None  # of a loop in continuous time, for the norms of which this one stands
 
     def parts(self) -> "list[Family]":
         """Return the families of the matrices that lie side by side."""

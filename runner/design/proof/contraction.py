@@ -7,20 +7,21 @@ T is searched: first as a root of the covariance that noise along the mean and t
 then by descent of the largest norm at the corners, whose slope by X in T (I + X) is v v' - u u', of its singular
 vectors. What is searched is a guess, what is accepted is proved: with X about T^-1 and ||X T - I|| <= e, the norm of
 X A X^-1 is at most ||X A T|| / (1 - e). It is below r if Cholesky's algorithm ends in floating point for r^2 I - B'B,
-after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433).
+after a shift that exceeds its errors (Rump, BIT Numerical Mathematics 46, 2006, 433). Rates in continuous time are
+taken likewise (`half_plane`).
 """
 
 import itertools
 import math
 import warnings
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.design.proof.closed_loop import Disc, Family
+from proofmass.runner.design.proof.closed_loop import Disc, Family, PoleRegion
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
 from proofmass.runner.host.arrays import Array
@@ -31,6 +32,7 @@ _ROOMS = (1.1, 1.03, 1.01, 1.003, 1.001, 1.0001)  # sizes of disks, as parts of 
 _RESTS = (1e-2, 1e-3, 1e-4, 1e-6)  # of the Riccati equation, in units of its first solution
 _LEAST_PART = 1e-16  # of the first solution, that a state has of it
 _DOUBLINGS = 24
+_BEYOND = 1e-12  # by which a pole lies outside for certain
 
 
 @dataclass(frozen=True)
@@ -66,10 +68,14 @@ class Norm:
     @cached_property
     def room(self) -> float:
         """The norm that the middles of the corners may have."""
+        return (1.0 - bound_of(self.apart)) / UP - bound_of(self.rest)
+
+    @cached_property
+    def apart(self) -> Array:
+        """Bounds of what the inverse times the transformation differs by from the unit matrix."""
         n = len(self.transform)
         apart = np.abs(self.inverse @ self.transform - np.eye(n))
-        apart += (n + 4) * UNIT * (np.abs(self.inverse) @ np.abs(self.transform))
-        return (1.0 - bound_of(apart * UP)) / UP - bound_of(self.rest)
+        return np.asarray((apart + (n + 4) * UNIT * (np.abs(self.inverse) @ np.abs(self.transform))) * UP)
 
     def worst(self) -> float:
         """Return the largest norm at a corner, as a double."""
@@ -86,6 +92,8 @@ class Norm:
         """
         if self.family.blocks:
             return all(part.contracts() for part in self.parts())
+        if self.family.rates is not None:
+            return _decay(self.transform, self.family.rates)
         if self.family.noise is not None and not self.rms <= self.family.limit:
             return False
         return self.room > 0.0 and _shorter_than(self.corners.middle, self.room)
@@ -100,11 +108,11 @@ class Norm:
         sizes = np.abs(turned.middle) + turned.radius + np.abs(self.inverse) @ self.family.beyond_noise
         return float(np.sqrt((sizes**2).sum(axis=(1, 2)).max())) * UP
 
-    def tightened(self, disc: Disc, parts: int) -> "tuple[Norm, Disc]":
+    def tightened(self, disc: PoleRegion, parts: int) -> "tuple[Norm, PoleRegion]":
         """Return the norm for the least disc about zero that it proves, of one which it proves and is moved into."""
         size = self.worst() + bound_of(self.rest) + 1e-12
         while size < 1.0:
-            least = Norm(self.transform, self.family.within(Disc(0.0, 0.0, size), parts))
+            least = Norm(self.transform, Disc(0.0, 0.0, size).moved(self.family, parts))
             if least.contracts():
                 return least, Disc(0.0, 0.0, disc.radius * size * (1.0 + 2.0**-50))
             size += 0.1 * (1.0 - size) + 1e-12
@@ -127,6 +135,7 @@ class Norm:
             back = np.asarray(np.linalg.inv(step), dtype=np.float64)
             turned = back @ matrices @ step
             squares, vectors = np.linalg.eigh(np.swapaxes(turned, 1, 2) @ turned)
+            squares = np.maximum(squares, 1e-300)  # of a matrix that takes all to zero
             value, weights = largest(0.5 * np.log(squares[:, -1]), sharpness)
             v = vectors[:, :, -1]
             u = (turned @ v[:, :, None])[:, :, 0] / np.sqrt(squares[:, -1:])
@@ -236,9 +245,51 @@ def growth_of(of: Array, to: Array) -> float:
     return (size + bound_of(mixed.radius[0])) / norm.room * UP if norm.room > 0.0 else math.inf
 
 
+def outer_corner(family: Family) -> int | None:
+    """Return the number of the corner whose largest pole lies beyond the disc, with a factor of the claim.
+
+    The crossing of the tangents at the ends of an arc is no such factor.
+    """
+    if family.still or family.blocks:
+        return None
+    radii = np.abs(np.linalg.eigvals(family.corners.middle)).max(axis=1, initial=0.0).reshape(-1, family.factors)
+    largest_of = radii[:, :2].max(axis=1)
+    worst = int(np.argmax(largest_of))
+    return worst if largest_of[worst] > 1.0 + _BEYOND else None
+
+
 def bound_of(sizes: Array) -> float:
     """Return at least the spectral norm of all matrices with entries of at most these sizes."""
     return math.sqrt(float(sizes.sum(axis=0).max()) * float(sizes.sum(axis=1).max())) * UP
+
+
+def _decay(transform: Array, rates: Family) -> bool:
+    """Return whether all rates F shorten every vector x' = F x in the coordinates of a transformation: proved.
+
+    For P = X'X, with X about T^-1, E = X T - I and N = X F T, T'(P F + F'P) T is N + E'N and its transpose. It is
+    negative if that of the corners is by more than all that is unknown, in any units. With an input and an output,
+    [A, B, 0; 0, -I / 2, 0; C, D, -I / 2] stands for F (bounded real lemma).
+    """
+    k = rates.still
+    n = len(transform) - k
+    lift, unit = np.eye(n + 2 * k), np.eye(k)
+    left, right = (
+        Enclosed(part[None], 0.0 * part[None]) for part in (np.delete(lift, slice(n, n + k), 1), lift[: n + k])
+    )
+    corners = (left @ rates.corners @ right).moved(np.diag([0.0] * n + [-0.5] * (2 * k)))
+    shares = {i: left.middle[0] @ share @ right.middle[0] for i, share in rates.shares.items()}
+    norm = Norm(np.asarray(scipy.linalg.block_diag(transform, unit)), replace(rates, corners=corners, shares=shares))
+    turned = norm.corners.middle
+    unknown = norm.rest + norm.apart.T @ (np.abs(turned).max(axis=0) + norm.rest)
+    falls = -(turned + np.swapaxes(turned, 1, 2))
+    diagonal = np.diagonal(falls, axis1=1, axis2=2).mean(axis=0)
+    if not (np.isfinite(falls).all() and (diagonal > 0.0).all()):
+        return False
+    units = np.exp2(np.round(-0.5 * np.log2(diagonal)))  # powers of two: exact
+    falls = falls * units * units[:, None]
+    room = bound_of((unknown + unknown.T) * UP * units * units[:, None])
+    sizes = np.sqrt((falls**2).sum(axis=(1, 2))) + room
+    return _positive(falls - (room + 8.0 * (n + 2 * k + 4) * UNIT * sizes)[:, None, None] * np.eye(n + 2 * k))
 
 
 def _shorter_than(matrices: Array, room: float) -> bool:
@@ -249,9 +300,13 @@ def _shorter_than(matrices: Array, room: float) -> bool:
         return False
     shift = 4.0 * (n + 2) * UNIT * (n + squares) * UP
     gram = np.swapaxes(matrices, 1, 2) @ matrices
-    differences = ((room * room) * (1.0 - 4.0 * UNIT) - shift)[:, None, None] * np.eye(n) - gram
+    return _positive(((room * room) * (1.0 - 4.0 * UNIT) - shift)[:, None, None] * np.eye(n) - gram)
+
+
+def _positive(matrices: Array) -> bool:
+    """Return whether Cholesky's algorithm ends for all symmetric matrices."""
     try:
-        np.linalg.cholesky(differences)
+        np.linalg.cholesky(matrices)
     except np.linalg.LinAlgError:
         return False
     return True

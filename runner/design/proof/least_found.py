@@ -123,6 +123,8 @@ def margin_of(found: Margins, kind: str) -> float:
         return min(gains, default=math.inf)
     if kind == "phase margin":
         return math.inf if found.phase_margin is None else math.degrees(found.phase_margin)
+    if kind == "decay rate" and found.system.continuous:
+        return -max(found.poles.real, default=-math.inf)
     if kind == "decay rate":
         largest = max(abs(found.poles), default=0.0)
         return -math.log(largest) / found.period if largest > 0.0 else math.inf

@@ -17,8 +17,8 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Disc, Family
-from proofmass.runner.design.proof.contraction import Norm, first_norm, radius_of
+from proofmass.runner.design.proof.closed_loop import Family, PoleRegion
+from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.region import ProvedRegion, widened
 from proofmass.runner.design.proof.rest_norm import Start
@@ -82,14 +82,14 @@ class BoxLook:
         begin = start if norm is None else Start(norm.transform, norm.family.left, alone)
         return Looked(halves=halves, start=begin, why=why)
 
-    def _region(self, core: Sides, box: Sides, norm: Norm, disc: Disc) -> ProvedRegion:
+    def _region(self, core: Sides, box: Sides, norm: Norm, disc: PoleRegion) -> ProvedRegion:
         if self.claim.in_parts:
             norm, disc = norm.tightened(disc, self.claim.row.wire.parts)
         family, opened = norm.family, self.maps.open(box[:-1])
         rest = None if opened.rest is None else replace(opened.rest)
         loops = replace(opened, jets=(), rest=rest)  # what proves: no more has to travel and to be kept
-        beyond = sum(family.shares.values(), 0.0 * norm.transform)
-        return ProvedRegion(core, box, norm.transform, beyond, family.left, family.beyond_noise, loops, disc)
+        beyond, left, noise = disc.beyond(family), family.left, family.beyond_noise
+        return ProvedRegion(core, box, norm.transform, beyond, left, noise, loops, disc)
 
     def _refuted_at(self, box: Sides, norm: Norm | None) -> Sides | None:
         """Return a point of a box that breaks the claim: its middle if that may be, or a corner."""
@@ -97,6 +97,8 @@ class BoxLook:
         if (norm is None or radius_of(norm.family) >= 1.0 or (beside and norm.worst() >= 1.0)) and self.breaks(box):
             return box
         corner = self.maps.worst_corner(box, self.claim)
+        if norm is not None and corner is None and (outer := outer_corner(norm.family)) is not None:
+            corner = self.maps.corner(box, outer)
         return corner if corner is not None and self.breaks(corner) else None
 
     @property
@@ -127,7 +129,7 @@ class BoxLook:
         serves = norm is not None and norm.family.noise is None and norm.worst() < 1.0
         return range(0 if serves else last, last + (box[:-1] == self.whole[:-1]))
 
-    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, Disc]:
+    def _norm(self, box: Sides, start: Start | None) -> tuple[Norm | None, PoleRegion]:
         """Return a norm for the disc with most room for the middle of a box; none if no disc has all its poles.
 
         Raises `UndecidedError`.
@@ -136,7 +138,7 @@ class BoxLook:
         if row.norm is not None:
             return row.norm(opened, box[-1][0], widths_of(box), start), discs[0]
         family = row.family(opened, box[-1], widths_of(box))
-        moved = [(family.within(disc, row.wire.parts), disc) for disc in discs if disc.radius > 0.0]
+        moved = [(disc.moved(family, row.wire.parts), disc) for disc in discs if not disc.empty]
         if not moved:
             return None, discs[0]
         best, disc = min(moved, key=lambda one: radius_of(one[0])) if len(moved) > 1 else moved[0]

@@ -152,8 +152,8 @@ def prove(
 
     Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
     `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
-    values. A loop without a point of rest, or among continuous blocks, is open, with the reason. Blocks compute in
-    real numbers, and converters do not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
+    values. A loop without a point of rest is open, with the reason. Blocks compute in real numbers, and converters do
+    not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
@@ -179,7 +179,7 @@ def prove(
     if input_ranges and not of_digital:
         raise _of_nothing(", ".join(input_ranges)).error
     if loop or any(given.values()) or not (subjects or of_digital):
-        subjects = [*about_loops(planned, loop, given), *subjects]
+        subjects = [*about_loops(planned, loop, at, given), *subjects]
     if any_change and slow_change:
         raise _both_changes(slow_change).error
     rates = change_rates(slow_change, coordinates.ranges)
@@ -228,7 +228,7 @@ def prove_margin(
     """
     graph, box = _varied(source, tolerances)
     planned = plan(graph)
-    subjects, rests = [about_margin(planned, loop, kind, limit)], RestRuns(planned, at)
+    subjects, rests = [about_margin(planned, loop, at, kind, limit)], RestRuns(planned, at)
     coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
@@ -269,11 +269,12 @@ class _Proving:
                 continue
             straight = _straight(starting, self.coordinates)
             maps = BoxMaps(starting, straight.parameters)
+            period, at_rest = starting.period, rest is not None
+            changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second
             attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
             with closing(attempt.ahead):
                 for wish in wanted:
-                    changes = straight.changes(self.rates, starting.period)
-                    claim = replace(wish, period=starting.period, at_rest=rest is not None, changes=changes)
+                    claim = replace(wish, period=period, continuous=not period, at_rest=at_rest, changes=changes)
                     yield self._proof(attempt, claim, left)
                     left -= 1
                 self.lost.append(attempt.ahead.died)

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from proofmass.runner.design.proof.closed_loop import Disc, OpenCorners
+from proofmass.runner.design.proof.closed_loop import OpenCorners, PoleRegion
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.host.arrays import Array
 
@@ -17,11 +17,11 @@ class ProvedRegion:
     core: Sides  # of the part of the whole that it covers
     box: Sides  # that contracts: the core, with room about it where parameters change slowly
     transform: Array  # T
-    beyond: Array  # bounds of what lies beyond the corners, in the disc moved to the unit circle
+    beyond: Array  # bounds of how far matrices may lie beyond the corners
     left: Array | None  # what a matrix at rest was multiplied by
     beyond_noise: Array | None
     loops: OpenCorners  # opened, of the parameters of the box; without derivatives
-    disc: Disc  # in which all poles lie
+    disc: PoleRegion  # in which all poles lie
 
 
 def widened(core: Sides, whole: Sides, changes: Sequence[float]) -> Sides:

@@ -22,7 +22,7 @@ from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
@@ -319,6 +319,9 @@ class _AtRest(Linearisation):
     def memory(self) -> Memory:
         """Return the memory there."""
         return self.memory_there.copy()
+
+    def _onward(self, period: int) -> Onward:
+        return Onward(self.course, self.memory_there)
 
     def _found(self, ends: Ends) -> OrbitPoint:
         return rest_map(self.plan, ends, self.course, self.memory_there)

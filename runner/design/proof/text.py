@@ -59,7 +59,8 @@ def _row(proof: DigitalProof) -> tuple[str, str, str]:
 def _about(claim: Claim) -> str:
     if claim.row.of_output:
         return f"from {claim.about}" if claim.loop else f"at {claim.about}"
-    return f"loop {claim.loop}" + (f", opened at {claim.open_at}" if claim.open_at != claim.loop else "")
+    opened = f", opened at {claim.open_at}" if claim.open_at != claim.loop else ""
+    return f"loop {claim.loop}{opened}{', in continuous time: what discrete blocks give is held' * claim.continuous}"
 
 
 def _box(proofs: Proofs) -> str:

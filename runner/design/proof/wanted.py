@@ -5,16 +5,17 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Refusal
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.model.loops import Loop, read_requirement
+from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
+from proofmass.runner.design.proof.ball_rates import StartingRates
 from proofmass.runner.design.proof.box_maps import Starting
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
@@ -25,21 +26,21 @@ MOST_DISK = 2.0
 Subject = tuple[Callable[[RestRun | None], Starting], Sequence[Claim]]  # at the start or at rest, and claims about it
 
 
-def about_loops(planned: Plan, loop: str, given: Mapping[str, str]) -> list[Subject]:
+def about_loops(planned: Plan, loop: str, at: str, given: Mapping[str, str]) -> list[Subject]:
     """Return the claims about one loop, or about all of them, by their limits; raises `ModelError`."""
     named = (
         [one_loop(planned, loop)] if loop else [(n, node_of(planned, o.open_at)) for n, o in loops_of(planned).items()]
     )
     return [
-        (partial(_starting, planned, node), list(_claims(planned.graph.loops.get(name), name, node, given)))
+        (partial(_starting, planned, node, at), list(_claims(planned.graph.loops.get(name), name, node, given)))
         for name, node in named
     ]
 
 
-def about_margin(planned: Plan, loop: str, kind: str, limit: float) -> Subject:
+def about_margin(planned: Plan, loop: str, at: str, kind: str, limit: float) -> Subject:
     """Return one claim about a loop; raises `ModelError`."""
     name, node = one_loop(planned, loop)
-    return partial(_starting, planned, node), [Claim(name, ".".join(node), kind, limit)]
+    return partial(_starting, planned, node, at), [Claim(name, ".".join(node), kind, limit)]
 
 
 def about_outputs(planned: Plan, source: str, limits: Mapping[str, Mapping[str, Any] | None]) -> list[Subject]:
@@ -61,9 +62,10 @@ def _path(planned: Plan, claim: Claim) -> Callable[[RestRun | None], Starting]:
     return partial(kind, planned, node_of(planned, claim.loop), target)
 
 
-def _starting(planned: Plan, node: Endpoint, rest: RestRun | None) -> StartingLoop:
-    if analog_group(planned, node) is not None:
-        raise planned.graph.placed(_continuous(node)).error
+def _starting(planned: Plan, node: Endpoint, at: str, rest: RestRun | None) -> StartingLoop:
+    group = analog_group(planned, node)
+    if group is not None:
+        return StartingRates(planned, group, node, rest, at not in (AUTO, SETTLED))
     return StartingLoop(planned, node, rest)
 
 
@@ -90,15 +92,3 @@ def _limit(kind: str, given: str) -> float:
     except Refusal as error:
         raise error.problem(kind.replace(" ", "_"), given).error from None
     return limit
-
-
-def _continuous(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop through {signal} lies among continuous blocks, and proofs are about sampled loops",
-        key=signal,
-        got=shown(signal),
-        expected="a loop with a wire that is sampled or held",
-        hint="open the loop at a discrete block with --loop, or search with `proofmass worst`",
-        path=("blocks", node[0]),
-    )

@@ -2,9 +2,10 @@
 
 from typing import Any
 
+import numpy as np
 import pytest
 
-from proofmass.runner.verification.proof_checker import FalseCertificateError, _check_ends
+from proofmass.runner.verification.proof_checker import ONE, FalseCertificateError, _check_ends, _holds
 
 GAIN = {"kind": "gain margin", "limit": 6.0, "factor": "gain"}  # 10^0.3 is 1.99526
 PHASE = {"kind": "phase margin", "limit": 60.0, "factor": "phase"}  # pi / 3 is 1.047198
@@ -64,3 +65,16 @@ def test_factors_that_end_before_the_limit_prove_nothing(claim: dict[str, Any], 
 def test_sides_without_ends_are_refused(ends: tuple[float, float]) -> None:
     with pytest.raises(FalseCertificateError, match="without ends"):
         _check_ends({**GAIN, "ends": ends}, "here")
+
+
+@pytest.mark.defect("S801", before="0.95 / 0.9 was below one: two errors that add up counted as one", after="refused")
+@pytest.mark.parametrize(("middle", "shorter"), [(0.85, False), (0.79, True)])
+def test_what_is_unknown_of_a_matrix_and_of_a_norm_add_up(middle: float, shorter: bool) -> None:
+    """X = diag(0.9, 1) stands for the norm of Euclid; of [0, b / 0.9; b, 0] the first is known up to 0.1 / 0.9."""
+    part = ONE // 1000
+    unit, b = np.eye(2, dtype=object) * ONE, int(1000 * middle) * part
+    x = np.array([[900 * part, 0], [0, ONE]], dtype=object)
+    matrix = np.array([[[0, b * 10 // 9], [b, 0]], [[0, ONE // 9], [0, 0]]], dtype=object)
+    largest = float(matrix[0, 0, 1] + matrix[1, 0, 1]) / float(ONE)
+    assert (largest < 1.0) == shorter
+    assert _holds(matrix, unit, (x, x @ unit), ONE, False, 2) == shorter
