@@ -1,5 +1,6 @@
 """Recordings: dialects of CSV, units, gaps, missing values, times, other sources; each handled as stated or refused."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -108,3 +109,23 @@ def test_a_step_of_one_and_a_half_is_no_gap_and_a_longer_one_is(tmp_path: Path) 
         rows = [(float(k) if k < 10 else k + late, 0.5, 1.5) for k in range(20)]
         stretches, _ = read(tmp_path, text("time [s],force [N],volts [V]", rows=rows), "split")
         assert [len(stretch.times) for stretch in stretches] == ([10, 10] if is_gap else [20])
+
+
+@pytest.mark.parametrize(
+    ("time", "force"),
+    [(np.zeros(4), np.zeros(3)), (np.zeros((4, 1)), np.zeros((4, 1))), (np.zeros(4), np.zeros((4, 1)))],
+)
+def test_arrays_of_other_lengths_and_of_two_axes_are_refused(time: np.ndarray, force: np.ndarray) -> None:
+    data = {"force": force, "volts": np.zeros(4) if time.ndim == 1 else time, "time": time}
+    with pytest.raises(ModelError, match="its arrays are not of one length") as error:
+        recordings_of(data, INPUTS, OUTPUTS, "refuse")
+    assert f"force {force.shape}" in (error.value.problems[0].got or "")
+
+
+def test_a_file_larger_than_two_gibibytes_is_refused(tmp_path: Path) -> None:
+    """It has no content, only a size."""
+    path = tmp_path / "large.txt"
+    path.touch()
+    os.truncate(path, 2**31 + 1)
+    with pytest.raises(ModelError, match="is larger than 2 GiB"):
+        recordings_of(path, INPUTS, OUTPUTS, "refuse")
