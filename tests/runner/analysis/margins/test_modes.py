@@ -55,7 +55,7 @@ def _value(polynomial: Any) -> Any:
     ],
 )
 def test_a_state_that_an_output_does_not_show(apart: float, row: float, uncertainty: float, hidden: bool) -> None:
-    """Of two modes at a right angle, with poles of their own, the second one lies next to the pole and shows nothing."""
+    """Of two modes at a right angle, the second one lies next to the pole, and shows nothing."""
     turn = np.array([[0.8, -0.6], [0.6, 0.8]])
     a, c = turn @ np.diag([0.5, 0.75 + apart]) @ turn.T, row * turn[None, :, 0]
     found = _unseen(a, c, Pole(0.75, 0.25, uncertainty), 1)
