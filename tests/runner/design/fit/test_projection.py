@@ -112,7 +112,7 @@ def test_where_an_iteration_has_arrived(size: float) -> None:
 
     def arrived(left: float, slack: float, cosine: float = 1.0) -> bool:
         residual = np.array([left * size, 0.0])
-        column = np.array([[cosine], [np.sqrt(1.0 - cosine**2)]])
+        column = 5.0 * np.array([[cosine], [np.sqrt(1.0 - cosine**2)]])
         return _stationary(Projected((1.0,), np.ones(1), residual, column), size, slack)
 
     assert arrived(0.9e-13, 1.0)

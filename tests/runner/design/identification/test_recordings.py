@@ -122,6 +122,14 @@ def test_arrays_of_other_lengths_and_of_two_axes_are_refused(time: np.ndarray, f
     assert f"force {force.shape}" in (error.value.problems[0].got or "")
 
 
+def test_times_may_stand_anywhere_under_their_name_or_first_under_another() -> None:
+    time, force, volts = (np.array(column) for column in zip(*ROWS, strict=True))
+    for data in ({"force": force, "volts": volts, "time": time}, {"t": time, "volts": volts, "force": force}):
+        (stretch,), _ = recordings_of(data, INPUTS, OUTPUTS, "refuse")
+        assert stretch.times.tolist() == pytest.approx(time)
+        assert stretch.inputs["force.output"].tolist() == force.tolist()
+
+
 def test_a_file_larger_than_two_gibibytes_is_refused(tmp_path: Path) -> None:
     """It has no content, only a size."""
     path = tmp_path / "large.txt"
