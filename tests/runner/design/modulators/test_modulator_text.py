@@ -79,6 +79,27 @@ def test_a_continuous_filter_of_a_band() -> None:
     assert "below -inf dB" in silent
 
 
+@pytest.mark.parametrize(
+    ("zeros", "poles", "rows"),
+    [
+        (
+            (1.0 + 0j, 1.0 + 0j),
+            (0.5 + 0.25j, 0.5 - 0.25j),
+            ["1.000000 0.500000 + 0.250000j", "1.000000 0.500000 - 0.250000j"],
+        ),
+        ((1j, -1j), (0.5 + 0j, 0.25 + 0j), ["0.000000 + 1.000000j 0.500000", "0.000000 - 1.000000j 0.250000"]),
+        ((-1j, 1j), (0.5 - 0.25j, 0.5 + 0.25j), ["0.000000 + 1.000000j 0.500000 + 0.250000j"]),
+    ],
+)
+def test_pairs_beside_roots_that_are_none(
+    zeros: tuple[complex, ...], poles: tuple[complex, ...], rows: list[str]
+) -> None:
+    """No zero or pole is left out where only the other is one of a pair."""
+    lines = modulator_text(replace(SECOND, transfer=NoiseTransfer(zeros, poles))).splitlines()
+    at = lines.index("noise transfer function")
+    assert [" ".join(line.split()) for line in lines[at + 2 : lines.index("coefficients")]] == rows
+
+
 @pytest.mark.parametrize("of", [SECOND, BAND])
 def test_curves_of_the_picture(of: Modulator) -> None:
     """|H| = (2 sin pi f)^2 of two zeros at 1, over two decades below the band up to half the rate."""

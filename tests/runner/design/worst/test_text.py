@@ -134,3 +134,33 @@ def test_ends_that_have_no_value_have_no_bar() -> None:
     assert [bar.get_width() for bar in panel.patches] == pytest.approx([0.0, 2.0, 0.0, 0.0, -10.0, 0.0])
     assert panel.get_title(loc="left") == "phase: 60 ° nominal, unstable at worst"
     assert panel.get_xlabel().splitlines() == ["phase margin of main [°]", "without a value at an end: gain.gain, seed"]
+
+
+def test_effects_of_a_millionth_stand_in_the_table_and_those_of_rounding_do_not() -> None:
+    ends = (
+        OneAtATime("gain.gain", 60.0, 50.0),
+        OneAtATime("sensor.mass", 60.0, 60.0 + 1e-5),
+        OneAtATime("seed", 60.0, 60.0 + 1e-10),
+    )
+    lines = worst_text(cases(replace(CASE, one_at_a_time=ends))).splitlines()
+    assert [line.split()[0] for line in lines[3:5]] == ["gain.gain", "sensor.mass"]
+    assert lines[5] == "  of little or no effect alone: seed"
+
+
+def test_bars_in_millivolts_the_fifteen_longest() -> None:
+    """4 mV nominal and -2 mV at worst; the one that leads 1 % as far as all together has a bar, of 0.4 % has none."""
+    names = [f"p{k}" for k in range(20)]
+    moves = [1e-4 * (k + 1) for k in range(17)]
+    singles = [OneAtATime(name, 4e-3 + by, 4e-3 - 0.5 * by) for name, by in zip(names, moves, strict=False)]
+    case = replace(CASE, quantity=MeasureOf("end", "V"), nominal=4e-3, worst=-2e-3, one_at_a_time=tuple(singles))
+    (panel,) = plot_worst(cases(case)).axes
+    rows = [label.get_text() for label in panel.get_yticklabels()]
+    assert rows == [*names[16:1:-1], "all together"]
+    assert [bar.get_width() for bar in panel.patches[:2]] == pytest.approx([1.7, -0.85])
+    assert (panel.patches[-1].get_x(), panel.patches[-1].get_width()) == pytest.approx((4.0, -6.0))
+    assert panel.get_title(loc="left") == "end: 4 mV nominal, -2 mV at worst".replace("end", "phase")
+    assert panel.get_xlabel().splitlines() == ["measure end [mV]", "not drawn, too little alone: p0, p1"]
+    assert [text.get_text() for text in panel.get_legend().get_texts()] == ["low", "high"]
+    short = tuple(OneAtATime(name, 4e-3, 4e-3 + by) for name, by in zip(names, (6e-5, 2.4e-5), strict=False))
+    (panel,) = plot_worst(cases(replace(case, one_at_a_time=short))).axes
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["p0", "all together"]
