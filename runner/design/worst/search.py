@@ -171,7 +171,7 @@ class BoxSearch:
             return
 
         def objective(place: Array) -> tuple[float, Array]:
-            there = self.at(np.clip(place, -1.0, 1.0).tolist(), slopes=True)
+            there = self.at(place.tolist(), slopes=True)
             undefined, value = self.badness(there, side)
             if undefined:
                 return -(_UNDEFINED + value), -self.gradient(there, side)

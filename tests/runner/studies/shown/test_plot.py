@@ -1,5 +1,6 @@
 """Pictures of lifetimes by hand, and names in lines."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -44,6 +45,17 @@ def test_lifetimes_are_drawn_in_percent_over_years() -> None:
     assert survival.lines[0].get_xydata().tolist() == [[0.0, 100.0], [1.0, 85.0], [3.0, 10.0]]
     assert edges(survival) == [(80.0, 100.0), (65.0, 100.0), (0.0, 30.0)]
     assert (good.get_xlabel(), good.get_ylabel()) == ("age [years]", "within bias [%]")
+
+
+def test_the_law_of_lifetimes_is_drawn_up_to_the_last_age() -> None:
+    """In years, whatever its own unit: e^-t of t years."""
+    ages, none, law = (0.0, YEAR, 2.0 * YEAR), np.zeros(3), SimpleNamespace(survival=lambda t: np.exp(-t / YEAR))
+    pairs = ((0.0, 0.0),) * 3
+    lives = Lifetimes("bias", 9, (0, 1, 2), ages, none, pairs, none, pairs, np.zeros(9, dtype=bool), 0.2, law, 0.1, (0.0, 1.0))  # type: ignore[arg-type]
+    curve = plot_lifetimes(lives).axes[1].lines[-1]
+    assert curve.get_label() == "Weibull's law"
+    assert (curve.get_xdata()[0], curve.get_xdata()[-1]) == (0.0, 2.0)
+    assert curve.get_ydata() == pytest.approx(100.0 * np.exp(-curve.get_xdata()))
 
 
 @pytest.mark.parametrize(
@@ -103,6 +115,10 @@ def test_bars_of_influences_and_the_two_strongest_as_points() -> None:
         assert (len(x), x[0], x[-1]) == pytest.approx((500, -largest, largest * (2.0 * 499.0 / 599.0 - 1.0)))
         assert y == pytest.approx(np.linspace(-2.0, 2.0, 600)[:500])
     assert first.get_ylabel() == "bias [V]"
+    assert [panel.get_subplotspec().colspan.start for panel in (tornado, first, second)] == [0, 1, 2]
+    assert tornado.get_gridspec().nrows == 1
+    assert list(tornado.lines[-1].get_xdata()) == [0.0, 0.0]
+    assert [panel.yaxis.get_tick_params()["labelleft"] for panel in (first, second)] == [True, False]
     widths = [panel.get_gridspec().get_width_ratios() for panel in (tornado, first, second)]
     assert widths == [[1.6, 1.0, 1.0]] * 3
     assert first.get_shared_y_axes().joined(first, second)
