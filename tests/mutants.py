@@ -283,7 +283,7 @@ def _run_tests(copy: Path, words: Sequence[str], said: Path, longer: int) -> Non
     for output in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), output)
     sys.path[:] = [str(copy / "src"), str(copy), *(path for path in sys.path if Path(path) not in (ROOT, ROOT / "src"))]
-    tempfile.tempdir = str(copy / "temporary")
+    tempfile.tempdir = str(copy.with_name("temporary"))  # not in the project, as tests expect
     Path(tempfile.tempdir).mkdir(exist_ok=True)
     os.environ |= {"PYTHONPATH": os.pathsep.join(sys.path[:2]), "TMPDIR": tempfile.tempdir}
     for name in [name for name in sys.modules if name.partition(".")[0] in ("tests", "proofmass")]:
@@ -329,13 +329,15 @@ def reasons() -> dict[tuple[str, str, str], str]:
 def project_copied() -> Iterator[Path]:
     """A copy of the project, in which files may change."""
     with tempfile.TemporaryDirectory(prefix="proofmass-mutants-") as folder:
+        project = Path(folder) / "project"
+        project.mkdir()
         for name in COPIED:
-            source, copy = ROOT / name, Path(folder) / name
+            source, copy = ROOT / name, project / name
             if source.is_dir():
                 shutil.copytree(source, copy, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
             else:
                 shutil.copy(source, copy)
-        yield Path(folder)
+        yield project
 
 
 def main() -> int:

@@ -51,7 +51,9 @@ def test_the_law_of_lifetimes_is_drawn_up_to_the_last_age() -> None:
     """In years, whatever its own unit: e^-t of t years."""
     ages, none, law = (0.0, YEAR, 2.0 * YEAR), np.zeros(3), SimpleNamespace(survival=lambda t: np.exp(-t / YEAR))
     pairs = ((0.0, 0.0),) * 3
-    lives = Lifetimes("bias", 9, (0, 1, 2), ages, none, pairs, none, pairs, np.zeros(9, dtype=bool), 0.2, law, 0.1, (0.0, 1.0))  # type: ignore[arg-type]
+    lives = Lifetimes(
+        "bias", 9, (0, 1, 2), ages, none, pairs, none, pairs, np.zeros(9, dtype=bool), 0.2, law, 0.1, (0.0, 1.0)
+    )  # type: ignore[arg-type]
     curve = plot_lifetimes(lives).axes[1].lines[-1]
     assert curve.get_label() == "Weibull's law"
     assert (curve.get_xdata()[0], curve.get_xdata()[-1]) == (0.0, 2.0)
