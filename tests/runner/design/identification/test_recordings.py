@@ -1,14 +1,18 @@
 """Recordings: dialects of CSV, units, gaps, missing values, times, other sources; each handled as stated or refused."""
 
 import os
+from array import array
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.design.identification import tables
 from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
+from proofmass.runner.plan.recording import Column, RecordingError
 
 INPUTS, OUTPUTS = [Wanted("force.output", "force", "N")], [Wanted("seen.output", "volts", "V")]
 ROWS = [(0.1 * k, 0.5 * k, 1.5 - 0.1 * k) for k in range(10)]
@@ -137,3 +141,23 @@ def test_a_file_larger_than_two_gibibytes_is_refused(tmp_path: Path) -> None:
     os.truncate(path, 2**31 + 1)
     with pytest.raises(ModelError, match="is larger than 2 GiB"):
         recordings_of(path, INPUTS, OUTPUTS, "refuse")
+
+
+@pytest.mark.parametrize("rows", [3, 2])
+def test_columns_of_one_file_have_one_time_axis(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read_columns(path: Path, choice: Any) -> tuple[Column, Column]:
+        at, column = choice(["time", "force", "volts"])
+        assert at == 0
+        last = rows if column == 2 else 3
+        names = ("time", "force", "volts")
+        return Column("time", "s", array("d", range(3))), Column(names[column], "V", array("d", range(last)))
+
+    monkeypatch.setattr(tables, "read_columns", read_columns)
+    if rows == 3:
+        found = tables._read_pairs(Path("a.nc"), ["force", "volts"])
+        assert {name: values.tolist() for name, values in found.columns.items()} == dict.fromkeys(
+            ["time", "force", "volts"], [0.0, 1.0, 2.0]
+        )
+        return
+    with pytest.raises(RecordingError, match="column volts has a time axis of its own"):
+        tables._read_pairs(Path("a.nc"), ["force", "volts"])

@@ -71,10 +71,20 @@ def test_where_a_loop_is_unstable_its_growth_counts() -> None:
     search._inside(side, search.at((0.25, 0.75)))
     worst = search.worst(side)
     assert worst.readings["q"] is None
-    assert worst.place[0] == 1.0
+    assert worst.place == pytest.approx((1.0, 0.25), abs=1e-3)
     start = search.at((0.75, 0.75), slopes=True)
     assert search.gradient(start, side).tolist() == pytest.approx([1.0, -1.0])
     assert search.badness(start, side) == Badness(True, pytest.approx(0.5))
     number = len(search.cases)
     search._inside(side, start)
     assert len(search.cases) == number, "a descent begins where there is a value"
+
+
+@pytest.mark.parametrize(("corners", "all_of_them"), [(4, True), (3, False)])
+def test_few_corners_are_all_tried(corners: int, all_of_them: bool) -> None:
+    """Where nothing changes, derivatives name (1, 1), and from there one parameter at a time is turned."""
+    search = search_of(lambda x, y: (1.0, 0.0, 0.0))
+    search.search([Side("q", 1.0)], corners, samples=1, seed=1)
+    assert ((-1.0, -1.0) in search.cases) == all_of_them
+    assert {(1.0, 1.0), (-1.0, 1.0), (1.0, -1.0), (0.0, 0.0), (0.0, -1.0), (1.0, 0.0)} <= search.cases.keys()
+    assert len(search.random) == 1
