@@ -21,14 +21,7 @@ from proofmass.graphs.files.library import library_file
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import Place
-from proofmass.runner.plan.recording import (
-    MOST_ROWS,
-    RecordingError,
-    _unpacked,
-    _Variable,
-    read_columns,
-    read_recordings,
-)
+from proofmass.runner.plan.recording import MOST_ROWS, read_columns, read_recordings
 
 
 def read(path: Path, column: str = "", unit: str = "m/s^2") -> tuple[list[float], list[float]]:
@@ -415,22 +408,3 @@ def test_no_more_numbers_are_kept_than_may_be(tmp_path: Path, monkeypatch: pytes
         read(csv_file(tmp_path, f"time,a\n0,1\n1,{value}\n"))
         assert sum(2 * len(entry["time"]) for entry in recording._kept.values()) <= 8
     assert len(recording._kept) == 2
-
-
-@pytest.mark.parametrize(
-    ("attributes", "values"),
-    [
-        ({}, [1.0, 2.0, -99.0]),
-        ({"scale_factor": 0.5}, [0.5, 1.0, -49.5]),
-        ({"add_offset": 10.0}, [11.0, 12.0, -89.0]),
-        ({"scale_factor": 0.5, "add_offset": 10.0, "units": "mV"}, [10.5, 11.0, -39.5]),
-    ],
-)
-def test_packed_numbers_are_scaled_and_then_moved(attributes: dict[str, Any], values: list[float]) -> None:
-    """The conventions of netCDF: packed * scale_factor + add_offset; texts without these are refused as such."""
-    column = _unpacked("force", _Variable(np.array([1, 2, -99]), attributes))
-    assert (column.name, column.unit, column.values.tolist()) == ("force", attributes.get("units", ""), values)
-    with pytest.raises(RecordingError, match="holds nan in row 3"):
-        _unpacked("force", _Variable(np.array([1, 2, -99]), {**attributes, "_FillValue": -99}))
-    with pytest.raises(RecordingError, match="holds 'a' in row 1, which is not a number"):
-        _unpacked("force", _Variable(np.array(["a"]), {}))
