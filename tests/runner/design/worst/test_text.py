@@ -130,10 +130,13 @@ def test_ends_that_have_no_value_have_no_bar() -> None:
     )
     (panel,) = plot_worst(cases(replace(CASE, worst=None, one_at_a_time=ends))).axes
     rows = [label.get_text() for label in panel.get_yticklabels()]
-    assert rows == ["gain.gain", "seed", "sensor.mass", "all together"]
-    assert [bar.get_width() for bar in panel.patches] == pytest.approx([0.0, 2.0, 0.0, 0.0, -10.0, 0.0])
+    assert rows == ["gain.gain", "sensor.mass", "seed", "all together"]
+    assert [bar.get_width() for bar in panel.patches] == pytest.approx([0.0, 2.0, -10.0, 0.0, 0.0, 0.0])
     assert panel.get_title(loc="left") == "phase: 60 ° nominal, unstable at worst"
-    assert panel.get_xlabel().splitlines() == ["phase margin of main [°]", "without a value at an end: gain.gain, seed"]
+    assert panel.get_xlabel().splitlines() == [
+        "phase margin of main [°]",
+        "without a finite value at an end: gain.gain, sensor.mass, seed",
+    ]
 
 
 def test_effects_of_a_millionth_stand_in_the_table_and_those_of_rounding_do_not() -> None:
@@ -164,3 +167,15 @@ def test_bars_in_millivolts_the_fifteen_longest() -> None:
     short = tuple(OneAtATime(name, 4e-3, 4e-3 + by) for name, by in zip(names, (6e-5, 2.4e-5), strict=False))
     (panel,) = plot_worst(cases(replace(case, one_at_a_time=short))).axes
     assert [label.get_text() for label in panel.get_yticklabels()] == ["p0", "all together"]
+
+
+def test_bars_about_a_nominal_value_of_0_and_none_where_nothing_moves() -> None:
+    """-0.6 and 1.2 in volts, by the worst case of 2 V; a parameter that does nothing has no bar."""
+    ends = OneAtATime("gain.gain", -0.6, 0.0), OneAtATime("sensor.mass", 0.0, 1.2), OneAtATime("seed", 0.0, 0.0)
+    case = replace(CASE, quantity=MeasureOf("end", "V"), nominal=0.0, worst=2.0, one_at_a_time=ends)
+    (panel,) = plot_worst(cases(case)).axes
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["sensor.mass", "gain.gain", "all together"]
+    (panel,) = plot_worst(cases(replace(case, nominal=4e-3))).axes
+    assert panel.get_title(loc="left") == "phase: 0.004 V nominal, 2 V at worst"
+    (panel,) = plot_worst(cases(replace(case, worst=0.0, one_at_a_time=ends[2:]))).axes
+    assert [label.get_text() for label in panel.get_yticklabels()] == ["all together"]
