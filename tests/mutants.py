@@ -180,6 +180,8 @@ def _of_tolerance(node: ast.expr, names: set[str]) -> bool:
             return 0.0 < value <= _TOLERANCE
         case ast.Name(name):
             return name in names
+        case ast.UnaryOp(ast.USub(), inside):
+            return _of_tolerance(inside, names)
         case ast.BinOp(left, ast.Mult() | ast.Pow() as operator, right):
             power = isinstance(operator, ast.Pow) and isinstance(left, ast.Constant) and isinstance(right, ast.UnaryOp)
             return power or _of_tolerance(left, names) or _of_tolerance(right, names)
