@@ -11,6 +11,7 @@ reason in `mutants_that_stay.toml` nothing is expected.
 They run in a process that forks from one with the large libraries and nothing of the project. It compiles the changed
 file and all machine code anew. If it crashes, or a test does not end, that counts as noticed.
 
+Numbers that say how a picture looks are not changed, as the width of a line, but those that say where it lies are.
 No number meets a tolerance, and both sides of a clip are its bound there: `<` is not changed to `<=` at these, but to
 `>=` at the former. Numbers are doubled, and tolerances multiplied by a million.
 
@@ -31,6 +32,7 @@ import tempfile
 import time
 import tomllib
 from collections.abc import Iterator, Sequence
+from collections.abc import Set as AbstractSet
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import NamedTuple
@@ -61,6 +63,21 @@ _SWAPPED: dict[type[ast.AST], str] = {
 _TURNED: dict[type[ast.AST], str] = {ast.Lt: ">=", ast.LtE: ">", ast.Gt: "<=", ast.GtE: "<"}
 _TOLERANCE = 1e-3  # a number up to there is one
 _MUCH = "1e6"  # a tolerance twice as large is as good
+_SKIPPED = frozenset({"strict"})
+_LOOKS = frozenset(  # how a picture looks, and not what it says
+    [
+        "linewidth",
+        "size",
+        "fontsize",
+        "markersize",
+        "markeredgewidth",
+        "alpha",
+        "height",
+        "ncols",
+        "bbox_to_anchor",
+        "pad",
+    ]
+)
 _NAMES = {"min": "max", "max": "min", "any": "all", "all": "any"}
 
 
@@ -115,7 +132,7 @@ def _changes(file: str) -> Iterator[Mutant]:
         begin = first + len(gap[: gap.index(old)].encode())
         return Mutant(file, left.end_lineno or 1, begin, begin + len(old), new)
 
-    for node in _code(tree):
+    for node in _code(tree, _SKIPPED | _LOOKS if Path(file).stem == "plot" else _SKIPPED):
         match node:
             case ast.Compare(left, [operator], [right]) if type(operator) in _TURNED:
                 at_tolerance = any(_of_tolerance(side, tolerances) for side in (left, right))
@@ -163,6 +180,8 @@ def _of_tolerance(node: ast.expr, names: set[str]) -> bool:
             return 0.0 < value <= _TOLERANCE
         case ast.Name(name):
             return name in names
+        case ast.UnaryOp(ast.USub(), inside):
+            return _of_tolerance(inside, names)
         case ast.BinOp(left, ast.Mult() | ast.Pow() as operator, right):
             power = isinstance(operator, ast.Pow) and isinstance(left, ast.Constant) and isinstance(right, ast.UnaryOp)
             return power or _of_tolerance(left, names) or _of_tolerance(right, names)
@@ -194,11 +213,16 @@ def _parses(mutant: Mutant) -> bool:
     return False
 
 
-def _code(tree: ast.AST) -> Iterator[ast.AST]:
-    """Yield what runs: no annotations, messages or assertions, and not the `strict` of what is of one length."""
+def _code(tree: ast.AST, skipped: AbstractSet[str]) -> Iterator[ast.AST]:
+    """Yield what runs: no annotations, messages or assertions, and not the `strict` of what is of one length.
+
+    Keywords of the names that are `skipped` are left out, and the size of a sheet.
+    """
     if isinstance(tree, ast.Assert | ast.Raise | ast.JoinedStr) or (
-        isinstance(tree, ast.keyword) and tree.arg == "strict"
+        isinstance(tree, ast.keyword) and tree.arg in skipped
     ):
+        return
+    if isinstance(tree, ast.Call) and isinstance(tree.func, ast.Name) and tree.func.id == "sheet":
         return
     for name, value in ast.iter_fields(tree):
         if name in ("annotation", "returns", "type_params"):
@@ -206,7 +230,7 @@ def _code(tree: ast.AST) -> Iterator[ast.AST]:
         for child in value if isinstance(value, list) else [value]:
             if isinstance(child, ast.AST):
                 yield child
-                yield from _code(child)
+                yield from _code(child, skipped)
 
 
 # -- one mutant after the other -------------------------------------------------------------------------------------
@@ -261,7 +285,7 @@ def _run_tests(copy: Path, words: Sequence[str], said: Path, longer: int) -> Non
     for output in (1, 2):
         os.dup2(os.open(os.devnull, os.O_WRONLY), output)
     sys.path[:] = [str(copy / "src"), str(copy), *(path for path in sys.path if Path(path) not in (ROOT, ROOT / "src"))]
-    tempfile.tempdir = str(copy / "temporary")
+    tempfile.tempdir = str(copy.with_name("temporary"))  # not in the project, as tests expect
     Path(tempfile.tempdir).mkdir(exist_ok=True)
     os.environ |= {"PYTHONPATH": os.pathsep.join(sys.path[:2]), "TMPDIR": tempfile.tempdir}
     for name in [name for name in sys.modules if name.partition(".")[0] in ("tests", "proofmass")]:
@@ -307,13 +331,15 @@ def reasons() -> dict[tuple[str, str, str], str]:
 def project_copied() -> Iterator[Path]:
     """A copy of the project, in which files may change."""
     with tempfile.TemporaryDirectory(prefix="proofmass-mutants-") as folder:
+        project = Path(folder) / "project"
+        project.mkdir()
         for name in COPIED:
-            source, copy = ROOT / name, Path(folder) / name
+            source, copy = ROOT / name, project / name
             if source.is_dir():
                 shutil.copytree(source, copy, symlinks=True, ignore=shutil.ignore_patterns("__pycache__"))
             else:
                 shutil.copy(source, copy)
-        yield Path(folder)
+        yield project
 
 
 def main() -> int:

@@ -33,6 +33,14 @@ def test_what_is_only_said_stays() -> None:
     assert not any(source[line - 1].strip().startswith(("assert", "raise", '"""')) for line in lines)
 
 
+def test_looks_of_a_picture_stay() -> None:
+    """Where a legend stands and how wide a line is, but not where it lies."""
+    source = (ROOT / "runner/design/worst/plot.py").read_bytes()
+    told = {mutant.told(source)[1] for mutant in mutants("runner/design/worst/plot.py")}
+    assert not any("(0.8*2)" in line or "(9.5*2)" in line or "(0.75*2)" in line for line in told)
+    assert "nominal = case.nominal / factor" in told
+
+
 @pytest.mark.exhaustive
 def test_the_tests_of_its_name_stand_nearest_to_a_file() -> None:
     nearest = Nearest(measured=False)

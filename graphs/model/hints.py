@@ -58,7 +58,7 @@ def syntax_hint(message: str, line: str) -> str:
         return "in a text in quotes a backslash needs a second one; in names of files write / instead"
     if equals and "//" in line.partition('"')[0]:
         return "a comment begins with #"
-    if '"' in line and line.count('"') % 2:
+    if line.count('"') % 2:
         return "a quote is missing"
     if equals and value.startswith("["):
         return 'a list is written as ["first", "second"]: look for a missing quote, comma or bracket, here or above'

@@ -45,8 +45,8 @@ def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterat
     both = [name for name in first if name in second]
     apart = {n: [*differences(first[n].graph, second[n].graph), *study_differences(first[n], second[n])] for n in both}
     if not both:  # without common variants the first of each are compared
-        ends = [next(iter(studies.values())) for studies in (first, second)]
-        apart = {"": [*differences(ends[0].graph, ends[1].graph), *study_differences(ends[0], ends[1])]}
+        one, other = (next(iter(studies.values())) for studies in (first, second))
+        apart = {"": [*differences(one.graph, other.graph), *study_differences(one, other)]}
     of_all = [d for d in next(iter(apart.values())) if all(d in others for others in apart.values())]
     yield from of_all
     for name, own in apart.items():

@@ -187,15 +187,15 @@ def _trace(name: str, first: Any, second: Any, tolerance: Allowance) -> TraceCha
         if name not in data.variables:
             return TraceChange(name, "", problem=f"not recorded {place}")
     before, after = first.variables[name], second.variables[name]
-    units = [str(variable.attrs.get("units", "")) for variable in (before, after)]
-    times = [_Axis(data.variables[v.dimensions[0]]) for data, v in ((first, before), (second, after))]
-    if units[0] != units[1]:
-        return TraceChange(name, units[0], problem=f"now in {units[1]}")
+    unit, now = (str(variable.attrs.get("units", "")) for variable in (before, after))
+    times, later = (_Axis(data.variables[v.dimensions[0]]) for data, v in ((first, before), (second, after)))
+    if unit != now:
+        return TraceChange(name, unit, problem=f"now in {now}")
     if before.shape != after.shape:
-        return TraceChange(name, units[0], problem=f"{before.shape[0]:,} rows before, {after.shape[0]:,} after")
-    if len(times[0]) and (times[0][1], times[0][-1]) != (times[1][1], times[1][-1]):
-        return TraceChange(name, units[0], problem="at other times")
-    return _compared(TraceChange(name, units[0], rows=before.shape[0]), before, after, times[0], tolerance)
+        return TraceChange(name, unit, problem=f"{before.shape[0]:,} rows before, {after.shape[0]:,} after")
+    if len(times) and (times[1], times[-1]) != (later[1], later[-1]):
+        return TraceChange(name, unit, problem="at other times")
+    return _compared(TraceChange(name, unit, rows=before.shape[0]), before, after, times, tolerance)
 
 
 class _Axis:

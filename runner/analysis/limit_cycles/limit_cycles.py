@@ -83,7 +83,11 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     slowest = min((cycle.frequency for cycle in cycles or ()), default=1.0)
     trace = simulate(lone, duration=None if cycles is None else f"{PERIODS / slowest} s")[source]
     values, times = np.asarray(trace.values, dtype=float), np.asarray(trace.times, dtype=float)
-    values, times = values[len(values) // 2 :], times[len(times) // 2 :]
+    return _fundamental(*(part[len(part) // 2 :] for part in (times, values)))
+
+
+def _fundamental(times: Array, values: Array) -> LimitCycle | None:
+    """Return the frequency of a signal and the amplitude of its fundamental, over all its whole cycles."""
     middle = 0.5 * (values.max() + values.min()) if len(values) else 0.0
     swing = values - middle
     up = np.flatnonzero((swing[:-1] < 0.0) & (swing[1:] >= 0.0))
@@ -93,7 +97,7 @@ def simulated(graph: Graph, name: str, cycles: Sequence[LimitCycle] | None = Non
     frequency = (len(crossed) - 1) / float(crossed[-1] - crossed[0])
     whole = slice(int(up[0]) + 1, int(up[-1]) + 1)
     turn = np.exp(-2j * math.pi * frequency * times[whole])
-    half = len(values) > 1 and abs(frequency * 2.0 * (times[1] - times[0]) - 1.0) < 1e-9
+    half = abs(frequency * 2.0 * (times[1] - times[0]) - 1.0) < 1e-9
     amplitude = abs(complex(np.mean(swing[whole] * turn))) * (1.0 if half else 2.0)
     return LimitCycle(amplitude, frequency)
 

@@ -141,13 +141,12 @@ class SweptAxis(Axis):
             np.geomspace(lowest, math.pi, 2 + int(_A_DECADE * math.log10(math.pi / lowest))),
             np.arange(step, math.pi, step),
             math.pi - np.geomspace(1e-9, step, _BEFORE_THE_END),
-            np.array([math.pi]),
         ]
-        for log in logs[(np.abs(logs.real) < _SHARP * step) & (logs.imag >= 0.0)]:
+        for log in logs[np.abs(logs.real) < _SHARP * step]:
             points.append(log.imag + max(abs(log.real), 1e-9 * abs(log)) * ABOUT_A_POLE)
         w = np.unique(np.concatenate(points))
         w = w[(w >= lowest) & (w <= math.pi)]
-        on_circle = logs[(np.abs(logs.real) < 1e-9 * np.abs(logs) + 1e-15) & (logs.imag >= 0.0)].imag
+        on_circle = logs[np.abs(logs.real) < 1e-9 * np.abs(logs)].imag
         if len(on_circle):
             w = w[np.min(np.abs(w[:, None] - on_circle) / w[:, None], axis=1) > _ON_POLE]
         return np.asarray(w)

@@ -88,9 +88,9 @@ def _table(source: Any, wanted: list[str], name: str) -> RecordedTable:
         raise Problem(message=message, key=name, got=type(source).__name__, hint=hint).error
     named = {"time": source["time"], **source} if "time" in source else dict(source)
     columns = {str(key): np.asarray(values, dtype=float) for key, values in named.items()}
-    lengths = {key: values.shape for key, values in columns.items()}
-    if len(set(lengths.values())) > 1 or any(len(shape) != 1 for shape in lengths.values()):
-        message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in lengths.items())
+    shapes, rows = {key: values.shape for key, values in columns.items()}, next(iter(columns.values())).size
+    if any(shape != (rows,) for shape in shapes.values()):
+        message, got = "its arrays are not of one length", ", ".join(f"{k} {v}" for k, v in shapes.items())
         raise Problem(message=message, key=name, got=got).error
     return RecordedTable(name, columns, {})
 

@@ -13,10 +13,9 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem, did_you_mean
 from proofmass.runner.host.arrays import AnyArray
-from proofmass.runner.plan.recording import Column, RecordingError, read_columns, split_unit
+from proofmass.runner.plan.recording import LARGEST_FILE, Column, RecordingError, read_columns, split_unit
 
 _SEPARATORS = {";": "semicolons", "\t": "tabs", ",": "commas"}
-LARGEST_FILE = 2 << 30
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,9 @@ def modulator_text(of: Modulator) -> str:
     pulse = of.structure.pulse
     kind = f"continuous time, pulse from {pulse[0]:g} to {pulse[1]:g} of a period" if pulse else "discrete time"
     amplitude, ratio = of.peak
-    edges = f"0 to {high:.6g}" if low == 0.0 else f"{low:.6g} to {high:.6g}"
     lines = [
         f"{of.structure.form} of order {of.order}, {of.levels} levels, {kind}",
-        f"  band              {edges} of the rate, oversampling {of.oversampling:g}",
+        f"  band              {low:.6g} to {high:.6g} of the rate, oversampling {of.oversampling:g}",
         f"  gain of the noise {of.gain:g} far from the band",
         f"  peak              {ratio:.1f} dB at {amplitude:g} dB of full scale, by simulation",
         *([f"  stable            below {_decibels(of.stable_limit):.1f} dB, by prediction"] if of.levels == 2 else []),
@@ -44,7 +43,7 @@ def _roots(of: Modulator) -> Iterator[tuple[str, str]]:
 
 def _root(root: complex) -> str:
     sign = "+" if root.imag > 0.0 else "-"
-    return f"{root.real:.6f} {sign} {abs(root.imag):.6f}j" if root.imag else f"{root.real:.6f}"
+    return f"{root.real:z.6f} {sign} {abs(root.imag):.6f}j" if root.imag else f"{root.real:z.6f}"
 
 
 def _coefficients(of: Modulator) -> Iterator[Sequence[str]]:

@@ -33,24 +33,26 @@ def _bars(case: WorstCase) -> list[OneAtATime]:
     """Return the parameters whose bars can be seen, the longest first."""
     reach = {single: _reach(case, single) for single in case.one_at_a_time}
     together = 0.0 if case.worst is None or case.nominal is None else abs(case.worst - case.nominal)
-    least = _LEAST * max([*reach.values(), together if math.isfinite(together) else 0.0], default=0.0)
+    least = _LEAST * max(filter(math.isfinite, [*reach.values(), together]), default=0.0)
     seen = [single for single, moves in reach.items() if moves > least]
     return sorted(seen, key=lambda single: -reach[single])[:_MOST]
 
 
 def _reach(case: WorstCase, single: OneAtATime) -> float:
-    nominal = case.nominal or 0.0
-    ends = (end for end in (single.at_low, single.at_high) if end is not None and math.isfinite(end))
-    return max((abs(end - nominal) for end in ends), default=0.0)
+    """Return how far a parameter leads alone: without limit where an end has no finite value."""
+    low, high, nominal = single.at_low, single.at_high, case.nominal or 0.0
+    if low is None or high is None or not (math.isfinite(low) and math.isfinite(high)):
+        return math.inf
+    return max(abs(low - nominal), abs(high - nominal))
 
 
 def _draw(panel: "Axes", case: WorstCase, bars: Sequence[OneAtATime]) -> None:
-    known = [v for v in (case.nominal, case.worst) if v is not None and math.isfinite(v)]
-    factor, unit = prefix(case.quantity.unit, max(map(abs, known), default=1.0))
     if case.nominal is None or not math.isfinite(case.nominal):
         panel.set_title(f"{case.name}: unstable at the nominal values", loc="left", size=10)
         panel.set_axis_off()
         return
+    known = [v for v in (case.nominal, case.worst) if v is not None and math.isfinite(v)]
+    factor, unit = prefix(case.quantity.unit, max(map(abs, known)))
     nominal = case.nominal * factor
 
     def reach(low: float | None, high: float | None) -> tuple[float, float]:
@@ -72,5 +74,7 @@ def _draw(panel: "Axes", case: WorstCase, bars: Sequence[OneAtATime]) -> None:
     worst = "unstable" if case.worst is None else f"{case.worst * factor:.5g}{label}"
     panel.set_title(f"{case.name}: {nominal:.5g}{label} nominal, {worst} at worst", loc="left", size=10)
     rest = [single.parameter for single in case.one_at_a_time if single.parameter not in names]
-    unseen = f"not drawn, too little alone: {', '.join(rest)}" if rest else ""
-    panel.set_xlabel("\n".join([axis_label(str(case.quantity), unit), *wrap(literal(unseen), _LINE)]))
+    lost = [single.parameter for single in bars if math.isinf(_reach(case, single))]
+    notes = {"not drawn, too little alone": rest, "without a finite value at an end": lost}
+    lines = [line for told, own in notes.items() if own for line in wrap(literal(f"{told}: {', '.join(own)}"), _LINE)]
+    panel.set_xlabel("\n".join([axis_label(str(case.quantity), unit), *lines]))

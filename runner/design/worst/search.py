@@ -158,22 +158,16 @@ class BoxSearch:
             best = worse
 
     def _inside(self, side: Side, case: SearchedPlace) -> None:
-        """Descend from a case within the bounds, if the derivatives there point inside."""
-        case = self.at(case.place, slopes=True)
-        if case.readings[side.quantity] is None:
+        """Descend from a case within the bounds, if it has a value."""
+        undefined, badness = self.badness(case, side)
+        if undefined or not math.isfinite(badness):
             return
-        gradient = self.gradient(case, side)
-        outward = [abs(part) == 1.0 and part * g >= 0.0 for part, g in zip(case.place, gradient, strict=True)]
-        if all(outward):
-            return
-        size = abs(self.badness(case, side).value) or 1.0
-        if not math.isfinite(size):
-            return
+        size = abs(badness) or 1.0
 
         def objective(place: Array) -> tuple[float, Array]:
-            there = self.at(np.clip(place, -1.0, 1.0).tolist(), slopes=True)
-            undefined, value = self.badness(there, side)
-            if undefined:
+            there = self.at(place.tolist(), slopes=True)
+            lost, value = self.badness(there, side)
+            if lost:
                 return -(_UNDEFINED + value), -self.gradient(there, side)
             return float(np.clip(-value / size, -_LARGEST, _LARGEST)), -self.gradient(there, side) / size
 

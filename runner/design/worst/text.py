@@ -28,7 +28,7 @@ def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
     if case.first_order is not None and case.worst is not None:
         yield f"  derivatives at the nominal values say {_number(case.first_order)}{unit}"
     effects = {single.parameter: _effect(case, single.parameter) for single in case.one_at_a_time}
-    largest = max(effects.values(), default=0.0)
+    largest = max(filter(math.isfinite, effects.values()), default=0.0)
     rows: list[tuple[str, ...]] = [("parameter", "low", "high", "at worst", "unit", "alone, low", "alone, high")]
     order = sorted(cases.ranges, key=lambda r: -effects[r.written])
     shown = [r for r in order if effects[r.written] > _NOTHING * largest][:_ROWS]

@@ -1,6 +1,7 @@
 """Pictures of a study: measures as histograms and as fans of percentiles over the epochs; of its answers and sweeps."""
 
 import math
+from collections import defaultdict
 from collections.abc import Iterable, Mapping, Sequence
 from itertools import cycle
 from pathlib import Path
@@ -180,9 +181,9 @@ def plot_influences(influences: Influences) -> "Figure":
 def plot_shares(ages: Sequence[float], regressions: Sequence[Regression]) -> "Figure":
     """The shares of the variance of a measure that its strongest factors explain, over the age."""
     size, unit = _scale(ages)
-    total = dict[str, float]()
+    total = defaultdict[str, float](float)
     for influence in (influence for regression in regressions for influence in regression.influences):
-        total[influence.parameter] = total.get(influence.parameter, 0.0) + influence.share
+        total[influence.parameter] += influence.share
     with sheet(_WIDTH, _HEIGHT) as figure:
         panel, at = figure.subplots(), np.array(ages) / size
         for factor, colour in zip(sorted(total, key=lambda factor: -total[factor])[:_LINES], COLOURS, strict=False):

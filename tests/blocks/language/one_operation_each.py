@@ -396,3 +396,11 @@ def modulo_a_number(a: int, b: float):
 
 def to_the_power_of_a_number(a: int, b: float):
     return a**b
+
+
+def truth_below_truth(a: int, b: int):
+    return (a > 1) < (b > 1)
+
+
+def truth_not_above_truth(a: float, b: float):
+    return (a > 0.5) <= (b > 0.5)

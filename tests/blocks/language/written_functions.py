@@ -73,6 +73,19 @@ def cut(a: float, b: float) -> float:
     return level
 
 
+def in_steps(a: float, b: float) -> float:
+    total = 0.0
+    for number in range(4):
+        total = 10.0 * total + number * a
+    for number in range(2, 5):
+        total = 10.0 * total + number * b
+    for number in range(7, 1, -3):
+        total = 10.0 * total + number
+    for number in range(int(a), int(b) + 2):
+        total = 10.0 * total + number
+    return total
+
+
 def counted_back(a: float, b: float) -> float:
     return (a, b)[-int(b > a)]
 
@@ -232,6 +245,7 @@ COMPILED = [
         counted,
         cut,
         counted_back,
+        in_steps,
         of_record,
         of_tuple,
         both_turned,

@@ -2,7 +2,7 @@
 
 import pytest
 
-from proofmass.graphs.model.quantities import MeasureOf, Quantity, ResponseFigure, TransferPart, YieldOf
+from proofmass.graphs.model.quantities import MeasureOf, Noise, Quantity, ResponseFigure, TransferPart, YieldOf
 
 
 @pytest.mark.parametrize(
@@ -12,6 +12,8 @@ from proofmass.graphs.model.quantities import MeasureOf, Quantity, ResponseFigur
         (ResponseFigure("gain", "a.output", "b.output", 50.0, "1"), "gain from b.output to a.output at 50 Hz"),
         (ResponseFigure("bandwidth", "a.output", "b.output", None, "Hz"), "bandwidth from b.output to a.output"),
         (MeasureOf("offset", "V"), "measure offset"),
+        (Noise("adc.number", "", None, "1"), "noise of adc.number"),
+        (Noise("adc.number", "push.output", (0.5, 100.0), "N"), "noise of adc.number at push.output, 0.5 Hz to 100 Hz"),
         (YieldOf("offset"), "yield of offset"),
         (YieldOf(""), "yield"),
     ],

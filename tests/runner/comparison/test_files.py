@@ -41,3 +41,20 @@ def test_each_mutation_is_named_with_its_key_alone(mutation: tuple[str, str], tm
     after.write_text(TEXT.replace(*mutation), encoding="utf-8")
     assert [d.key for d in file_differences(before, after, None)] == MUTATIONS[mutation].split()
     assert not file_differences(before, before, None)
+
+
+def test_studies_without_a_common_variant(tmp_path: Path) -> None:
+    """The first variants of both are compared: 50 of the gain and 160, beside what both studies say."""
+    files = [tmp_path / "before.toml", tmp_path / "after.toml"]
+    other = STUDY.replace("slow = ", "steep = ").replace("50.0", "160.0").replace("fast = { set", "flat = { set")
+    for file, study in zip(files, (STUDY, other.replace("runs = 5", "runs = 6")), strict=True):
+        file.write_text(INTEGRATING + study, encoding="utf-8")
+    found = file_differences(*files, None)
+    assert {d.key: (d.before, d.after) for d in found} == {
+        "blocks.controller.gain": ("50.0", "160.0"),
+        "study.runs": ("5", "6"),
+        "study.variants.slow": ("there", ""),
+        "study.variants.fast": ("there", ""),
+        "study.variants.steep": ("", "there"),
+        "study.variants.flat": ("", "there"),
+    }

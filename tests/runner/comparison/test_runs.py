@@ -3,12 +3,13 @@
 import json
 from pathlib import Path
 
+import h5netcdf
 import numpy as np
 import pytest
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.runner.comparison.runs import Allowance, compare_runs
+from proofmass.runner.comparison.runs import Allowance, TraceChange, _trace, compare_runs
 from proofmass.runner.comparison.tables import run_tables, text_of
 from proofmass.runner.output.export import save_netcdf, save_summary
 from proofmass.runner.run.simulate import simulate
@@ -95,6 +96,48 @@ def test_what_cannot_be_compared(before: Path, tmp_path: Path) -> None:
     assert problems["signals"]["ramp.output"] == "not recorded before"
     assert problems["units"]["gain.output"] == "now in A"
     assert problems["times"]["gain.output"] == "at other times"
+
+
+def traced(folder: Path, name: str, times: list[float], values: list[float], unit: str = "V") -> Path:
+    """A file with one trace."""
+    with h5netcdf.File(folder / f"{name}.nc", "w") as data:
+        data.dimensions["time"] = len(times)
+        data.create_variable("time", ("time",), np.float64)[:] = times
+        signal = data.create_variable("signal", ("time",), np.float64)
+        signal[:] = values
+        signal.attrs["units"] = unit
+    return folder / f"{name}.nc"
+
+
+@pytest.mark.parametrize(
+    ("times", "unit", "problem"),
+    [
+        ([0.0, 0.1, 0.2], "A", "now in A"),
+        ([0.0, 0.1], "V", "3 rows before, 2 after"),
+        ([0.0, 0.15, 0.2], "V", "at other times"),
+        ([0.0, 0.1, 0.3], "V", "at other times"),
+    ],
+)
+def test_traces_that_cannot_be_compared(times: list[float], unit: str, problem: str, tmp_path: Path) -> None:
+    """Another unit, other rows, another step, another end: the unit is the one before."""
+    before = traced(tmp_path, "before", [0.0, 0.1, 0.2], [1.0, 2.0, 3.0])
+    after = traced(tmp_path, "after", times, [1.0, 2.0, 3.0][: len(times)], unit)
+    with h5netcdf.File(before, "r") as first, h5netcdf.File(after, "r") as second:
+        assert _trace("signal", first, second, Allowance()) == TraceChange("signal", "V", problem=problem)
+
+
+@pytest.mark.parametrize(("rows", "apart"), [(0, 0.0), (1, 0.0), (2, 0.5), (3, 1.0)])
+def test_traces_of_few_rows(rows: int, apart: float, tmp_path: Path) -> None:
+    """Row n is n / 2 apart, so the first that differs is the second."""
+    values = [1.0, 2.0, 4.0][:rows]
+    moved = [value + 0.5 * number for number, value in enumerate(values)]
+    files = [traced(tmp_path, str(n), [0.0, 0.1, 0.2][:rows], of) for n, of in enumerate((values, moved))]
+    with h5netcdf.File(files[0], "r") as first, h5netcdf.File(files[1], "r") as second:
+        found = _trace("signal", first, second, Allowance())
+        within = _trace("signal", first, second, Allowance(relative=0.2))
+    rms = np.sqrt(sum((0.5 * n) ** 2 for n in range(rows)) / max(rows, 1))
+    assert found == TraceChange("signal", "V", rows, apart, pytest.approx(rms), 0.0, 0.1 if apart else None)
+    assert (within.size, within.same) == (max(values, default=0.0), apart <= 0.2 * within.size)
 
 
 def test_folders_that_hold_something_else(before: Path, tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Steps between ticks, by a method and a source that are written down here."""
 
+import cmath
 import math
 
 import pytest
@@ -54,3 +55,22 @@ def test_a_step_up_to_a_jump_keeps_the_tolerance_too(first: float) -> None:
     assert status == DONE
     assert largest == [1.0]  # it never leaves the way from 1 down to 0 and up to 1 again
     assert x[0] == pytest.approx(1.0 - math.exp(-RATE * (1.0 - CORNER)), abs=100.0 * TOLERANCE)
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-5])
+def test_an_error_that_only_seemed_small_is_made_again(tolerance: float) -> None:
+    """A state that leaves rest fast and stays small: x' = e^-5t cos 15t, of which a first step of 1 s expects more."""
+
+    def pulse(
+        context: list[float], time: float, length: float, x: list[float], moved: list[float], error: list[float]
+    ) -> None:
+        first, second = (math.exp(-5.0 * t) * math.cos(15.0 * t) for t in (time, time + length))
+        moved[0] = x[0] + 0.5 * length * (first + second)
+        error[0] = moved[0] - (x[0] + length * first)
+
+    x, flat = [0.0], [[0.0] for _ in range(5)]
+    numbers = 0.0, 1.0, 1.0, tolerance, 2, 1e-12
+    status = integrate(pulse, lambda *_: None, never, [], *numbers, x, *flat[:3], [0.0, 0.0], *flat[3:], 0, 0)
+    rate = complex(-5.0, 15.0)
+    assert status == DONE
+    assert x[0] == pytest.approx(((cmath.exp(rate) - 1.0) / rate).real, rel=tolerance)

@@ -78,3 +78,10 @@ def test_a_state_that_never_moves_has_no_derivative_and_stays() -> None:
 def test_a_step_that_does_not_settle_has_no_bound(rate: Callable[[float, Any], Any]) -> None:
     _, (error,) = step(rate, 0.0, 1.0, [0.1])
     assert not error < 1e9
+
+
+def test_the_real_eigenvalue_of_the_inverse() -> None:
+    """Of the matrix of stages, by NumPy: its inverse has one real eigenvalue and a pair."""
+    values = np.linalg.eigvals(np.linalg.inv(WEIGHTS))
+    (real,) = values[np.abs(values.imag) < 1e-9].real
+    assert pytest.approx(real, rel=1e-12) == radau.G

@@ -21,6 +21,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.continuous.exact_hold import hold
+from proofmass.runner.derivatives.dual_groups import _between
 from proofmass.runner.planning.plan import plan
 
 MASS, PLATES = MassSpringDamper(), GapClosingActuator(bias=15.0)
@@ -141,3 +142,12 @@ def test_what_turns_a_moving_state_within_a_tick(by: str) -> None:
     small = 1e-5 * stiffness
     expected = (after(stiffness + small) - after(stiffness - small)) / (2.0 * small)
     assert b[:2, 0] == pytest.approx(expected, rel=1e-8)
+
+
+@pytest.mark.parametrize("part", [0.0, 0.3, 1.0])
+def test_a_cubic_is_itself_between_its_ends(part: float) -> None:
+    """1 + 2 t - 3 t^2 + 4 t^3 over a tick of 0.5 s, and -t^3, from the values and rates at both ends."""
+    first, last, before, behind = [1.0, 0.0], [1.75, -0.125], [2.0, 0.0], [2.0, -0.75]
+    t = 0.5 * part
+    expected = [1.0 + 2.0 * t - 3.0 * t**2 + 4.0 * t**3, -(t**3)]
+    assert _between(first, last, before, behind, 0.5, part) == pytest.approx(expected, rel=1e-14)

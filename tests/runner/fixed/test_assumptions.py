@@ -104,6 +104,18 @@ def test_two_inputs_limit_each_other(kind: str, outcome: bool) -> None:
         assert known.interval(condition) == (outcome, outcome)
 
 
+@pytest.mark.parametrize(("below", "interval"), [(21, (9, 20)), (10, (9, 9)), (9, (-9, 8))])
+def test_a_sum_is_no_less_than_its_operands_say(below: int, interval: tuple[int, int]) -> None:
+    """a is 9 and b at least 0, so that a + b is at least 9; that it is less than 9 too comes never to pass."""
+    program, a, b = program_of()
+    total = program.make("add", a, b)
+    known = Assumptions()
+    known.assume(program.make("less", total, program.constant(below)), True)
+    known.assume(program.make("equal", a, program.constant(9)), True)
+    known.assume(program.make("less", b, program.constant(0)), False)
+    assert known.interval(total) == interval
+
+
 def test_both_sides_of_a_conjunction_hold() -> None:
     """1 < a and b < 4; of "or" that is false, neither; what is not known of either stays."""
     for kind, outcome, expected in (

@@ -5,7 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.decisions.one_bit import OneBit, _gain, with_spectra
+from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
+from proofmass.runner.analysis.decisions.one_bit import OneBit, _gain, _one_bit, with_spectra
 from proofmass.runner.analysis.decisions.shaping import Shaping
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_noise import ONE_BIT
@@ -51,6 +52,47 @@ def test_what_short_runs_have_by_chance_is_subtracted() -> None:
         y = 3.0 * source + other
         found.append(_gain(y, 0.5 * y + 8.0 * other, [source]))
     assert np.mean(found) == pytest.approx(0.5, abs=0.025)  # 8 / 3 / sqrt(1024) / 10 is 0.008
+
+
+def test_decisions_that_no_noise_moves() -> None:
+    """A cycle where both runs repeat their decisions in spite of other values; else a gain, of one run or of two."""
+    number = np.arange(1 << 13)
+    repeating, other = np.where(number % 3 < 2, 1.0, -1.0), np.where(OTHER[: len(number)] < 0.0, -1.0, 1.0)
+    values = repeating + 0.1 * SOURCE[: len(number)]
+
+    def run(values: np.ndarray, levels: np.ndarray) -> Decisions:
+        return Decisions(np.stack([values, levels], axis=1), np.zeros((len(values), 0)))
+
+    first, free = run(values, repeating), run(values + 0.01, other)
+    moved = run(values + 0.01, np.where(number % 4 < 2, 1.0, -1.0))
+    found = _one_bit(first, Decisions(*(part[:-7] for part in moved)), looped=True)
+    assert found == OneBit(0.0, 0.0, len(number) - 7, None, 1.0, cycle=3)
+    assert _one_bit(first, moved, looped=False).cycle == 0
+    still = run(np.ones(len(number)), np.ones(len(number)))
+    assert _one_bit(still, still, looped=False) == OneBit(0.0, 0.0, len(number), None, 0.0)
+    assert _one_bit(first, free, looped=True).cycle == 0
+    alone = _one_bit(first, first, looped=True)
+    assert (alone.cycle, alone.repeating) == (0, 1.0)
+    shown, level = values - values.mean(), repeating - repeating.mean()
+    assert alone.gain == pytest.approx(float(level @ shown / (shown @ shown)), rel=0.02)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-3])
+def test_two_runs_tell_what_repeats_from_what_noise_does(size: float) -> None:
+    """v = 0.5 y + r + w, of which r is the same in both runs, and twice the power of w: two thirds repeat."""
+    dice = np.random.default_rng(6)
+    same, repeating, *apart = dice.normal(size=(6, COUNT))
+    runs = []
+    for y_noise, v_noise in (apart[:2], apart[2:]):
+        y = same + y_noise
+        v = size * (0.5 * y + math.sqrt(2.0) * repeating + v_noise)
+        runs.append(Decisions(np.stack([y, v], axis=1), np.zeros((COUNT, 0))))
+    for looped in (True, False):
+        found = _one_bit(runs[0], runs[1], looped)
+        assert found.gain == pytest.approx(0.5 * size, rel=0.1)
+        assert found.variance == pytest.approx(size**2, rel=0.1)
+        assert found.repeating == pytest.approx(2.0 / 3.0, abs=0.05)
+        assert (found.decisions, found.shaping, found.cycle) == (COUNT, None, 0)
 
 
 @pytest.mark.parametrize("quantisers", [1, 2])

@@ -25,7 +25,13 @@ from proofmass.blocks.declaration.declare import Block, Input
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.limit_cycles.limit_cycles import LimitCycle, _at_half_the_rate, predicted, simulated
+from proofmass.runner.analysis.limit_cycles.limit_cycles import (
+    LimitCycle,
+    _at_half_the_rate,
+    _fundamental,
+    predicted,
+    simulated,
+)
 from proofmass.runner.analysis.limit_cycles.quasi_linear import with_gains
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -71,6 +77,26 @@ def test_a_relay_with_a_plant_of_third_order() -> None:
     assert seen is not None
     assert seen.frequency == pytest.approx(cycle.frequency, rel=0.03)
     assert seen.amplitude == pytest.approx(cycle.amplitude, rel=0.06)
+
+
+def test_the_amplitude_of_a_signal_is_the_mean_of_its_whole_cycles() -> None:
+    """Cycles of 8 samples with the amplitudes 2, 1, 1 and 3 between two that are not whole, about 5."""
+    amplitudes = np.repeat([2.0, 2.0, 1.0, 1.0, 3.0, 3.0], 8)
+    times = 0.25 + 1e-3 * np.arange(48)
+    phases = 2.0 * math.pi * (np.arange(48) + 0.5) / 8.0
+    values = amplitudes * np.sin(phases) + 0.1 * np.sin(3.0 * phases) + 5.0
+    found = _fundamental(times[3:-2], values[3:-2])
+    assert found is not None
+    assert (found.frequency, found.amplitude) == pytest.approx((125.0, 7.0 / 4.0), rel=1e-12)
+    assert _fundamental(times[:9], values[:9]) is None, "one crossing upwards is no cycle"
+    assert _fundamental(times[:0], values[:0]) is None
+    few = np.array([-1.0, 0.0, 3.0, -3.0, 3.0, 0.0])  # upwards at 1 and, half way, at 3.5 samples
+    turned = sum(value * np.exp(2j * math.pi * k / 2.5) for k, value in zip((1, 2, 3), few[1:4], strict=True))
+    found = _fundamental(np.arange(6.0), few)
+    assert found is not None
+    assert (found.frequency, found.amplitude) == pytest.approx((1.0 / 2.5, 2.0 * abs(turned) / 3.0), rel=1e-12)
+    square = _fundamental(times, np.tile([0.5, -0.5], 24))
+    assert square == LimitCycle(pytest.approx(0.5), pytest.approx(500.0))
 
 
 def test_hysteresis_makes_the_cycle_slower_and_larger() -> None:

@@ -9,7 +9,7 @@ import flint
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues, many_roots
+from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues, _are_apart, _is_told, many_roots
 from proofmass.runner.analysis.linearisation.rational import BITS, precise
 
 Root = tuple[Fraction, Fraction]  # real part, and imaginary part above zero, which stands for a pair
@@ -128,6 +128,49 @@ def test_double_roots_are_left_to_others() -> None:
     balls = many_roots(polynomial_of([*others, *small]), BITS)
     assert balls is not None
     assert len(balls) == 18
+
+
+@pytest.mark.parametrize("digits", [12, 18])
+def test_roots_closer_to_1_than_doubles_next_to_it(digits: int) -> None:
+    """1 - 10^-18 and 1 - 3 10^-18 are one double, and two roots."""
+    precise()
+    slow = [(1 - Fraction(k, 10**digits), Fraction(0)) for k in (1, 3)]
+    balls = many_roots(polynomial_of([*slow, *circle(random.Random(7), 6, (0.5, 0.8))]), BITS)
+    assert balls is not None
+    for truth in (as_ball(*root) for root in slow):
+        assert sum(bool(ball.overlaps(truth)) for ball in balls) == 1
+
+
+def test_bits_that_do_not_tell_the_side_of_a_root() -> None:
+    """Two roots on the circle, 10^-5 from each other, lie in balls apart, of 10^-14 where so few bits are wanted."""
+    precise()
+    roots = [(Fraction(3, 5) + shift, Fraction(4, 5)) for shift in (Fraction(0), Fraction(1, 10**5))]
+    polynomial = polynomial_of([*roots, *circle(random.Random(8), 6, (0.5, 0.8))])
+    assert many_roots(polynomial, BITS) is not None
+    assert many_roots(polynomial, 20) is None
+
+
+def ball(real: float, imaginary: float, radius: float) -> Any:
+    return flint.acb(flint.arb(real, radius), flint.arb(imaginary, radius))
+
+
+def test_balls_that_touch() -> None:
+    """A square of half an edge r lies within 2 r: two of them are apart from 4 r on, whichever is larger."""
+    low = ball(-0.5, 0.25, 0.0625)
+    for way in (0.25, 0.25j):
+        for part, apart in ((0.99, False), (1.0, False), (1.01, True)):
+            other = -0.5 + 0.25j + part * way
+            assert _are_apart([low, ball(other.real, other.imag, 0.0625)]) is apart
+    assert not _are_apart([ball(-0.5, 0.0, 0.3), ball(0.5, 0.0, 1e-9), ball(0.0, 0.0, 1e-9)]), "a wide one before"
+    assert not _are_apart([ball(-0.5, 0.0, 1e-9), ball(0.5, 0.0, 0.6)]), "a wide one after"
+    assert _are_apart([])
+
+
+def test_sides_of_the_circle() -> None:
+    """Balls on one side, and around the circle: where a ball is next to nothing, its root may lie on it."""
+    assert all(_is_told(ball(0.6 * size, 0.8 * size, 0.1)) for size in (0.5, 2.0))
+    assert not _is_told(ball(0.0, -1.0, 1e-25))
+    assert _is_told(ball(0.0, -1.0, 1e-40))
 
 
 def test_no_roots() -> None:

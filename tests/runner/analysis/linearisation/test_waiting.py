@@ -27,6 +27,7 @@ from proofmass.blocks import (
 )
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.model.build import Graph
+from proofmass.runner.analysis.linearisation.waiting import Waiting
 
 RATE, GAIN, LIMIT = 10_000, 0.2, 0.4 / 0.0364
 
@@ -137,3 +138,11 @@ def test_a_response_through_a_switch_is_that_of_a_turn() -> None:
     system = linearise(loop(chopper, 4), ["input.output"], ["integrator.output"], at="20 ms")
     assert system.dt == pytest.approx(8.0 / RATE)
     assert np.max(np.abs(np.linalg.eigvals(system.A))) == pytest.approx((0.74 * 0.86) ** 4, rel=1e-9)
+
+
+def test_numbers_move_by_more_than_the_rounding_of_their_own_size() -> None:
+    """A part of 10^-9 of the larger of two values in a row; what came before them does not matter."""
+    waiting = object.__new__(Waiting)
+    rows = [[1e6, 0.0], [1.0, 1.0], [1.0 + 2e-9, 0.0], [1.0 + 2.9e-9, 1e-12]]
+    waiting.sources = lambda periods: np.array(rows[:periods])  # type: ignore[method-assign]
+    assert waiting._moved(3).tolist() == [[True, True], [True, True], [False, True]]

@@ -6,9 +6,9 @@ import flint
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.poles import Variation
+from proofmass.runner.analysis.linearisation.poles import Pole, Variation
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
-from proofmass.runner.analysis.margins.modes import seen
+from proofmass.runner.analysis.margins.modes import _unseen, seen
 
 Z = flint.fmpz_poly([0, 1])
 NEAR = flint.fmpz_poly([2**80 + 1, -(2**81), 2**80])  # zeros 1 + j 2^-40 and 1 - j 2^-40
@@ -40,3 +40,32 @@ def test_pairs_and_single_zeros_next_to_each_other(above: Any, below: Any) -> No
 def _value(polynomial: Any) -> Any:
     """Return it at z = 1/4, exactly."""
     return polynomial(flint.fmpq(1, 4))
+
+
+@pytest.mark.parametrize(
+    ("apart", "row", "uncertainty", "hidden"),
+    [
+        (0.0, 1.0, 0.0, True),
+        (0.9e-9, 0.1, 0.0, True),
+        (1.1e-9, 0.1, 0.0, False),  # small rows do not count as 1: what is left of it is seen
+        (0.9e-5, 1e4, 0.0, True),  # of rows with large numbers, rounding leaves more
+        (1.1e-5, 1e4, 0.0, False),
+        (0.9e-5, 1.0, 1e-6, True),  # ten times what the pole is uncertain by
+        (1.1e-5, 1.0, 1e-6, False),
+    ],
+)
+def test_a_state_that_an_output_does_not_show(apart: float, row: float, uncertainty: float, hidden: bool) -> None:
+    """Of two modes at a right angle, the second one lies next to the pole, and shows nothing."""
+    turn = np.array([[0.8, -0.6], [0.6, 0.8]])
+    a, c = turn @ np.diag([0.5, 0.75 + apart]) @ turn.T, row * turn[None, :, 0]
+    found = _unseen(a, c, Pole(0.75, 0.25, uncertainty), 1)
+    assert found == pytest.approx([0.6, 0.8] if hidden else [0.0, 0.0], abs=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("c", "hidden"), [([0.0, 1.0], [1.0, 0.0]), ([1.0, 0.0], [0.0, 0.0]), ([0.0, 0.0], [1.0, 1.0])]
+)
+def test_a_chain_of_two_states_with_one_pole(c: list[float], hidden: list[float]) -> None:
+    """x' = p x + y, y' = p y: y alone does not show x; x shows y a tick later."""
+    found = _unseen(np.array([[0.75, 1.0], [0.0, 0.75]]), np.array([c]), Pole(0.75, 0.25, 0.0), 2)
+    assert found == pytest.approx(hidden, abs=1e-12)

@@ -330,3 +330,14 @@ def test_slopes_of_a_loop_by_a_gain_of_zero_beside_it() -> None:
     slope = by_gain(system, found)("none.gain")
     ends = [margins(graph.with_parameters({"none.gain": gain})).least_gain_margin for gain in (1e-4, -1e-4)]
     assert slope == pytest.approx((ends[0] - ends[1]) / 2e-4, rel=1e-4)
+
+
+def test_a_bias_has_the_unit_of_its_output_and_a_scale_factor_that_of_the_quotient() -> None:
+    blocks: dict[str, Block] = {
+        "force": Constant(value=1.0, unit="N"),
+        "gain": Gain(gain=2.5, input_unit="N", output_unit="V"),
+    }
+    graph = Graph(name="units", rate=10, blocks=blocks, wires=["force.output -> gain.input"])
+    scale, bias = transfer(graph, "force.output", "gain.output")
+    assert (scale.unit, bias.unit) == ("V/N", "V")
+    assert (scale.value, bias.value) == pytest.approx((2.5, 0.0))

@@ -14,7 +14,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.several.over import margins_over, margins_over_age
 from proofmass.runner.analysis.several.plot import plot_over, plot_together
-from proofmass.runner.analysis.several.together import Together, margins_together, of_system
+from proofmass.runner.analysis.several.together import Together, _golden, margins_together, of_system
 from proofmass.runner.host.arrays import Array
 from tests.by_hand.design_texts import COUPLED, INTEGRATING
 
@@ -167,3 +167,20 @@ def test_margins_over_a_parameter_and_over_age() -> None:
     assert aged.margins[1]["main"].phase_margin == pytest.approx(math.radians(90.0) - 3.0 * math.asin(0.06), rel=1e-6)
     with pytest.raises(ModelError, match="nothing drifts"):
         margins_over_age(read_study_text(INTEGRATING + text))
+
+
+@pytest.mark.parametrize("scale", [1.0, 1e-6, 1e6])
+def test_a_peak_is_found_to_a_part_of_its_frequency(scale: float) -> None:
+    """The golden section: n steps from [1, 2] to 10^-5 of the end, 0.618^n < 1.4 10^-5, of one value each."""
+    asked: list[float] = []
+
+    def height(w: float) -> float:
+        asked.append(w)
+        return 3.0 - (w / scale - 1.4) ** 2
+
+    w, value = _golden(height, scale, 2.0 * scale, (1.5 * scale, 2.99))
+    assert w == pytest.approx(1.4 * scale, rel=1e-5)
+    assert value == pytest.approx(3.0, abs=1e-9)
+    assert all(scale < place < 2.0 * scale for place in asked)
+    assert len(asked) == 2 + math.ceil(math.log(1.4e-5) / math.log(0.5 * (math.sqrt(5.0) - 1.0)))
+    assert _golden(lambda w: -w, 1.0, 2.0, (1.0, -1.0)) == (1.0, -1.0), "the best place that is known stays"

@@ -15,6 +15,8 @@ from proofmass.runner.design.fit.projection import (
     LARGEST_EXPONENT,
     SINGLE,
     ExponentialFamily,
+    Projected,
+    _stationary,
     best,
     project,
     prony,
@@ -102,3 +104,21 @@ def test_prony_takes_rows_in_any_order_and_twice() -> None:
     assert straight is not None
     assert doubled == pytest.approx(straight, rel=1e-12)
     assert math.isclose(straight[0], -2.0, rel_tol=0.02)
+
+
+@pytest.mark.parametrize("size", [1.0, 1e-6, 1e6])
+def test_where_an_iteration_has_arrived(size: float) -> None:
+    """Nothing is left of the data, or what is left is at a right angle to what the exponents do."""
+
+    def arrived(left: float, slack: float, cosine: float = 1.0) -> bool:
+        residual = np.array([left * size, 0.0])
+        column = 5.0 * np.array([[cosine], [np.sqrt(1.0 - cosine**2)]])
+        return _stationary(Projected((1.0,), np.ones(1), residual, column), size, slack)
+
+    assert arrived(0.9e-13, 1.0)
+    assert not arrived(1.1e-13, 1.0)
+    assert arrived(0.9e-12, 100.0), "ten times as much with a hundredfold slack, which is one of squares"
+    assert not arrived(1.1e-12, 100.0)
+    assert arrived(0.1, 1.0, 0.9e-8)
+    assert not arrived(0.1, 1.0, 1.1e-8)
+    assert arrived(0.1, 100.0, 0.9e-6)

@@ -53,6 +53,17 @@ def test_what_is_not_determined_is_named(output: Any, told: str) -> None:
     assert accusations(report)[0].startswith(told)
 
 
+def test_an_exponential_that_is_known_to_be_flat_acts_as_a_constant() -> None:
+    """Without noise 10^-4 is known to many digits, and changes by less than a thousandth over the range."""
+    report = verdict(T, np.exp(-1.3 * T) + 20.0 * np.exp(1e-4 * T))
+    assert [text.partition(":")[0] for text in accusations(report)] == ["b2"]
+
+
+@pytest.mark.parametrize("scale", [1e-3, 1e3])
+def test_the_unit_of_the_temperature_does_not_matter(scale: float) -> None:
+    assert verdict(scale * T, M1.output()).determined
+
+
 @pytest.mark.parametrize(
     "output",
     [

@@ -1,13 +1,18 @@
 """Recordings: dialects of CSV, units, gaps, missing values, times, other sources; each handled as stated or refused."""
 
+import os
+from array import array
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 import xarray
 
 from proofmass.blocks.declaration.problem import ModelError
+from proofmass.runner.design.identification import tables
 from proofmass.runner.design.identification.recordings import Gaps, RecordedStretch, Wanted, recordings_of
+from proofmass.runner.plan.recording import Column, RecordingError
 
 INPUTS, OUTPUTS = [Wanted("force.output", "force", "N")], [Wanted("seen.output", "volts", "V")]
 ROWS = [(0.1 * k, 0.5 * k, 1.5 - 0.1 * k) for k in range(10)]
@@ -108,3 +113,50 @@ def test_a_step_of_one_and_a_half_is_no_gap_and_a_longer_one_is(tmp_path: Path) 
         rows = [(float(k) if k < 10 else k + late, 0.5, 1.5) for k in range(20)]
         stretches, _ = read(tmp_path, text("time [s],force [N],volts [V]", rows=rows), "split")
         assert [len(stretch.times) for stretch in stretches] == ([10, 10] if is_gap else [20])
+
+
+@pytest.mark.parametrize(
+    ("time", "force"),
+    [(np.zeros(4), np.zeros(3)), (np.zeros((4, 1)), np.zeros((4, 1))), (np.zeros(4), np.zeros((4, 1)))],
+)
+def test_arrays_of_other_lengths_and_of_two_axes_are_refused(time: np.ndarray, force: np.ndarray) -> None:
+    data = {"force": force, "volts": np.zeros(4) if time.ndim == 1 else time, "time": time}
+    with pytest.raises(ModelError, match="its arrays are not of one length") as error:
+        recordings_of(data, INPUTS, OUTPUTS, "refuse")
+    assert f"force {force.shape}" in (error.value.problems[0].got or "")
+
+
+def test_times_may_stand_anywhere_under_their_name_or_first_under_another() -> None:
+    time, force, volts = (np.array(column) for column in zip(*ROWS, strict=True))
+    for data in ({"force": force, "volts": volts, "time": time}, {"t": time, "volts": volts, "force": force}):
+        (stretch,), _ = recordings_of(data, INPUTS, OUTPUTS, "refuse")
+        assert stretch.times.tolist() == pytest.approx(time)
+        assert stretch.inputs["force.output"].tolist() == force.tolist()
+
+
+def test_a_file_larger_than_two_gibibytes_is_refused(tmp_path: Path) -> None:
+    """It has no content, only a size."""
+    path = tmp_path / "large.txt"
+    path.touch()
+    os.truncate(path, 2**31 + 1)
+    with pytest.raises(ModelError, match="is larger than 2 GiB"):
+        recordings_of(path, INPUTS, OUTPUTS, "refuse")
+
+
+@pytest.mark.parametrize("rows", [3, 2])
+def test_columns_of_one_file_have_one_time_axis(rows: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    def read_columns(path: Path, choice: Any) -> tuple[Column, Column]:
+        at, column = choice(["time", "force", "volts"])
+        assert at == 0
+        last = rows if column == 2 else 3
+        names = ("time", "force", "volts")
+        return Column("time", "s", array("d", range(3))), Column(names[column], "V", array("d", range(last)))
+
+    monkeypatch.setattr(tables, "read_columns", read_columns)
+    if rows == 3:
+        found = tables._read_pairs(Path("a.nc"), ["force", "volts"])
+        for name in ("time", "force", "volts"):
+            assert found.columns[name].tolist() == [0.0, 1.0, 2.0]
+        return
+    with pytest.raises(RecordingError, match="column volts has a time axis of its own"):
+        tables._read_pairs(Path("a.nc"), ["force", "volts"])
