@@ -1,9 +1,9 @@
 """A check that noise is small: where it moves the operating point, the map there must do the same to it.
 
 A product of two noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The
-map is taken again along a run with noise, at several instants where periods are short: a converter may be full at most
-of them. All maps are given the same noise: the rms of what their outputs differ by tells them apart, even where each
-has the same rms, as a slope that only turns.
+map is taken again along a run with noise, at several instants where periods are short, and at more where one of them
+differs: a converter may be full at some, or at most. All maps are given the same noise: the rms of what their outputs
+differ by tells them apart, even where each has the same rms, as a slope that only turns.
 """
 
 import math
@@ -24,18 +24,28 @@ from proofmass.runner.reference.interpret import TickError
 
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
-_APART = 0.5  # of the rms; a square of noise about twice its rms then has an rms that is 6 % off
+_MORE = 4  # times as many where some map is another
+_ANOTHER = 1e-3  # part of the mean square that says so
+_APART = 0.3  # of the rms: what a converter does that is full in 9 % of the ticks, with an rms that is 8 % off
 
 
 def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMap, to_output: NoiseMap) -> str:
     """Return a note where the noise of an output is another at what a run with noise gets to, or ""."""
-    if not to_output.settles or not to_output.mean_squares().any():
+    total = float(sum(to_output.mean_squares()))
+    if not to_output.settles or not total:
         return ""
-    there = _drawn(about, ends.together, whole) or _drawn(about, replace(ends, beside=()), whole)
-    maps = (noise_map(with_spectra(ends.part_of(one, about.plan), ends.noise), target) for one in there)
-    squares = [difference_squared(to_output, moved) for moved in maps if moved.settles]
-    mean = sum(squares) / max(1, len(squares))
-    apart = math.sqrt(max(0.0, mean) / float(sum(to_output.mean_squares())))
+    along = _along(about, ends.together, whole)
+    if along.map(1) is None:
+        along = _along(about, replace(ends, beside=()), whole)
+    squares = list[float]()
+    for number in range(1, _MORE * along.few + 1):
+        there = along.map(number) if number <= along.few or max(squares, default=0.0) > _ANOTHER * total else None
+        if there is None:
+            break
+        moved = noise_map(with_spectra(ends.part_of(there, about.plan), ends.noise), target)
+        if moved.settles:
+            squares.append(difference_squared(to_output, moved))
+    apart = math.sqrt(max(0.0, sum(squares)) / max(1, len(squares)) / total)
     if apart < _APART:
         return ""
     return (
@@ -44,22 +54,33 @@ def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMa
     )
 
 
-def _drawn(about: Linearisation, ends: Ends, whole: PeriodMap) -> list[PeriodMap]:
-    """Return maps of a period along a run with noise; none if it has none, which is no refusal of a budget."""
-    planned, kept = about.plan, about.course.kept
-    ticks = round(whole.period / planned.period)
-    key = "drawn", ends.key, whole.tick, ticks
+class _Along:
+    """Maps of a period along a run with noise, each taken when it is first asked for."""
+
+    def __init__(self, about: Linearisation, ends: Ends, whole: PeriodMap) -> None:
+        self._about, self._ends, self._first = about, ends, whole.tick
+        self._ticks = round(whole.period / about.plan.period)
+        self.few = min(_INSTANTS, max(1, _MAPPED // self._ticks))  # of them
+        self._run = Forward(about.plan, about.course.at(whole.tick))
+        self._maps = dict[int, PeriodMap | None]()
+
+    def map(self, number: int) -> PeriodMap | None:
+        """Return one by its number, from 1 on; None if there is none, which is no refusal of a budget."""
+        if number not in self._maps:
+            self._maps[number] = None
+            with suppress(ModelError, TickError):
+                apart = max(1, _TICKS // (self._ticks * self.few)) * self._ticks
+                options = {"memory": self._run.to(self._first + number * apart), "span": self._ticks, "drawn": True}
+                self._maps[number] = self._ends.map(self._about.plan, **options, slopes=self._about.course.slopes)
+        return self._maps[number]
+
+
+def _along(about: Linearisation, ends: Ends, whole: PeriodMap) -> _Along:
+    kept, key = about.course.kept, ("drawn", ends.key, whole.tick, round(whole.period / about.plan.period))
     if key not in kept:
-        kept[key] = []
-        instants = min(_INSTANTS, max(1, _MAPPED // ticks))
-        with suppress(ModelError, TickError):
-            run, apart = Forward(planned, about.course.at(whole.tick)), max(1, _TICKS // (ticks * instants)) * ticks
-            for number in range(1, instants + 1):
-                memory = run.to(whole.tick + number * apart)
-                more = ends.map(planned, memory=memory, span=ticks, drawn=True, slopes=about.course.slopes)
-                kept[key].append(more)
-    drawn: list[PeriodMap] = kept[key]
-    return drawn
+        kept[key] = _Along(about, ends, whole)
+    along: _Along = kept[key]
+    return along
 
 
 def difference_squared(first: NoiseMap, second: NoiseMap) -> float:
