@@ -96,6 +96,45 @@ class Mantissa(Protocol):
         """Return 0, or what has the slope of scale value / whole."""
 
 
+class StandIn:
+    """Base of stand-ins for an integer: what they do alike, in operators of their own.
+
+    The choices are those of a stand-in that decides its comparisons.
+    """
+
+    __slots__ = ()
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __invert__(self: Any) -> Any:
+        return -1 - self
+
+    def select(self, chosen: Any, otherwise: Any) -> Any:
+        """`chosen` where it is not 0, else `otherwise`."""
+        return chosen if self else otherwise
+
+    def minimum(self: Any, other: Any) -> Any:
+        """The smaller of the two."""
+        return self if self <= other else other
+
+    def maximum(self: Any, other: Any) -> Any:
+        """The greater of the two."""
+        return self if self >= other else other
+
+    def wrapped(self, low: int, high: int) -> Any:
+        """The low bits, as two's complement where `low` is negative."""
+        return low_bits(self, low, high)
+
+    def cut(self) -> Any:
+        """The number itself: a cut changes no value."""
+        return self
+
+    def left_over(self, whole: Any, scale: Any) -> Any:
+        """Return 0: what is below the last step is not computed."""
+        return 0
+
+
 WholeNumber: TypeAlias = int | Mantissa
 Condition: TypeAlias = bool | int | Mantissa
 

@@ -5,7 +5,7 @@ from typing import Any, NoReturn, Protocol
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import dropped, low_bits
+from proofmass.blocks.arithmetic.mantissa import StandIn, dropped
 from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OperationName
 
@@ -53,7 +53,7 @@ class Tracer(Protocol):
         ...
 
 
-class Signal:
+class Signal(StandIn):
     """A number of a step that is traced: an integer by its operators, an operation of the program by its nature."""
 
     __slots__ = ("_tracer", "operation")
@@ -88,12 +88,6 @@ class Signal:
 
     def __neg__(self) -> Any:
         return self._made("negate", self)
-
-    def __pos__(self) -> "Signal":
-        return self
-
-    def __invert__(self) -> Any:
-        return self._made("subtract", -1, self)
 
     def __abs__(self) -> Any:
         return (self < 0).select(-self, self)
@@ -209,17 +203,9 @@ class Signal:
         """The greater of the two."""
         return self._made("maximum", self, other)
 
-    def wrapped(self, low: int, high: int) -> Any:
-        """The low bits, as two's complement where `low` is negative."""
-        return low_bits(self, low, high)
-
     def cut(self) -> "Signal":
         """The signal behind a pipeline cut."""
         return Signal(self._tracer, self._tracer.cut(self.operation))
-
-    def left_over(self, whole: Any, scale: Any) -> int:
-        """Return 0: what is below the last step is not computed."""
-        return 0
 
     def monotone(self, rule: Callable[[Any], Any]) -> "Signal":
         """The value of a rule that never decreases, with the interval between its values at both ends."""
