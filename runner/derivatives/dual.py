@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from proofmass.blocks.arithmetic.mantissa import StandIn, dropped
+from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
@@ -46,7 +46,7 @@ def with_errors(of: _Error) -> Iterator[None]:
         _ERROR.reset(token)
 
 
-class Dual(StandIn):
+class Dual(Mantissa):
     """A value and its slopes, a `Mantissa` too; made by `dual`, which leaves plain what has no slopes."""
 
     __slots__ = ("level", "slopes", "value")

@@ -14,7 +14,7 @@ from fractions import Fraction
 from math import gcd
 from typing import Any, NamedTuple
 
-from proofmass.blocks.arithmetic.mantissa import StandIn
+from proofmass.blocks.arithmetic.mantissa import Mantissa
 
 _LARGE = 200  # bits of a number by which a rule shows how many bits it drops
 
@@ -99,7 +99,7 @@ class AffineForms:
         return self._rounded[key]
 
 
-class AffineMantissa(StandIn):
+class AffineMantissa(Mantissa):
     """A `Mantissa` that stands for an affine form; its value is a whole number, and one of `multiple`."""
 
     __slots__ = ("constant", "multiple", "of", "terms")

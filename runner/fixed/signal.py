@@ -5,7 +5,7 @@ from typing import Any, NoReturn, Protocol
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import StandIn, dropped
+from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
 from proofmass.runner.fixed.integer_ir import Operation, SourceLine
 from proofmass.runner.fixed.operations import OperationName
 
@@ -53,7 +53,7 @@ class Tracer(Protocol):
         ...
 
 
-class Signal(StandIn):
+class Signal(Mantissa):
     """A number of a step that is traced: an integer by its operators, an operation of the program by its nature."""
 
     __slots__ = ("_tracer", "operation")

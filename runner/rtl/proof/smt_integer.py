@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import StandIn
+from proofmass.blocks.arithmetic.mantissa import Mantissa
 from proofmass.runner.fixed.integer_interval import signed_width
 
 MOST_PATHS = 1024
@@ -96,7 +96,7 @@ class Specification:
         return self._names[body]
 
 
-class SmtInteger(StandIn):
+class SmtInteger(Mantissa):
     """An integer between two bounds, as the SMT term `text` of their width."""
 
     __slots__ = ("high", "low", "specification", "text")
@@ -298,10 +298,6 @@ class SmtInteger(StandIn):
     def _chosen(self, condition: Any, other: "SmtInteger", low: int, high: int) -> "SmtInteger":
         both: SmtInteger = condition.select(self, other)
         return both if (both.low, both.high) == (low, high) else self._fitted(both.text, both.width, low, high)
-
-    def monotone(self, rule: Callable[[Any], Any]) -> Any:
-        """The value itself; the proof does not rely on its being monotone."""
-        return rule(self)
 
     def held(self, low: int, high: int, expected: str) -> "SmtInteger":
         """The value itself; the proof must show that it stays between the bounds."""
