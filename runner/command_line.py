@@ -10,12 +10,7 @@ import click
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, USAGE
-from proofmass.runner.commands.declarations.analysis import ANALYSES
-from proofmass.runner.commands.declarations.blocks import BLOCKS
-from proofmass.runner.commands.declarations.comparison import COMPARISONS
-from proofmass.runner.commands.declarations.design import DESIGN
-from proofmass.runner.commands.declarations.fit import FitRequest
-from proofmass.runner.commands.declarations.graphs import GRAPHS
+from proofmass.runner.commands.declarations import analysis, blocks, comparison, design, fit, graphs
 from proofmass.runner.commands.declarations.options import Request
 from proofmass.runner.commands.failures import explain
 from proofmass.runner.host.versions import PROOFMASS
@@ -23,7 +18,12 @@ from proofmass.runner.host.versions import PROOFMASS
 __all__ = ["REQUESTS", "cli", "main"]
 
 _COLLECTED = 50_000  # new objects between two collections: most of a command's objects live to its end
-REQUESTS: tuple[type[Request], ...] = (*ANALYSES, *BLOCKS, *COMPARISONS, *DESIGN, FitRequest, *GRAPHS)
+REQUESTS: tuple[type[Request], ...] = tuple(
+    kind
+    for subject in (analysis, blocks, comparison, design, fit, graphs)
+    for kind in vars(subject).values()
+    if isinstance(kind, type) and issubclass(kind, Request) and kind.does
+)
 
 
 class Commands(click.Group):

@@ -5,9 +5,8 @@ The rules below are written in integer operators alone, so that all of them foll
 does in a way of its own, as a signal that cannot decide a comparison, it is asked for by name.
 """
 
-from abc import abstractmethod
 from collections.abc import Callable
-from typing import Any, Literal, Protocol, TypeAlias, get_args, runtime_checkable
+from typing import TYPE_CHECKING, Any, Literal, TypeAlias, get_args
 
 from proofmass.blocks.arithmetic.fixed_format import Fixed
 
@@ -15,85 +14,74 @@ Rounding = Literal["half_even", "half_up", "floor", "toward_zero"]
 _ROUNDINGS = get_args(Rounding)
 
 
-@runtime_checkable
-class Mantissa(Protocol):
+class Mantissa:
     """A stand-in for a Python integer, with its operators: it stands for every value that the integer could have.
 
-    No class derives from it: `isinstance` with a class derived from a protocol takes ten times as long.
+    A class that derives from it has these operators, and says for itself what it does otherwise than others. The
+    choices are those of one that decides its comparisons. No metaclass makes `isinstance` slow.
     """
 
     __slots__ = ()
 
-    @abstractmethod
-    def __add__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __radd__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __sub__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __rsub__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __mul__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __rmul__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __neg__(self) -> Any: ...
-    @abstractmethod
-    def __lshift__(self, places: Any, /) -> Any: ...
-    @abstractmethod
-    def __rshift__(self, places: Any, /) -> Any: ...
-    @abstractmethod
-    def __and__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __rand__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __or__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __ror__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __xor__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __rxor__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __lt__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __le__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __gt__(self, other: Any, /) -> Any: ...
-    @abstractmethod
-    def __ge__(self, other: Any, /) -> Any: ...
+    if TYPE_CHECKING:
 
-    @abstractmethod
+        def __add__(self, other: Any, /) -> Any: ...
+        def __radd__(self, other: Any, /) -> Any: ...
+        def __sub__(self, other: Any, /) -> Any: ...
+        def __rsub__(self, other: Any, /) -> Any: ...
+        def __mul__(self, other: Any, /) -> Any: ...
+        def __rmul__(self, other: Any, /) -> Any: ...
+        def __lshift__(self, other: Any, /) -> Any: ...
+        def __rshift__(self, other: Any, /) -> Any: ...
+        def __and__(self, other: Any, /) -> Any: ...
+        def __rand__(self, other: Any, /) -> Any: ...
+        def __or__(self, other: Any, /) -> Any: ...
+        def __ror__(self, other: Any, /) -> Any: ...
+        def __xor__(self, other: Any, /) -> Any: ...
+        def __rxor__(self, other: Any, /) -> Any: ...
+        def __lt__(self, other: Any, /) -> Any: ...
+        def __le__(self, other: Any, /) -> Any: ...
+        def __gt__(self, other: Any, /) -> Any: ...
+        def __ge__(self, other: Any, /) -> Any: ...
+        def __neg__(self) -> Any: ...
+
+    def __pos__(self) -> Any:
+        return self
+
+    def __invert__(self: Any) -> Any:
+        return -1 - self
+
     def select(self, chosen: Any, otherwise: Any) -> Any:
         """`chosen` where it is not 0, else `otherwise`."""
+        return chosen if self else otherwise
 
-    @abstractmethod
-    def minimum(self, other: Any) -> Any:
+    def minimum(self: Any, other: Any) -> Any:
         """The smaller of the two."""
+        return self if self <= other else other
 
-    @abstractmethod
-    def maximum(self, other: Any) -> Any:
+    def maximum(self: Any, other: Any) -> Any:
         """The greater of the two."""
+        return self if self >= other else other
 
-    @abstractmethod
-    def monotone(self, rule: Callable[[Any], Any]) -> Any:
-        """The value of a rule that never decreases."""
-
-    @abstractmethod
-    def held(self, low: int, high: int, expected: str) -> Any:
-        """Return the value itself; it is refused if its bounds exceed those `expected`."""
-
-    @abstractmethod
     def wrapped(self, low: int, high: int) -> Any:
         """The low bits, as two's complement where `low` is negative."""
+        return low_bits(self, low, high)
 
-    @abstractmethod
+    def monotone(self, rule: Callable[[Any], Any]) -> Any:
+        """The value of a rule that never decreases."""
+        return rule(self)
+
+    def held(self, low: int, high: int, expected: str) -> Any:
+        """Return the value itself; it is refused if its bounds exceed those `expected`."""
+        raise NotImplementedError
+
     def cut(self) -> Any:
-        """Return the value behind a pipeline cut."""
+        """The number itself: a cut changes no value."""
+        return self
 
-    @abstractmethod
     def left_over(self, whole: Any, scale: Any) -> Any:
-        """Return 0, or what has the slope of scale value / whole."""
+        """Return 0: what is below the last step is not computed."""
+        return 0
 
 
 WholeNumber: TypeAlias = int | Mantissa

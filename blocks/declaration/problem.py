@@ -1,7 +1,7 @@
 """Problems of a model as data, and their text, written in this one place."""
 
 import difflib
-from collections.abc import Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from html import escape
@@ -64,6 +64,11 @@ class Problem:
         """The problem as plain data, for `--json`."""
         names = ("code", "file", "line", "key", "message", "got", "expected", "hint", "note")
         return {name: getattr(self, name) for name in names}
+
+
+def problems_of_table(*table: str) -> Callable[..., Problem]:
+    """Return what makes problems of a table: of a message, the keys below the table, and the other fields."""
+    return lambda message, *path, **more: Problem(message=message, path=(*table, *path), **more)
 
 
 class Problems(list[Problem]):

@@ -14,14 +14,12 @@ def own_problems(graph: FlatGraph) -> list[Problem]:
     # start-up time: only graphs with own blocks need the language
     from proofmass.blocks.language.forms import driven_problems, problems_of
 
-    driven = {type(graph.blocks[name]) for name, port in _driven(graph) if port in type(graph.blocks[name]).parameters}
+    targets = (split(wire.target) for wire in graph.wires)
+    kinds_of_ports = [(type(graph.blocks[name]), port) for name, port in targets if name in graph.blocks]
+    driven = {kind for kind, port in kinds_of_ports if port in kind.parameters}
     found = [problem for kind in sorted(kinds, key=_name) for problem in problems_of(kind)]
     found += [problem for kind in sorted(kinds & driven, key=_name) for problem in driven_problems(kind)]
     return list(dict.fromkeys(found))
-
-
-def _driven(graph: FlatGraph) -> list[tuple[str, str]]:
-    return [split(wire.target) for wire in graph.wires if split(wire.target)[0] in graph.blocks]
 
 
 def _name(kind: type[Block]) -> str:

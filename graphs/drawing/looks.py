@@ -182,7 +182,7 @@ def _opened(of: _Drawn, inner: tuple[int, int]) -> Look:
 
 def _heading(of: _Drawn) -> int:
     """Return the width of the name, and of kind and rate below it."""
-    return max(width_of(of.name, 13, bold=True), width_of(_kind(of.box, of.rate), 11))
+    return max(width_of(of.name, 13, bold=True), width_of(kind_text(of.box) + "  " * bool(of.rate) + of.rate, 11))
 
 
 def inner_place(look: Look, mirrored: bool) -> tuple[int, int]:
@@ -194,10 +194,6 @@ def inner_place(look: Look, mirrored: bool) -> tuple[int, int]:
 def kind_text(box: Box) -> str:
     """Return the line below the name: the kind of a block, the file of a subgraph."""
     return box.file or "subgraph" if box.subgraph else box.kind
-
-
-def _kind(box: Box, rate: str) -> str:
-    return kind_text(box) + "  " * bool(rate) + rate
 
 
 def _along(driven: list[str], tabs: Mapping[str, tuple[int, int]]) -> tuple[int, dict[str, int]]:

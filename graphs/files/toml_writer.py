@@ -77,8 +77,8 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
         yield "blocks = {}"
     if graph.values:
         yield from ("", f"[{path}values]", *(f"{name} = {_value(value)}" for name, value in graph.values.items()))
-    inner = {of: f.text for of, f in graph.formulas.items() if "." in of and _block_of(of) not in graph.blocks}
-    inner = {of: text for of, text in inner.items() if not is_of_measure(graph, of)}
+    inner = {of: f.text for of, f in graph.formulas.items() if "." in of and not is_of_measure(graph, of)}
+    inner = {of: text for of, text in inner.items() if split(of.partition("[")[0])[0] not in graph.blocks}
     if inner:
         yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
     if graph.measures or graph.derived:
@@ -127,10 +127,6 @@ def _offset(graph: Graph, name: str, as_written: bool) -> Iterator[str]:
         return  # it is written with the formulas
     if written or name in graph.offsets:
         yield f"{CLOCK_OFFSET} = {quoted(written or _time(graph.offsets[name], as_written))}"
-
-
-def _block_of(target: str) -> str:
-    return split(target.partition("[")[0])[0]
 
 
 def _value(value: NamedValue) -> str:

@@ -206,7 +206,8 @@ class Graph(Value):
         flat = flatten(self)
         out: networkx.MultiDiGraph[str] = networkx.MultiDiGraph(name=self.name)
         for name, block in flat.blocks.items():
-            out.add_node(name, kind=type(block).__name__, **_parameters(block))
+            numbers = {parameter: getattr(block, parameter) for parameter in type(block).parameters}
+            out.add_node(name, kind=type(block).__name__, **numbers)
         for wire in flat.wires:
             source, target = split(wire.source), split(wire.target)
             out.add_edge(source[0], target[0], source=source[1], target=target[1])
@@ -275,10 +276,6 @@ def read_probe(value: object) -> Probe:
     if isinstance(every, bool) or not isinstance(every, int) or not 1 <= every <= LARGEST_RUN:
         raise Refusal("every must be an integer of at least 1")
     return Probe(value["signal"], every, read_display_unit(value.get("unit", "")))
-
-
-def _parameters(block: Block) -> dict[str, Any]:
-    return {name: getattr(block, name) for name in type(block).parameters}
 
 
 def _lower_case(ends: Sequence[str]) -> str:

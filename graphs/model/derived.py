@@ -6,7 +6,7 @@ from graphlib import TopologicalSorter
 from typing import Any
 
 from proofmass.blocks.declaration.instance import unit_of
-from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import Dimension, coherent_unit
@@ -16,6 +16,8 @@ from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.statistics import STATISTICS
 from proofmass.graphs.model.values import circle
+
+_problem = problems_of_table(MEASURES)
 
 
 @dataclass(frozen=True)
@@ -96,7 +98,3 @@ def _dimension(flat: FlatGraph, formula: Formula, dimensions: Mapping[str, Dimen
         hint = f"measure a signal that has it, or write {name} as a number"
         raise Refusal(f"{name} is a value: a measure follows from measures alone", hint)
     return dimension_of(formula.tree, dimensions)
-
-
-def _problem(message: str, name: str, **more: Any) -> Problem:
-    return Problem(message=message, path=(MEASURES, name), **more)

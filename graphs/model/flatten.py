@@ -3,6 +3,7 @@
 import dataclasses
 from collections.abc import Iterator, Mapping
 from fractions import Fraction
+from functools import partial
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
@@ -43,7 +44,7 @@ class FlatGraph:
         put_in_order(self)
 
     def __reduce__(self) -> tuple[Any, ...]:
-        return _flat, (thawed(self),)
+        return partial(FlatGraph, **thawed(self)), ()
 
     @property
     def rate(self) -> Fraction | None:
@@ -135,10 +136,6 @@ def flatten(graph: Graph) -> FlatGraph:
         loops=loops,
         origins=origins,
     )
-
-
-def _flat(fields: dict[str, Any]) -> FlatGraph:
-    return FlatGraph(**fields)
 
 
 def inside(graph: Graph, signal: str) -> str:

@@ -4,7 +4,7 @@ import dataclasses
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, problems_of_table, shown
 from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.rates import read_duration
 
@@ -23,6 +23,7 @@ INTEGRATION_KEYS = {
     "sources": "Sources that drive continuous blocks: held over the tick, first_order_hold, or continuous.",
     "algebraic_loops": "refuse loops without delay, or solve them in every tick by newton's method.",
 }
+_problem = problems_of_table("integration")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -89,11 +90,6 @@ def read_integration(table: object) -> Integration:
     if problems:
         raise ModelError(problems)
     return integration
-
-
-def _problem(message: str, *path: str, **more: Any) -> Problem:
-    path = ("integration", *path)
-    return Problem(message=message, path=path, **more)
 
 
 def _is_number(value: object) -> bool:

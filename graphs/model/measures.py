@@ -5,7 +5,7 @@ from fractions import Fraction
 from typing import Any, NamedTuple
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, shown
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, did_you_mean, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import unit
 from proofmass.blocks.declaration.units import same_dimension
 from proofmass.blocks.statistics.last_value import LastValue
@@ -16,6 +16,7 @@ from proofmass.graphs.model.rates import Clock, read_duration, write_seconds
 from proofmass.graphs.model.statistics import ELSEWHERE, LAST, OPTIONS, STATISTICS, TIMES
 
 MEASURES = "measures"  # path of the blocks that measure
+_problem = problems_of_table(MEASURES)
 MEASURE_TIMES = TIMES | {"from", "until"}
 MEASURE_KEYS = OWN_MEASURE_KEYS | {key: option.doc for key, option in OPTIONS.items()}
 
@@ -179,8 +180,3 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
 def _time(entry: object) -> str:
     """Return a time as it is written, or of a graph that is read already."""
     return write_seconds(entry) if isinstance(entry, Fraction) else shown(entry)
-
-
-def _problem(message: str, *path: str, **more: Any) -> Problem:
-    path = (MEASURES, *path)
-    return Problem(message=message, path=path, **more)

@@ -5,12 +5,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, shown
+from proofmass.blocks.declaration.problem import Problem, problems_of_table, shown
 from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import REQUIREMENT_KEYS
 from proofmass.graphs.model.limits import TEXT_LENGTH
 
 TABLE = "requirements"
+_problem = problems_of_table(TABLE)
 YIELD = "yield"
 SPREAD = "spread"  # tolerances that are the spread of the study
 _ID = re.compile(r"[A-Za-z0-9](?:[A-Za-z0-9_.-]{0,62}[A-Za-z0-9])?")
@@ -80,8 +81,3 @@ def _problems(name: object, table: Any) -> Iterator[Problem]:
         yield _problem("has no quantity", name, expected=REQUIREMENT_KEYS["quantity"], hint=_EXAMPLE)
     if not {"at_least", "at_most"} & table.keys():
         yield _problem("asks nothing", name, expected="at_least or at_most, or both", hint=_EXAMPLE)
-
-
-def _problem(message: str, *path: str, **more: Any) -> Problem:
-    path = (TABLE, *path)
-    return Problem(message=message, path=path, **more)

@@ -4,9 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, problems_of_table, shown
 from proofmass.blocks.declaration.unit_expressions import is_unit, unit
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
 from proofmass.graphs.formulas.formula import Formula, in_unit, is_formula
@@ -17,6 +16,7 @@ from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 MOST_VALUES = 1000
 EXAMPLE = 'write mass = "50 ug", a number, or a formula of other values, "= 2 * pi * f0"'
 TABLE = "values"
+_problem = problems_of_table(TABLE)
 
 
 @dataclass(frozen=True)
@@ -56,9 +56,9 @@ def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Name
     """Return the values of a table in the order of their names, and its problems; `taken` names are refused."""
     if not isinstance(table, Mapping):
         hint = f"write [values] and below it values; {EXAMPLE}"
-        return {}, [_problem("must be a table", (), got=shown(table), hint=hint)]
+        return {}, [_problem("must be a table", got=shown(table), hint=hint)]
     if len(table) > MOST_VALUES:
-        return {}, [_problem("too many", (), got=str(len(table)), expected=f"at most {MOST_VALUES}")]
+        return {}, [_problem("too many", got=str(len(table)), expected=f"at most {MOST_VALUES}")]
     problems = [problem for name in table for problem in bad_name(name, taken)]
     read: dict[str, NamedValue] = {}
     formulas: dict[str, Formula] = {}
@@ -71,7 +71,7 @@ def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Name
             else:
                 read[str(name)] = read_quantity(entry)
         except Refusal as error:
-            problems.append(_problem(str(error), (str(name),), got=shown(entry), hint=error.hint))
+            problems.append(_problem(str(error), str(name), got=shown(entry), hint=error.hint))
     problems += _resolve(formulas, read, {str(name) for name in table} - read.keys() - formulas.keys())
     return dict(sorted(read.items())), problems
 
@@ -79,7 +79,7 @@ def read_values(table: object, taken: Mapping[str, str]) -> tuple[dict[str, Name
 def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
     """Yield why a value may not have a name."""
     if not isinstance(name, str) or not NAME.fullmatch(name):
-        yield _problem("not a name", (str(name),), got=shown(name), expected=EXPECTED_NAME)
+        yield _problem("not a name", str(name), got=shown(name), expected=EXPECTED_NAME)
         return
     why = taken.get(name, "")
     if name in FUNCTIONS or name in CONSTANTS:
@@ -88,7 +88,7 @@ def bad_name(name: object, taken: Mapping[str, str]) -> Iterator[Problem]:
         why = "a unit"
     if why:
         hint = "choose another: words say more than letters, as in mass or drive_frequency"
-        yield _problem(f"the name is taken: {name} is {why}", (name,), hint=hint)
+        yield _problem(f"the name is taken: {name} is {why}", name, hint=hint)
 
 
 def read_quantity(entry: object) -> NamedValue:
@@ -116,7 +116,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
     while chain := circle(needs):
         message = "the value depends on itself: " + " -> ".join(chain)
         got, hint = shown(formulas[chain[0]].text), "write one of them as a number"
-        yield _problem(message, (chain[0],), got=got, hint=hint)
+        yield _problem(message, chain[0], got=got, hint=hint)
         unknown |= set(chain)
         needs = {name: others - unknown for name, others in needs.items() if name not in unknown}
     for name in TopologicalSorter(needs).static_order():
@@ -127,7 +127,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
             read[name] = resolved(formulas[name], read)
         except Refusal as error:
             unknown.add(name)
-            yield _problem(str(error), (name,), got=shown(formulas[name].text), hint=error.hint)
+            yield _problem(str(error), name, got=shown(formulas[name].text), hint=error.hint)
 
 
 def circle(needs: Mapping[str, set[str]]) -> list[str]:
@@ -143,8 +143,3 @@ def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
     """Return the value that a formula gives; raises `Refusal`."""
     dimension = dimension_of(formula.tree, {name: value.dimension for name, value in values.items()})
     return NamedValue(formula.text, formula.number({name: value.number for name, value in values.items()}), dimension)
-
-
-def _problem(message: str, path: tuple[str, ...], **more: Any) -> Problem:
-    path = (TABLE, *path)
-    return Problem(message=message, path=path, **more)

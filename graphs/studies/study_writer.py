@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from collections.abc import Mapping
 from typing import Any
 
 from proofmass.graphs.files.toml_writer import inline, quoted, write_graph
@@ -52,8 +51,9 @@ def _spread(spread: Spread) -> dict[str, Any]:
         return {"file": spread.column_file[0], "column": COLUMN}
     if spread.shape == "values":
         return {"values": spread.values} | ({"weights": spread.weights} if spread.weights else {})
-    more = {"relative": True} if spread.relative else {}
-    return {spread.shape: spread.width} | more | _finite({"truncated": spread.truncated})
+    more: dict[str, Any] = {"relative": True} if spread.relative else {}
+    more |= {"truncated": spread.truncated} if math.isfinite(spread.truncated) else {}
+    return {spread.shape: spread.width} | more
 
 
 def _correlation(study: Study) -> dict[str, dict[str, float]]:
@@ -95,7 +95,3 @@ def _change(change: Change) -> dict[str, Any]:
 
 def _limit(limit: Limit) -> dict[str, Any]:
     return {"from" if name == "start" else name: value for name, value in _changed(limit, Limit()).items()}
-
-
-def _finite(numbers: Mapping[str, float]) -> dict[str, float]:
-    return {name: number for name, number in numbers.items() if math.isfinite(number)}

@@ -54,7 +54,8 @@ def tuning_of(
             hint = "add [study] with spread and limits to the file"
             read.refuse(Refusal("a yield is wanted, and there is no study with limits", hint), "goals", name)
     own_points = {
-        name: read.parameters(f"points.{name}", table, _value) for name, table in read.entries("points", points)
+        name: read.parameters(f"points.{name}", table, lambda entry, unit: read_quantity({"": entry}, "", unit))
+        for name, table in read.entries("points", points)
     }
     corners = read.parameters("tolerances", tolerances, lambda value, unit: _tolerance(value))
     for key, entries, what, example in (("free", frees, "parameter", _FREE), ("goals", wanted, "goal", _GOAL)):
@@ -177,10 +178,6 @@ def _limit(table: TuningTables, key: str, unit: str) -> float:
     if unit == "%":
         return 100.0 * read_quantity(table, key, "1") if isinstance(table[key], str) else read_quantity(table, key, "1")
     return read_quantity(table, key, unit)
-
-
-def _value(entry: object, unit: str) -> float:
-    return read_quantity({"": entry}, "", unit)
 
 
 def _tolerance(entry: object) -> float:

@@ -1,7 +1,7 @@
 """Answers of commands: exit codes, text for people or JSON for programs, then the files that were written."""
 
 import os
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +55,13 @@ def print_picture(draw: Callable[[], "Figure"], path: Path | None, as_json: bool
         from proofmass.runner.output.pictures import save_figure
 
         print_file(save_figure(draw(), path), as_json)
+
+
+def print_pictures(figures: Mapping[str, Callable[[], "Figure"]], path: Path | None, as_json: bool) -> None:
+    """Write pictures where a file is named for them; with their own names in that name if there are several."""
+    for name, draw in figures.items():
+        named = path.with_stem(f"{path.stem}_{name}") if path is not None and len(figures) > 1 else path
+        print_picture(draw, named, as_json)
 
 
 def print_text(lines: Iterable[str], err: bool = False) -> None:

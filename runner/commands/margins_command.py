@@ -3,7 +3,6 @@
 from collections.abc import Callable, Iterator, Mapping
 from functools import partial
 from itertools import chain
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 import click
@@ -20,7 +19,7 @@ from proofmass.runner.analysis.margins.plot import plot_margins, plot_sensitivit
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity, margin_sensitivities, transfer_sensitivities
 from proofmass.runner.analysis.margins.stability import margins_or_reasons, missed
 from proofmass.runner.analysis.margins.text import margins_text, sensitivity_text
-from proofmass.runner.commands.answers import DONE, print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_pictures
 from proofmass.runner.commands.declarations.graphs import MarginsRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
@@ -57,8 +56,9 @@ def show_margins(request: MarginsRequest) -> int:
         map(margins_text, loops.values()), map(sensitivity_text, quantities), (str(one) for one in _opinions(loops))
     )
     print_answer(request.as_json, lambda: data | {"python_control": [one.as_data() for one in _opinions(loops)]}, texts)
-    if request.picture is not None:
-        _draw(request.picture, loops, quantities, request.as_json)
+    figures: dict[str, Callable[[], Figure]] = {name: partial(plot_margins, loop) for name, loop in loops.items()}
+    figures |= {"sensitivity": partial(plot_sensitivities, quantities)} if quantities else {}
+    print_pictures(figures, request.picture, request.as_json)
     problems = [problem for error in answers.values() if isinstance(error, ModelError) for problem in error.problems]
     problems += missed(planned, loops)
     if problems:
@@ -127,12 +127,3 @@ def _answers(points: OperatingPoints, request: MarginsRequest) -> dict[str, Marg
     if request.sensitivity and not request.loop and not points.plan.graph.loops and not find_loops(points.plan):
         return {}
     return margins_or_reasons(points, request.loop)
-
-
-def _draw(picture: Path, loops: dict[str, Margins], quantities: list[Sensitivity], as_json: bool) -> None:
-    """Draw each loop, and the parameters; with their names in the file's name if there are several."""
-    figures: dict[str, Callable[[], Figure]] = {name: partial(plot_margins, loop) for name, loop in loops.items()}
-    if quantities:
-        figures["sensitivity"] = partial(plot_sensitivities, quantities)
-    for name, draw in figures.items():
-        print_picture(draw, picture if len(figures) == 1 else picture.with_stem(f"{picture.stem}_{name}"), as_json)

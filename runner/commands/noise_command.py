@@ -1,7 +1,6 @@
 """The command `noise`: what the noise of an output is made of."""
 
 from functools import partial
-from pathlib import Path
 
 import click
 
@@ -14,7 +13,7 @@ from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
 from proofmass.runner.analysis.noise.text import derivatives_text, noise_text, value_text
-from proofmass.runner.commands.answers import DONE, print_answer, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_pictures
 from proofmass.runner.commands.declarations.analysis import NoiseRequest
 from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.progress import progress
@@ -40,16 +39,11 @@ def show_noise(request: NoiseRequest) -> int:
     data = [budget.as_data() for budget in budgets]
     texts = (text for budget in budgets for text in (noise_text(budget), *derivatives_text(budget)))
     print_answer(request.as_json, lambda: data[0] if request.output and data else data, texts)
-    for budget in budgets if request.picture else ():
-        path = _named(request.picture, budget.output, len(budgets))
-        print_picture(partial(plot_noise, budget), path, request.as_json)
+    figures = {budget.output: partial(plot_noise, budget) for budget in budgets}
+    print_pictures(figures, request.picture, request.as_json)
     if refused:
         raise ModelError([problem for error in refused for problem in error.problems])
     return DONE
-
-
-def _named(picture: Path | None, output: str, several: int) -> Path | None:
-    return picture if several == 1 or picture is None else picture.with_stem(f"{picture.stem}_{output}")
 
 
 def _show_value(request: NoiseRequest, graph: Graph) -> int:

@@ -62,7 +62,8 @@ def check_proof(request: CheckProofRequest) -> int:
     text = request.certificate.read_text(encoding="utf-8", errors="replace")
     try:
         claims = check_certificate(text)
-        fault = "" if request.graph is None or _same(text, graph_from(request.graph)) else "is that of another graph"
+        same = request.graph is None or graph_of_certificate(text) == graph_digest(graph_from(request.graph))
+        fault = "" if same else "is that of another graph"
     except FalseCertificateError as error:
         claims, fault = [], str(error)
     if fault:
@@ -84,10 +85,6 @@ def _rate(text: str) -> tuple[str, str]:
     """Return the parameter and the rate of an option such as `torquer.gain=1 %/s`; "" for all parameters."""
     name, _, rate = text.rpartition("=")
     return name.strip(), rate.strip()
-
-
-def _same(text: str, graph: Graph) -> bool:
-    return graph_of_certificate(text) == graph_digest(graph)
 
 
 def _known(request: ProveRequest, source: Graph | Study) -> KnownProofs | None:

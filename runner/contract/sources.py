@@ -60,27 +60,12 @@ class HostileIntegers(Block):
     unit: str = param("", "Unit of the output.", default="1")
 
 
-@HostileNumbers.start
-def start_of_numbers(p: HostileNumbers) -> DrawnState:
-    return DrawnState(p.seed)
-
-
 @HostileNumbers.output("{unit}")
 def number(p: HostileNumbers, x: DrawnState) -> float:
     """An ordinary number, or one of the table."""
     if (x.number >> 16) % 2 == 0:
         return p.scale * (x.number / 2**30 - 1.0)
     return NUMBERS[(x.number >> 17) % len(NUMBERS)]
-
-
-@HostileNumbers.update
-def next_number(p: HostileNumbers, x: DrawnState) -> DrawnState:
-    return DrawnState((1103515245 * x.number + 12345) % 2**31)
-
-
-@HostileIntegers.start
-def start_of_integers(p: HostileIntegers) -> DrawnState:
-    return DrawnState(p.seed)
 
 
 @HostileIntegers.output("{unit}")
@@ -91,6 +76,6 @@ def integer(p: HostileIntegers, x: DrawnState) -> int:
     return INTEGERS[(x.number >> 17) % len(INTEGERS)]
 
 
-@HostileIntegers.update
-def next_integer(p: HostileIntegers, x: DrawnState) -> DrawnState:
-    return DrawnState((1103515245 * x.number + 12345) % 2**31)
+for kind in (HostileNumbers, HostileIntegers):
+    kind.start(start)
+    kind.update(update)

@@ -22,7 +22,7 @@ from contextlib import contextmanager
 from contextvars import ContextVar
 from typing import Any
 
-from proofmass.blocks.arithmetic.mantissa import dropped
+from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
@@ -46,7 +46,7 @@ def with_errors(of: _Error) -> Iterator[None]:
         _ERROR.reset(token)
 
 
-class Dual:
+class Dual(Mantissa):
     """A value and its slopes, a `Mantissa` too; made by `dual`, which leaves plain what has no slopes."""
 
     __slots__ = ("level", "slopes", "value")
@@ -134,9 +134,6 @@ class Dual:
 
     __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
 
-    def __invert__(self) -> Any:
-        return -self - 1
-
     # What a mantissa does in a way of its own: a rule of rounding divides, and a register holds what is in its range.
 
     def monotone(self, rule: Callable[[int], int]) -> Any:
@@ -155,31 +152,12 @@ class Dual:
         """Return the number less the whole turns of a register that wraps."""
         return self - (plain(self) - low) // (high - low + 1) * (high - low + 1)
 
-    def cut(self) -> Any:
-        """Return the number itself: a cut changes no value."""
-        return self
-
     def left_over(self, whole: Any, scale: Any) -> Any:
         """Return scale self / whole: the rest of a search is not rounded here. That of no length is 0."""
         return scale * (self / whole) if plain(whole) else 0
 
-    def select(self, chosen: Any, otherwise: Any) -> Any:
-        """The choice of its value."""
-        return chosen if self else otherwise
-
-    def minimum(self, other: Any) -> Any:
-        """The lower of two numbers."""
-        return self if self <= other else other
-
-    def maximum(self, other: Any) -> Any:
-        """The higher of two numbers."""
-        return self if self >= other else other
-
     def __neg__(self) -> Any:
         return chained(self.level, -self.value, (-1.0, self.slopes))
-
-    def __pos__(self) -> Any:
-        return self
 
     def __abs__(self) -> Any:
         if plain(self) == 0:

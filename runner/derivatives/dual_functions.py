@@ -226,10 +226,6 @@ def _power(base: Any, exponent: Any) -> Any:
     return _of_one(lambda x: math.pow(x, exponent), slope)(base)
 
 
-def _copysign(size: Any, sign: Any) -> Any:
-    return size * (1.0 if _sign(plain(size)) == _sign(plain(sign)) else -1.0)
-
-
 def _sign(number: Any) -> float:
     if isinstance(number, Ball):
         return 1.0 if number > 0 else -1.0
@@ -255,7 +251,7 @@ _REST: dict[str, Callable[..., Any]] = {
     "hypot": _hypot,
     "atan2": _atan2,
     "pow": _power,
-    "copysign": _copysign,
+    "copysign": lambda size, sign: size * (1.0 if _sign(plain(size)) == _sign(plain(sign)) else -1.0),
     "fabs": abs,
     "trunc": _converting(math.trunc),
     "fmod": lambda x, y: x - y * math.trunc(plain(x) / plain(y)) if isinstance(x, Dual) else math.fmod(x, y),
@@ -292,7 +288,9 @@ def _nearest_even_level(value: Any, last: Any) -> Any:
 
 
 _OURS: dict[Any, Callable[..., Any]] = {
-    rounding.round_half_even: _round_half_even,
+    rounding.round_half_even: lambda value: (
+        value if isinstance(value, Dual) else _counted(rounding.round_half_even, value)
+    ),
     rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
     rounding.nearest_level: _nearest_level,
     rounding.nearest_even_level: _nearest_even_level,

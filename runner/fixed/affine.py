@@ -14,6 +14,8 @@ from fractions import Fraction
 from math import gcd
 from typing import Any, NamedTuple
 
+from proofmass.blocks.arithmetic.mantissa import Mantissa
+
 _LARGE = 200  # bits of a number by which a rule shows how many bits it drops
 
 
@@ -97,7 +99,7 @@ class AffineForms:
         return self._rounded[key]
 
 
-class AffineMantissa:
+class AffineMantissa(Mantissa):
     """A `Mantissa` that stands for an affine form; its value is a whole number, and one of `multiple`."""
 
     __slots__ = ("constant", "multiple", "of", "terms")
@@ -145,9 +147,6 @@ class AffineMantissa:
     def __neg__(self) -> "AffineMantissa":
         return self.scaled(Fraction(-1), self.multiple)
 
-    def __pos__(self) -> "AffineMantissa":
-        return self
-
     def __sub__(self, other: Any) -> Any:
         return self + -other if isinstance(other, int | AffineMantissa) else NotImplemented
 
@@ -178,9 +177,6 @@ class AffineMantissa:
         raise NotAffineError("a division")
 
     __rfloordiv__ = __mod__ = __rmod__ = __truediv__ = __rtruediv__ = __floordiv__
-
-    def __invert__(self) -> Any:
-        return -self - 1
 
     def __and__(self, mask: Any) -> Any:
         return self if _all_bits(mask) else 0
@@ -240,18 +236,6 @@ class AffineMantissa:
 
     # -- what a mantissa does in a way of its own ------------------------------------------------------------------
 
-    def select(self, chosen: Any, otherwise: Any) -> Any:
-        """`chosen` where it is not 0, else `otherwise`."""
-        return chosen if self else otherwise
-
-    def minimum(self, other: Any) -> Any:
-        """The smaller of the two."""
-        return self if self <= other else other
-
-    def maximum(self, other: Any) -> Any:
-        """The greater of the two."""
-        return self if self >= other else other
-
     def monotone(self, rule: Callable[[Any], Any]) -> Any:
         """The form divided by the power of two that the rule shows, and an error."""
         return self.of.rounded(self, rule, (1 << _LARGE) // rule(1 << _LARGE))
@@ -266,14 +250,6 @@ class AffineMantissa:
         turns = int((self.at_start() - low) // (high - low + 1)) * (high - low + 1)
         self.of.keeps(self, low + turns, high + turns)
         return self - turns
-
-    def cut(self) -> "AffineMantissa":
-        """The form itself."""
-        return self
-
-    def left_over(self, whole: Any, scale: Any) -> int:
-        """Return 0: what is below the last step is not computed."""
-        return 0
 
 
 def _errors(rule: Callable[[int], int], parts: int, step: int) -> tuple[Fraction, ...]:

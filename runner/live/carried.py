@@ -59,6 +59,7 @@ class CarriedLoop:
             places.append({"at": len(image), "length": array.size})
             image += array.tobytes()
         rate = self.plan.schedule.base_rate
+        formulas = [{**_described(one), "read": None} for one in planned_derived(self.plan)]
         shown_in = {probe.signal: probe.unit for probe in self.plan.graph.root.probes}
         return {
             "entry": ENTRY,
@@ -69,7 +70,7 @@ class CarriedLoop:
             "arrays": places,  # constants, state, scratch, vectors
             "rate": [rate.numerator, rate.denominator],
             "probes": [self._probe(probe, shown_in[probe.signal]) for probe in self.plan.probes],
-            "measures": [*map(self._measure, self.plan.measures), *map(_formula, planned_derived(self.plan))],
+            "measures": [*map(self._measure, self.plan.measures), *formulas],
             "formulas": _formulas(self.plan),
             "parameters": {".".join(node): self._place(node) for node in self.varied},
             "wires": list(self._wires()),
@@ -163,11 +164,6 @@ def _described(measure: PlannedMeasure) -> dict[str, Any]:
         "statistic": measure.statistic,
         "unit": scale_key(measure.unit, measure.shown_in),
     }
-
-
-def _formula(measure: PlannedMeasure) -> dict[str, Any]:
-    """A measure that the loop does not have: formulas compute it from the others."""
-    return _described(measure) | {"read": None}
 
 
 def _formulas(plan: Plan) -> dict[str, Any] | None:

@@ -1,6 +1,7 @@
 """One block as text: what `proofmass blocks KIND` prints, derived from its declaration."""
 
 from collections.abc import Sequence
+from textwrap import indent
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed
@@ -12,7 +13,7 @@ from proofmass.runner.output.text_table import text_table
 def block_text(kind: type[Block]) -> str:
     """Equation, parameters with units and bounds, ports with types and feedthrough, and lines for a graph file."""
     about = facts(kind)
-    lines = [f"{about['kind']}: {about['doc']}", "", *_indented(about["equation"])]
+    lines = [f"{about['kind']}: {about['doc']}", "", indent(about["equation"], "    ")]
     lines += ["", f"Elsewhere called: {', '.join(about['elsewhere'])}."] if about["elsewhere"] else []
     lines += ["", "Continuous: the runner integrates it between ticks."] if about["continuous"] else []
     parameters = [
@@ -56,10 +57,6 @@ def _type(port: dict[str, Any]) -> str:
 
 def _feedthrough(port: dict[str, Any]) -> str:
     return ", ".join(port["feedthrough"]) or "nothing"
-
-
-def _indented(text: str) -> list[str]:
-    return [f"    {line}".rstrip() for line in text.splitlines()]
 
 
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:

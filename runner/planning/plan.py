@@ -44,7 +44,7 @@ def plan(graph: GraphSource, *, wide: bool = False, recordings: Recordings = NO_
     prepared, problems = _made(wired, flat.blocks, wide, recordings)
     if problems:
         raise ModelError([flat.placed(problem) for problem in problems])
-    filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(prepared)._asdict())
+    filled = Filled(graph=flat, schedule=order, blocks=flat.blocks, **_numbers_of(prepared))
     as_set = {name: block.as_set for name, block in prepared.items() if block.digital is None}
     solvers = find_solvers(filled, as_set, lambda: Outputs(filled, flat.seed).first_tick())
     largest: dict[VectorOf, tuple[float, ...]] = {
@@ -75,14 +75,10 @@ def varied(planned: Plan, blocks: Mapping[str, Block]) -> Plan:
     made, problems = _made(changed, blocks)
     if problems:
         raise ModelError(problems)
-    numbers = _numbers_of(made)
-    return dataclasses.replace(
-        changed,
-        constants={**planned.constants, **numbers.constants},
-        starts={**planned.starts, **numbers.starts},
-        buffers={**planned.buffers, **numbers.buffers},
-        digital={**planned.digital, **numbers.digital},
-    )
+    numbers: dict[str, Any] = {
+        table: {**getattr(planned, table), **entries} for table, entries in _numbers_of(made).items()
+    }
+    return dataclasses.replace(changed, **numbers)
 
 
 class _Made(NamedTuple):
@@ -93,15 +89,6 @@ class _Made(NamedTuple):
     start: Any
     buffers: Mapping[Endpoint, tuple[float, ...]]
     digital: DigitalBlock | None = None
-
-
-class _Numbers(NamedTuple):
-    """Constants, starts, buffers and digital forms of some blocks, as a plan has them."""
-
-    constants: dict[str, Any]
-    starts: dict[str, Any]
-    buffers: dict[VectorOf, tuple[float, ...]]
-    digital: dict[str, DigitalBlock]
 
 
 def _made(
@@ -145,13 +132,14 @@ def _made(
     return prepared, problems
 
 
-def _numbers_of(prepared: Mapping[str, _Made]) -> _Numbers:
-    return _Numbers(
-        constants={name: block.constants for name, block in prepared.items()},
-        starts={name: block.start for name, block in prepared.items()},
-        buffers={node: held for block in prepared.values() for node, held in block.buffers.items()},
-        digital={name: block.digital for name, block in prepared.items() if block.digital is not None},
-    )
+def _numbers_of(prepared: Mapping[str, _Made]) -> dict[str, Any]:
+    """Return the constants, starts, buffers and digital forms of some blocks, by their fields of a plan."""
+    return {
+        "constants": {name: block.constants for name, block in prepared.items()},
+        "starts": {name: block.start for name, block in prepared.items()},
+        "buffers": {node: held for block in prepared.values() for node, held in block.buffers.items()},
+        "digital": {name: block.digital for name, block in prepared.items() if block.digital is not None},
+    }
 
 
 def numbers_in(values: Iterable[Any]) -> Iterator[float]:

@@ -113,10 +113,6 @@ def _wire(s: TangentStep) -> Operand:
     return builder.get(slope)
 
 
-def _deviate(s: TangentStep) -> Operand:
-    return _entering(s, DRAWN, s.x[0], s.dx[0], 1.0)
-
-
 def _rounded(s: TangentStep) -> Operand:
     return s.slopes.plus(s.dx[0], _entering(s, ROUNDED, s.x[0], s.dx[0], 1.0))
 
@@ -172,7 +168,7 @@ def _within(s: TangentStep) -> Operand:
 
 AT_WIRES: dict[str, TangentRule] = {_AT_WIRE: _wire}
 OF_NOISE: dict[str, TangentRule] = {
-    _AT_DEVIATE: _deviate,
+    _AT_DEVIATE: lambda s: _entering(s, DRAWN, s.x[0], s.dx[0], 1.0),
     _AT_DROP: _dropped,
     origin_of(rounding.round_half_even): _rounded,
     origin_of(rounding.round_down): _rounded,

@@ -30,19 +30,11 @@ def _divide(a: float, b: float) -> float:
     return math.copysign(math.inf, math.copysign(1.0, a) * math.copysign(1.0, b))
 
 
-def _square_root(a: float) -> float:
-    return math.nan if a < 0.0 else math.sqrt(a)
-
-
 def _whole(rounded: Callable[[float], int]) -> Callable[[float], float]:
     def function(a: float) -> float:
         return math.copysign(float(rounded(a)), a) if math.isfinite(a) else a
 
     return function
-
-
-def _integer_of_float(a: float) -> int:
-    return int(a) if -9223372036854775808.0 <= a < 9223372036854775808.0 else 0
 
 
 def _of_integers(function: Callable[[int, int], int]) -> Callable[[int, int], int]:
@@ -61,7 +53,7 @@ EVALUATE: dict[str, Callable[..., Any]] = {
     "negate": operator.neg,
     "absolute": abs,
     "copy_sign": math.copysign,
-    "square_root": _square_root,
+    "square_root": lambda a: math.nan if a < 0.0 else math.sqrt(a),
     "floor": _whole(math.floor),
     "ceiling": _whole(math.ceil),
     "truncate": _whole(math.trunc),
@@ -94,7 +86,7 @@ EVALUATE: dict[str, Callable[..., Any]] = {
     "likely": lambda a: a,
     "select": lambda a, b, c: b if a else c,
     "float_of_integer": float,
-    "integer_of_float": _integer_of_float,
+    "integer_of_float": lambda a: int(a) if -_HALF <= a < _HALF else 0,
     "integer_of_truth": int,
     "float_of_truth": float,
     "bits_of_float": lambda a: struct.unpack("<q", struct.pack("<d", a))[0],

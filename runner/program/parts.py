@@ -272,37 +272,14 @@ class _PartWriter:
     def _operand(self, value: Any) -> Any:
         return self.known.get(value, value)
 
-    def _operands(self, values: tuple[Any, ...]) -> tuple[Any, ...]:
-        return tuple(map(self._operand, values))
-
     def _mapped(self, statement: form.Statement) -> form.Statement:
-        """Copy a statement with the values of this function."""
-        match statement:
-            case form.Compute():
-                return replace(statement, operands=self._operands(statement.operands))
-            case form.Set():
-                return replace(statement, value=self._operand(statement.value))
-            case form.Load(_, array, index):
-                return replace(statement, array=self._operand(array), index=self._operand(index))
-            case form.Store(array, index, value):
-                array, index, value = self._operands((array, index, value))
-                return replace(statement, array=array, index=index, value=value)
-            case form.View(_, whole, first):
-                return replace(statement, whole=self._operand(whole), first=self._operand(first))
-            case form.Call():
-                return replace(statement, arguments=self._operands(statement.arguments))
-            case form.If(condition, then, otherwise):
-                regions = self._region(then), self._region(otherwise)
-                return replace(statement, condition=self._operand(condition), then=regions[0], otherwise=regions[1])
-            case form.For(_, first, last):
-                bounds = {"first": self._operand(first), "last": self._operand(last)}
-                return replace(statement, body=self._region(statement.body), **bounds)
-            case form.While(test, _, body):
-                test = self._region(test)  # first, as the condition is a value of the test
-                condition = self._operand(statement.condition)
-                return replace(statement, test=test, condition=condition, body=self._region(body))
-            case _:
-                return statement
+        """Copy a statement with the values of this function: fields in order, as a condition is a value of its test."""
+        return replace(statement, **{name: self._field(value) for name, value in vars(statement).items()})
+
+    def _field(self, value: Any) -> Any:
+        if isinstance(value, list):
+            return self._region(value)
+        return tuple(map(self._operand, value)) if isinstance(value, tuple) else self._operand(value)
 
     def _region(self, region: form.Region) -> form.Region:
         with self.builder.within([]) as written:

@@ -66,7 +66,7 @@ def write_slopes(plan: Plan, noise: bool = False) -> SlopeTick:
     entry = loop.program.entry
     scratch = writer.numbers.scratch_array
     moved = [p for p in entry.parameters if isinstance(p, Storage) and p.writable and p not in writer.events]
-    rules = {**AT_WIRES, **(OF_NOISE if noise else {}), _STILL: _nothing, _FOLLOWED: _followed}
+    rules = {**AT_WIRES, **(OF_NOISE if noise else {}), _STILL: lambda s: operand(0.0), _FOLLOWED: _followed}
     sloped = Tangents(rules, writer.events).of(entry, tuple(p in moved for p in entry.parameters))
     moved.remove(scratch)
     directions = _Directions(entry, moved, scratch, writer.events)
@@ -138,10 +138,6 @@ def _marked(builder: Builder, origin: str) -> Function:
     inner.origin = origin
     inner.give(inner.parameter(FLOAT, "value"))
     return inner.function()
-
-
-def _nothing(s: TangentStep) -> Operand:
-    return operand(0.0)
 
 
 def _followed(s: TangentStep) -> Operand:

@@ -8,8 +8,8 @@ from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.groups import state_fields
 from proofmass.runner.plan.solver import Solver
-from proofmass.runner.program.build import Builder, WrittenNumber, operand, parameters_like
-from proofmass.runner.program.form import FLOAT, INTEGER, Function, Operand, Storage
+from proofmass.runner.program.build import Builder, WrittenNumber, operand, parameters_like, zero
+from proofmass.runner.program.form import FLOAT, INTEGER, Function, Storage
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.groups import ExactGroup, GroupContext, GroupWriter, WritesTick
 from proofmass.runner.program.lower import Called, call
@@ -40,10 +40,10 @@ class SteppedGroup(GroupWriter):
         self.largest = self.frame.wires[solver.largest] if solver.tolerance else self._array("largest", size)
         lengths = scratch(size) if solver.method == "radau" else ()
         self.steps_work = tuple(self._array(f"work_{i}", length) for i, length in enumerate(lengths))
-        zero = operand(0.0)
-        inputs = tuple(_zero_of(self.frame.wires[node]) for node in self.group.inputs)
-        slopes, guesses = (zero,) * len(self.group.ramps), (zero,) * len(self.group.guesses)
-        example = GroupContext(self.constants(), inputs, slopes, guesses, zero, self.work())
+        none = operand(0.0)
+        inputs = tuple(zero(self.frame.wires[node].kind) for node in self.group.inputs)
+        slopes, guesses = (none,) * len(self.group.ramps), (none,) * len(self.group.guesses)
+        example = GroupContext(self.constants(), inputs, slopes, guesses, none, self.work())
         self.functions = self._functions(example)
 
     def _array(self, key: str, length: int) -> Storage:
@@ -185,8 +185,3 @@ class SteppedGroup(GroupWriter):
 
 def _called(frame: Frame, name: str, watched: str, behaviour: Behaviour) -> Called:
     return frame.called(name, watched, behaviour)
-
-
-def _zero_of(held: Lowered) -> Operand:
-    """A zero of the kind and shape of a wire."""
-    return operand({FLOAT: 0.0, INTEGER: 0}.get(held.kind, False))

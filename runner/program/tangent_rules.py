@@ -142,10 +142,6 @@ def _left_over(s: TangentStep) -> form.Operand:
     return slopes.plus(s.dx[0], slopes.minus(slopes.times(s.dx[1], turns)))
 
 
-def _opposite(s: TangentStep) -> form.Operand:
-    return s.slopes.minus(s.dx[0])
-
-
 def _size(s: TangentStep) -> form.Operand:
     slopes, compute = s.slopes, s.slopes.compute
     sided = slopes.chosen(compute("less", s.x[0], 0.0), slopes.minus(s.dx[0]), s.dx[0])
@@ -155,10 +151,6 @@ def _size(s: TangentStep) -> form.Operand:
 def _signed(s: TangentStep) -> form.Operand:
     slopes = s.slopes
     return slopes.chosen(slopes.compute("equal", s.x[0], s.y), s.dx[0], slopes.minus(s.dx[0]))
-
-
-def _root(s: TangentStep) -> form.Operand:
-    return s.slopes.times(s.dx[0], s.slopes.compute("divide", 0.5, s.y))
 
 
 def _masked(s: TangentStep) -> form.Operand:
@@ -200,10 +192,6 @@ def _scale(s: TangentStep) -> form.Operand:
     return s.slopes.number(s.slopes.compute("shift_left", 1, s.x[1]))
 
 
-def _selected(s: TangentStep) -> form.Operand:
-    return s.slopes.chosen(s.x[0], s.dx[1], s.dx[2])
-
-
 OF_OPERATIONS: dict[str, TangentRule] = {
     **{name: _nothing for name, signature in form.OPERATIONS.items() if signature.result is form.TRUTH},
     **dict.fromkeys(("floor", "ceiling", "integer_of_truth", "float_of_truth"), _nothing),
@@ -214,15 +202,15 @@ OF_OPERATIONS: dict[str, TangentRule] = {
     **dict.fromkeys(("multiply", "multiply_integers"), _product),
     **dict.fromkeys(("divide", "floor_divide"), _quotient),
     "modulo": _remainder,
-    "negate": _opposite,
+    "negate": lambda s: s.slopes.minus(s.dx[0]),
     "absolute": _size,
     "copy_sign": _signed,
-    "square_root": _root,
+    "square_root": lambda s: s.slopes.times(s.dx[0], s.slopes.compute("divide", 0.5, s.y)),
     "and": _masked,
     "xor": _turned,
     "shift_left": _raised,
     "shift_right": _lowered,
-    "select": _selected,
+    "select": lambda s: s.slopes.chosen(s.x[0], s.dx[1], s.dx[2]),
 }
 
 

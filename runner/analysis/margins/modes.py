@@ -94,7 +94,7 @@ def _without_shared(
     removed: tuple[list[Any], list[Any]] = ([], [])
     neutral = []
     for pole in marginal:
-        near = [[root for root in end if _is_at(root, pole)] for end in ends]
+        near = [[root for root in end if abs(complex(root) - pole.value) <= 2.0 * pole.uncertainty] for end in ends]
         if all(near):
             neutral.append(pole)
             for end, gone, found in zip(ends, removed, near, strict=True):
@@ -106,10 +106,6 @@ def _without_shared(
     first, second = (_without(part, gone) for part, gone in zip((numerator, denominator), removed, strict=True))
     below = math.lcm(int(first.denom()), int(second.denom()))
     return (first * below).numer(), (second * below).numer(), neutral
-
-
-def _is_at(root: Any, pole: Pole) -> bool:
-    return abs(complex(root) - pole.value) <= 2.0 * pole.uncertainty
 
 
 def _modes(

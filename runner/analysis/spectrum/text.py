@@ -1,7 +1,6 @@
 """The spectrum of a signal, and the figures of its tone, as text for people."""
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -23,7 +22,7 @@ def spectrum_text(of: Spectrum, band: tuple[float, float] | None = None, slope: 
     ]
     inside = of.within(band)
     if inside.any():
-        lines.append(f"  median density    {_median(of, inside):.6g} {of.density_unit} there")
+        lines.append(f"  median density    {np.median(of.amplitude_density[inside]):.6g} {of.density_unit} there")
     if slope is not None:
         lines.append(f"  slope             {slope:+.1f} dB a decade there")
     return "\n".join(lines)
@@ -31,10 +30,6 @@ def spectrum_text(of: Spectrum, band: tuple[float, float] | None = None, slope: 
 
 def _harmonics(thd: float) -> str:
     return f"{thd:.2f} dB" if math.isfinite(thd) else "no harmonic above the noise"
-
-
-def _median(of: Spectrum, lines: Any) -> float:
-    return float(np.median(of.amplitude_density[lines]))
 
 
 def tone_text(measured: Tones | None, of: Spectrum) -> str:

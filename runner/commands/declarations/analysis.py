@@ -29,7 +29,7 @@ class OfSignal(Changed):
 
     source: Path = file_argument(library=True)
     probe: str = option("Take this signal of a graph, or column of a file.", default="", **PORT)
-    skip: str = option("Leave out the start, while it settles.", default="0 s", show_default=True, metavar="TIME")
+    skip: str = option("Leave out the start, while it settles.", default="0 s", metavar="TIME")
     duration: str | None = DURATION
     samples: int | None = option("Run so many base ticks, instead of a duration.", type=Whole(1))
     seed: int | None = seed_option("as the graph says")
@@ -72,9 +72,7 @@ class AllanRequest(OfSignal, does="allan_command.show_allan"):
 
     picture: Path | None = plot_option("Draw the deviation")
     tau: str | None = option("Show how long to record for the deviation at this averaging time.", metavar="TIME")
-    confidence: str = option(
-        "Aim at this standard error, relative to the deviation.", default="10 %", show_default=True
-    )
+    confidence: str = option("Aim at this standard error, relative to the deviation.", default="10 %")
 
 
 class NoiseRequest(Changed, does="noise_command.show_noise"):
@@ -116,8 +114,8 @@ class NoiseModelRequest(Request, does="noise_model_command.write_noise_model"):
     bias_instability: str | None = option('B, as "1 deg/h".', metavar="QUANTITY")
     flat: bool = flag("The bias instability is the flat part of an Allan curve, 0.664 B.")
     wander: str | None = option('K, as "1 deg/(h*sqrt(h))".', "--rate-random-walk", "--rrw", metavar="QUANTITY")
-    longest: str = option("Longest averaging time that flicker must hold for.", default="10000 s", show_default=True)
-    rate: str = option("Rate of the blocks.", default="1 kHz", show_default=True)
+    longest: str = option("Longest averaging time that flicker must hold for.", default="10000 s")
+    rate: str = option("Rate of the blocks.", default="1 kHz")
     unit: str = option("Unit of the signal (default: rad/s or m/s^2, as the quantities say).", default="")
 
 
@@ -146,12 +144,3 @@ class ResponseRequest(Changed, does="response_command.show_response"):
     )
     at: str = AT
     picture: Path | None = plot_option("Draw it")
-
-
-ANALYSES = (
-    SpectrumRequest,
-    AllanRequest,
-    NoiseRequest,
-    NoiseModelRequest,
-    ResponseRequest,
-)

@@ -100,12 +100,3 @@ class NewRequest(Request, does="new_command.write_new_graph"):
     def check(self) -> None:
         if self.name is not None and self.file.suffix == ".py":
             raise click.UsageError(f"--from copies TOML: proofmass new {self.file.stem}.toml --from {self.name}")
-
-
-BLOCKS = (
-    TestBlockRequest,
-    ExplainRequest,
-    BlocksRequest,
-    GalleryRequest,
-    NewRequest,
-)

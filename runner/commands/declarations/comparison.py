@@ -40,13 +40,9 @@ class DiffRequest(Answered, does="diff_command.show_differences"):
         "--tolerance",
         type=click.FloatRange(0.0),
         default=0.0,
-        show_default=True,
     )
     absolute: float = option(
-        "Allow this difference of traces and measures, in their units.",
-        type=click.FloatRange(0.0),
-        default=0.0,
-        show_default=True,
+        "Allow this difference of traces and measures, in their units.", type=click.FloatRange(0.0), default=0.0
     )
     page: Path | None = file_option("Write the tables as one HTML file.", "--html")
 
@@ -74,9 +70,3 @@ class VerifyRequest(Changed, does="verify_command.verify_graph"):
     junit: Path | None = file_option("Write the findings as JUnit XML.")
     page: Path | None = file_option("Write the findings as one HTML file.", "--html")
     engine: EngineName = engine_option()
-
-
-COMPARISONS = (
-    DiffRequest,
-    VerifyRequest,
-)

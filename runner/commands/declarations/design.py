@@ -97,10 +97,8 @@ class WorstRequest(Answered, does="worst_command.show_worst"):
     at: str = option(
         'Linearise at this time, or "settled" (default: where there is an answer).', default="", metavar="TIME"
     )
-    corners: int = option(
-        "Try all corners if there are no more than this.", type=Whole(0, 2**20), default=256, show_default=True
-    )
-    samples: int = option("Try this many random points.", type=Whole(1, 10**6), default=100, show_default=True)
+    corners: int = option("Try all corners if there are no more than this.", type=Whole(0, 2**20), default=256)
+    samples: int = option("Try this many random points.", type=Whole(1, 10**6), default=100)
     seed: int | None = seed_option("0", "the random points")
     runs: int | None = option(
         "Run this many sensors of the study and show their yields too (default: none).", type=Whole(1, 10**9)
@@ -168,6 +166,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
     at: str = option(
         'Prove claims about "0 s", the start, or about "settled", a point of rest (default: where it is known).',
         default="auto",
+        show_default=False,
         metavar="TIME",
     )
     constants: tuple[str, ...] = several(
@@ -198,9 +197,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         metavar="RATE",
     )
     bounds: bool = flag("Also look for the best limits that can be proved, and for the worst there are.")
-    seconds: float = option(
-        "Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, show_default=True, metavar="SECONDS"
-    )
+    seconds: float = option("Search for this long.", type=click.FloatRange(0.0, 1e6), default=60.0, metavar="SECONDS")
     workers: int | None = option("Use this many processes (default: one per processor).", type=Whole(1, 1024))
     target: Path | None = file_option(
         "Write a certificate that check-proof verifies, and go on from what is there.", "-o", "--out", "--output"
@@ -236,32 +233,23 @@ class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
     proofmass sigma-delta --order 3 --oversampling 64 --form CIFF --pulse 0 1 --rate "3.072 MHz" --out analog.toml
     """
 
-    order: int = option("Order of the loop.", type=Whole(1, 8), default=3, show_default=True)
-    oversampling: float = option(
-        "Rate over twice the band.", type=click.FloatRange(2.0, 1e6), default=64.0, show_default=True
-    )
-    gain: float = option("Gain of the noise far from the band.", type=float, default=1.5, show_default=True)
+    order: int = option("Order of the loop.", type=Whole(1, 8), default=3)
+    oversampling: float = option("Rate over twice the band.", type=click.FloatRange(2.0, 1e6), default=64.0)
+    gain: float = option("Gain of the noise far from the band.", type=float, default=1.5)
     zeros: str = option(
         "Place the zeros for the least noise in the band, so but two of an even number at its centre, or all there.",
         type=click.Choice(("optimised", "centred", "none")),
         default="optimised",
-        show_default=True,
     )
     form: str = option(
         "Chain integrators (CI) or resonators (CR), with feedback (FB) or feed-forward (FF).",
         type=click.Choice(("CIFB", "CRFB", "CIFF", "CRFF"), case_sensitive=False),
         default="CRFB",
-        show_default=True,
     )
-    centre: float = option(
-        "Centre of the band of a band pass, relative to the rate.", type=float, default=0.0, show_default=True
-    )
-    levels: int = option("Levels of the quantiser.", type=Whole(2, 65536), default=2, show_default=True)
+    centre: float = option("Centre of the band of a band pass, relative to the rate.", type=float, default=0.0)
+    levels: int = option("Levels of the quantiser.", type=Whole(2, 65536), default=2)
     feeds: str = option(
-        "Feed the input to the first state, or to all.",
-        type=click.Choice(("first", "all")),
-        default="first",
-        show_default=True,
+        "Feed the input to the first state, or to all.", type=click.Choice(("first", "all")), default="first"
     )
     pulse: tuple[float, float] | None = option(
         "Make the loop filter one of continuous time, for a feedback pulse between these parts of a period.",
@@ -269,21 +257,9 @@ class SigmaDeltaRequest(Request, does="sigma_delta_command.show_modulator"):
         metavar="FROM TO",
     )
     swing: float = option(
-        "Scale the states to this swing at the peak; 0 leaves them.",
-        type=click.FloatRange(0.0, 1e6),
-        default=1.0,
-        show_default=True,
+        "Scale the states to this swing at the peak; 0 leaves them.", type=click.FloatRange(0.0, 1e6), default=1.0
     )
-    rate: str = option("Rate of the graph.", default="1 MHz", show_default=True, metavar="RATE")
+    rate: str = option("Rate of the graph.", default="1 MHz", metavar="RATE")
     target: Path | None = file_option("Write the graph to this file.", "-o", "--out", "--output")
     picture: Path | None = plot_option("Draw the gain of the noise, and signal to noise over amplitude")
     as_json: bool = JSON
-
-
-DESIGN = (
-    TuneRequest,
-    WorstRequest,
-    ProveRequest,
-    CheckProofRequest,
-    SigmaDeltaRequest,
-)

@@ -28,13 +28,9 @@ class OfLaw(Request):
     """Options of temperature laws alone."""
 
     temperature: str | None = option("Name the column, or signal of a graph, of the temperature.", metavar="COLUMN")
-    offset: float = option("Subtract this from the output first.", type=float, default=0.0, show_default=True)
+    offset: float = option("Subtract this from the output first.", type=float, default=0.0)
     orders: tuple[int, ...] = several(
-        "Compare with a polynomial of this order; repeatable.",
-        "--order",
-        type=Whole(1, 6),
-        default=(3, 4),
-        show_default=True,
+        "Compare with a polynomial of this order; repeatable.", "--order", type=Whole(1, 6), default=(3, 4)
     )
     start: tuple[float, float] | None = option(
         "Start the alternation from these exponents (default: those found by a scan).",
@@ -68,17 +64,13 @@ class OfRecordings(Request):
         "Count large residuals fully, less, or hardly at all.",
         type=click.Choice(["linear", "robust", "outliers"]),
         default="linear",
-        show_default=True,
     )
-    tries: int = option("Start from this many points.", type=Whole(1, 1000), default=1, show_default=True)
-    skip: str = option(
-        "Compare outputs from this time on, not before.", default="0 s", show_default=True, metavar="TIME"
-    )
+    tries: int = option("Start from this many points.", type=Whole(1, 1000), default=1)
+    skip: str = option("Compare outputs from this time on, not before.", default="0 s", metavar="TIME")
     gaps: str = option(
         "Refuse recordings with gaps, or cut them there.",
         type=click.Choice(["refuse", "split"]),
         default="refuse",
-        show_default=True,
     )
     interpolated: bool = flag("Play inputs as straight lines between rows, not as steps.", "--interpolate")
     quiet: bool = QUIET

@@ -216,12 +216,10 @@ class MontecarloRequest(Answered, does="montecarlo_command.run_montecarlo"):
         type=click.Choice(["csv", "parquet"]),
     )
     picture: Path | None = plot_option("Draw fans and histograms of the measures")
-    report: bool = option(
-        "Write plots, influences and report.html.", "--report/--no-report", default=True, show_default=True
-    )
+    report: bool = option("Write plots, influences and report.html.", "--report/--no-report", default=True)
     repair: bool = flag("Keep the whole runs of a damaged ledger in --out; run the others again.")
     run: int | None = option("Replay only this run, with the traces of all probes.", type=Whole(0))
-    epoch: int = option("Replay the run at this epoch, the first being 0.", type=Whole(0), default=0, show_default=True)
+    epoch: int = option("Replay the run at this epoch, the first being 0.", type=Whole(0), default=0)
     variant: str | None = option("Run this variant of the study only.", metavar="NAME")
     quiet: bool = QUIET
 
@@ -270,7 +268,7 @@ class LiveRequest(Request, does="live_command.serve_live"):
         metavar="FILE",
     )
     edit: bool = flag("Let the page save its sliders into the file, which it does not write otherwise.")
-    browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True, show_default=True)
+    browser: bool = option("Open the page in a browser.", "--browser/--no-browser", default=True)
     own: Path | None = OWN
 
 
@@ -292,10 +290,7 @@ class RtlRequest(Changed, does="rtl_command.write_rtl"):
         "Test this many clocks (default: the graph's duration, at most 10,000).", type=Whole(1, 10**7)
     )
     keep_adders: bool = option(
-        "Mark sums so that synthesis makes carry chains of them.",
-        "--keep-adders/--merge-adders",
-        default=True,
-        show_default=True,
+        "Mark sums so that synthesis makes carry chains of them.", "--keep-adders/--merge-adders", default=True
     )
     amaranth: bool = flag("Write the blocks as modules of Amaranth too.")
     simulators: "tuple[Simulator, ...]" = several(
@@ -325,16 +320,3 @@ class SchemaRequest(Request, does="schema_command.write_schema"):
     study: bool = flag("Write the schema of study files instead.")
     own: Path | None = OWN
     as_json: bool = flag("Change nothing: a schema is JSON.", "--json")
-
-
-GRAPHS = (
-    RunRequest,
-    CheckRequest,
-    MarginsRequest,
-    DrawRequest,
-    MontecarloRequest,
-    ReportRequest,
-    LiveRequest,
-    RtlRequest,
-    SchemaRequest,
-)

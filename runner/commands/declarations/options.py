@@ -35,7 +35,7 @@ class Row(NamedTuple):
 class Request:
     """A call of a command: its docstring is the help, `does` the function of the commands that takes it."""
 
-    does: ClassVar[str]
+    does: ClassVar[str] = ""
 
     def __init_subclass__(cls, does: str = "") -> None:
         cls.does = does
@@ -68,8 +68,8 @@ class Request:
 
 
 def option(help_text: str, *names: str, **settings: Any) -> Any:
-    """Return the row of an option."""
-    return Row(names, {"help": help_text, **settings})
+    """Return the row of an option; its help shows a default that is not empty."""
+    return Row(names, {"help": help_text, "show_default": settings.get("default", "") != "", **settings})
 
 
 def flag(help_text: str, *names: str) -> Any:
@@ -150,7 +150,6 @@ PORT: Mapping[str, Any] = {"metavar": "BLOCK.PORT", "shell_complete": outputs}
 AT: Any = option(
     'Linearise at this time, where it has "settled", about a "periodic" orbit, or where there is an answer.',
     default="auto",
-    show_default=True,
     metavar="TIME",
 )
 OWN: Any = option(
@@ -197,7 +196,7 @@ def seed_option(source: str, what: str = "all random numbers") -> Any:
 def engine_option(studies: bool = False) -> Any:
     """Return the option for an engine, among those that run studies if `studies`."""
     text = "Choose an engine; all give the same bits. auto begins in plain Python and goes on in machine code."
-    return option(text, type=click.Choice(engine_choices(studies)), default="auto", show_default=True)
+    return option(text, type=click.Choice(engine_choices(studies)), default="auto")
 
 
 def out_option(help_text: str, required: bool = False) -> Any:

@@ -188,17 +188,9 @@ _EXACT: Mapping[str, Callable[[Margins, _Response], SlopeByParameter | None]] = 
 }
 
 
-def _lifted_gain(margins: Margins, system: OpenLoop) -> SlopeByParameter:
-    return by_gain(system, margins)
-
-
 def _lifted_phase(margins: Margins, system: OpenLoop) -> SlopeByParameter:
     assert margins.phase_margin is not None
     return by_turn(system, margins.phase_margin)
-
-
-def _lifted_delay(margins: Margins, system: OpenLoop) -> SlopeByParameter:
-    return lambda parameter: 0.0  # of whole values
 
 
 def _lifted_peak(margins: Margins, system: OpenLoop) -> SlopeByParameter:
@@ -232,9 +224,9 @@ def _singular_value(system: OpenLoop, offset: float, frequency: float) -> tuple[
 
 
 _LIFTED: Mapping[str, Callable[[Margins, OpenLoop], SlopeByParameter]] = {
-    "gain_margin": _lifted_gain,
+    "gain_margin": lambda margins, system: by_gain(system, margins),
     "phase_margin": _lifted_phase,
-    "delay_margin": _lifted_delay,
+    "delay_margin": lambda margins, system: lambda parameter: 0.0,  # of whole values
     "sensitivity_peak": _lifted_peak,
     "disk_margin": _lifted_disk,
 }

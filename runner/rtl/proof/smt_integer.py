@@ -10,7 +10,7 @@ from typing import Any, NoReturn
 
 from proofmass.blocks.arithmetic.fixed_format import MOST_BITS
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.arithmetic.mantissa import low_bits
+from proofmass.blocks.arithmetic.mantissa import Mantissa
 from proofmass.runner.fixed.integer_interval import signed_width
 
 MOST_PATHS = 1024
@@ -96,7 +96,7 @@ class Specification:
         return self._names[body]
 
 
-class SmtInteger:
+class SmtInteger(Mantissa):
     """An integer between two bounds, as the SMT term `text` of their width."""
 
     __slots__ = ("high", "low", "specification", "text")
@@ -151,12 +151,6 @@ class SmtInteger:
 
     def __neg__(self) -> Any:
         return 0 - self
-
-    def __pos__(self) -> "SmtInteger":
-        return self
-
-    def __invert__(self) -> Any:
-        return -1 - self
 
     def __abs__(self) -> Any:
         return (self < 0).select(-self, self)
@@ -304,22 +298,6 @@ class SmtInteger:
     def _chosen(self, condition: Any, other: "SmtInteger", low: int, high: int) -> "SmtInteger":
         both: SmtInteger = condition.select(self, other)
         return both if (both.low, both.high) == (low, high) else self._fitted(both.text, both.width, low, high)
-
-    def wrapped(self, low: int, high: int) -> Any:
-        """The low bits, as two's complement where `low` is negative."""
-        return low_bits(self, low, high)
-
-    def cut(self) -> "SmtInteger":
-        """The value itself: a cut does not change it."""
-        return self
-
-    def left_over(self, whole: Any, scale: Any) -> int:
-        """Return 0: what is below the last step is not computed."""
-        return 0
-
-    def monotone(self, rule: Callable[[Any], Any]) -> Any:
-        """The value itself; the proof does not rely on its being monotone."""
-        return rule(self)
 
     def held(self, low: int, high: int, expected: str) -> "SmtInteger":
         """The value itself; the proof must show that it stays between the bounds."""

@@ -19,7 +19,7 @@ from proofmass.graphs.formulas.tree import plainly
 from proofmass.graphs.studies.study import AFTER_CALIBRATION, Study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.plan.measuring import derived_values, planned_derived, refuse_late, value_of
-from proofmass.runner.plan.memory import Engine, Memory, start
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan, PlannedMeasure
 from proofmass.runner.planning.plan import plan, varied
 from proofmass.runner.program.tick import write_tick
@@ -209,7 +209,8 @@ class SensorRuns:
     def _left_by(self, run: SensorRun) -> dict[str, float]:
         """Return the parameters that a calibration sets; none if it failed, or one of its measures has no value."""
         measured = [run.values[place] for place in self._carried] if run.values else [math.nan]
-        return dict(zip(self.study.recalibration.carried, measured, strict=True)) if _all_finite(measured) else {}
+        whole = all(map(math.isfinite, measured))
+        return dict(zip(self.study.recalibration.carried, measured, strict=True)) if whole else {}
 
     def _abreast(
         self,
@@ -284,24 +285,17 @@ class SensorRuns:
         return derived_values(self.plan, by_name, apply)
 
     def _last(self, changed: Plan, run: int) -> Memory:
-        engine = self._started(changed, run)
+        engine = self._starter(changed, self.study.seed, run, start(changed))
         for first in range(0, self.ticks, CHUNK):
             before, last = engine.snapshot(), min(first + CHUNK, self.ticks)
             if not engine.advance(last, ()):
                 name_fault(changed, self.study.seed, run, before(), last)
         return engine.memory()
 
-    def _started(self, changed: Plan, run: int) -> Engine:
-        return self._starter(changed, self.study.seed, run, start(changed))
-
     @cached_property
     def _starter(self) -> Starter:
         """Starts one run; not needed while all runs go side by side."""
         return ENGINES[self.engine].prepare(self.plan)
-
-
-def _all_finite(values: Sequence[float]) -> bool:
-    return all(map(math.isfinite, values))
 
 
 def _said(problem: Problem) -> str:

@@ -4,11 +4,36 @@ import pytest
 
 from proofmass.blocks.arithmetic.mantissa import Mantissa
 from proofmass.runner.derivatives.dual import Dual
+from proofmass.runner.fixed.affine import AffineMantissa
 from proofmass.runner.fixed.signal import Signal
 from proofmass.runner.rtl.proof.smt_integer import SmtInteger
 
+OPERATORS = [
+    "add",
+    "radd",
+    "sub",
+    "rsub",
+    "mul",
+    "rmul",
+    "lshift",
+    "rshift",
+    "and",
+    "rand",
+    "or",
+    "ror",
+    "xor",
+    "rxor",
+    "lt",
+    "le",
+    "gt",
+    "ge",
+    "neg",
+]
 
-@pytest.mark.parametrize("kind", [Dual, Signal, SmtInteger])
-def test_each_is_a_mantissa_without_deriving_from_one(kind: type) -> None:
+
+@pytest.mark.parametrize("kind", [AffineMantissa, Dual, Signal, SmtInteger])
+def test_each_is_a_mantissa_with_operators_of_its_own(kind: type) -> None:
     assert isinstance(kind.__new__(kind), Mantissa)
+    assert {f"__{name}__" for name in OPERATORS} <= vars(kind).keys()
+    assert "held" in vars(kind)
     assert type(kind) is type, "isinstance of a class with a metaclass is slow, and asked for every number"
