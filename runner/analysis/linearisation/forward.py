@@ -191,9 +191,7 @@ class Onward:
             self._memories[tick] = self._run.to(tick)
         return self._memories[tick]
 
-    def wires(
-        self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str], timed: AbstractSet[str]
-    ) -> Array:
+    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str], timed: AbstractSet[str]) -> Array:
         """Return what wires of one number hold, a row for each of some ticks.
 
         They are those of blocks that run `alone`, and of `timed` ones, whose signals are held away from where they
