@@ -14,13 +14,13 @@ def bowl(at: AnyArray) -> float:
 
 
 def test_differences_of_a_quadratic_are_its_derivatives() -> None:
-    at = LEAST + [1.0, 2.0]
+    at = LEAST + np.array([1.0, 2.0])
     np.testing.assert_allclose(_gradient(bowl, at), [6.0, 13.0], rtol=1e-6)
     np.testing.assert_allclose(_information(bowl, at), CURVED, rtol=1e-4)
 
 
 def test_the_least_loss_of_a_quadratic_is_found_from_afar() -> None:
-    np.testing.assert_allclose(_minimum(bowl, LEAST + [3.0, -5.0]), LEAST, atol=1e-5)
+    np.testing.assert_allclose(_minimum(bowl, LEAST + np.array([3.0, -5.0])), LEAST, atol=1e-5)
 
 
 def test_a_loss_that_curves_down_where_it_begins_is_descended() -> None:

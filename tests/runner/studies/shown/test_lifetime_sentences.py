@@ -8,7 +8,6 @@ import pytest
 
 from proofmass.graphs.studies.ages import YEAR
 from proofmass.runner.studies.outcome.lifetimes import Lifetimes
-
 from proofmass.runner.studies.shown.report_lifetimes import _left_sentence, _never_text, _time_out_sentence, left_text
 
 FATES = Lifetimes(
