@@ -179,7 +179,7 @@ class Onward:
         self.maps: dict[Hashable, PeriodMap | None] = {}  # to several outputs, of which each is a part
         self._run = course.from_memory(begin)
         self._memories = {begin.tick: begin}
-        self._recorded: dict[tuple[Endpoint, ...], tuple[CompiledLoop | Alone, Array]] = {}
+        self._recorded: dict[Hashable, tuple[CompiledLoop | Alone, Array]] = {}
         self._recording = threading.Lock()  # sensors of a study that are alike ask in threads
         self._integers = dict[Hashable, list[list[int]]]()
 
@@ -203,13 +203,14 @@ class Onward:
             return like.onward(0).wires(nodes, ticks, alone, timed)
         with self._recording:
             none = np.zeros((0, len(nodes)))
-            run, rows = self._recorded.get(tuple(nodes), (None, none))
+            key = (*nodes, *sorted(timed))
+            run, rows = self._recorded.get(key, (None, none))
             if len(rows) < ticks:
                 asked = not timed and (run is None or isinstance(run, Alone))
                 code = self.course.machine_code(self.begin, ticks) if asked else None
                 run, rows = (code, none) if code else (run or Alone(self.course.plan, self.begin.copy(), running), rows)
                 rows = np.concatenate([rows, run.wires(nodes, self.begin.tick + ticks)])
-                self._recorded[tuple(nodes)] = run, rows
+                self._recorded[key] = run, rows
             return rows[:ticks]
 
     def integers(self, names: Sequence[str], rings: Rings, ticks: int, periods: int) -> list[list[int]]:

@@ -10,6 +10,7 @@ import pytest
 
 from proofmass import Block, Graph, Input, margins, noise, param
 from proofmass.blocks import (
+    Constant,
     Decimator,
     Difference,
     DiscreteIntegrator,
@@ -18,6 +19,8 @@ from proofmass.blocks import (
     UnitDelay,
     WhiteNoise,
 )
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.planning.plan import plan
 
 RATE = 80_000
 WHITE = WhiteNoise(density=math.sqrt(2.0 / RATE))  # of variance one
@@ -101,3 +104,16 @@ def test_choppers_of_ones_own_about_a_delay(half: int) -> None:
         name="chopped", rate=RATE, blocks=blocks, wires=wires, samples=64, loops={"main": {"open_at": "sum.output"}}
     )
     assert margins(graph).gain_margin == pytest.approx(largest_gain(half) * RATE / 300.0, rel=1e-6)
+
+
+@pytest.mark.defect("S816", before="the row that was asked for first, whatever was held", after="one for each question")
+def test_a_gate_with_its_signal_held_is_not_taken_for_one_that_runs_alone() -> None:
+    """Its signal is zero: it leaves zeros, but something where that is held away from zero."""
+    graph = Graph(
+        name="gated", rate=RATE, blocks={"rest": Constant(value=0.0), "gate": Gate(length=4, shut=0)},
+        wires=["rest.output -> gate.input"], samples=64,
+    )  # fmt: skip
+    onward, nodes = Course(plan(graph)).onward(0), [("gate", "gated")]
+    held = onward.wires(nodes, 8, frozenset(), {"gate"})[:, 0]
+    assert (held != 0.0).tolist() == [False, True, True, True] * 2
+    assert not onward.wires(nodes, 8, {"rest", "gate"}, frozenset()).any()
