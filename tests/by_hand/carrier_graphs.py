@@ -6,6 +6,7 @@ grows that begins next to rest.
 
 import math
 import random
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from typing import Any
@@ -34,6 +35,7 @@ from proofmass.blocks import (
 
 RATE = 80_000  # Hz
 _PARTS = 8  # of a run, whose scatter says how well its rms is known
+_BEGINS, _LASTS = 8_000, 48_000  # ticks until a response stands, and in which it is read
 
 
 class ClockedGate(Block):
@@ -144,6 +146,7 @@ class Path:
 _IN_CHAINS = (
     "mixer", "mixer", "gate", "delay", "low pass", "resonator", "filter", "gain", "average", "decimator", "converter",
 )  # fmt: skip
+_IN_RESPONSES = tuple(kind for kind in _IN_CHAINS if kind != "converter")
 _IN_LOOPS = tuple(kind for kind in _IN_CHAINS if kind not in ("average", "converter"))
 
 
@@ -154,6 +157,29 @@ def random_chain(seed: int) -> tuple[Graph, str]:
     for number in range(draw.randint(2, 5)):
         path.grow(number, _IN_CHAINS)
     return path.graph(samples=120_000, probes=[path.at]), path.at
+
+
+def random_response(seed: int, source: Block) -> tuple[Graph, str]:
+    """Return a source through 2 to 5 elements without converters, and the end."""
+    draw = random.Random(seed)
+    path = Path(draw, "source.output", {"source": source})
+    for number in range(draw.randint(2, 5)):
+        path.grow(number, _IN_RESPONSES)
+    return path.graph(samples=_BEGINS + _LASTS, probes=[path.at]), path.at
+
+
+def gain_of_run(graphs: Sequence[Graph], output: str, frequency: float) -> complex:
+    """Return the gain that runs have at a frequency: with a cosine of size one at the input, a sine, and nothing."""
+    lines = []
+    for graph in graphs:
+        signal = simulate(graph)[output]
+        times, values = np.asarray(signal.times), np.asarray(signal.values, dtype=float)
+        window = np.hanning(np.count_nonzero(times >= _BEGINS / RATE))
+        lines.append(
+            np.dot(window, (values * np.exp(-2j * math.pi * frequency * times))[-len(window) :]) / window.sum()
+        )
+    cosine, sine, nothing = lines
+    return complex(cosine - nothing + 1j * (sine - nothing))
 
 
 def rms_of_run(graph: Graph, output: str) -> tuple[float, float]:

@@ -1,18 +1,27 @@
 """Noise and margins of random graphs with carriers, gates, converters and several rates, against their runs."""
 
 import math
+import random
 
 import pytest
 
-from proofmass import Graph, margins, noise
-from proofmass.blocks import AnalogToDigital, DiscreteIntegrator, Gain, LowPass, WhiteNoise
+from proofmass import Graph, margins, noise, response
+from proofmass.blocks import AnalogToDigital, Constant, DiscreteIntegrator, Gain, LowPass, Sine, WhiteNoise
 from tests.by_hand.amounts import chosen
-from tests.by_hand.carrier_graphs import RATE, growth_of_run, random_chain, random_loop, rms_of_run
+from tests.by_hand.carrier_graphs import (
+    RATE,
+    gain_of_run,
+    growth_of_run,
+    random_chain,
+    random_loop,
+    random_response,
+    rms_of_run,
+)
 
 NOTHING = 1e-9  # of noise of size one: what a carrier leaves whose samples are zero but for rounding
 FULL = 0.09  # a converter that is full in a few ticks has no note, and an rms that is so much less
 STANDS = 1e-7  # growth in a tick, between which a run does not tell
-CHAINS, LOOPS = (5, 16, 42, 75), (3, 11)
+CHAINS, LOOPS, RESPONSES = (5, 16, 42, 75), (3, 11), (0, 1)
 NO_NOTE = "noise is not small", "noise moves its input by 0"  # where a budget says that it may not hold
 
 
@@ -25,6 +34,18 @@ def test_noise_through_a_chain_is_that_of_its_run(seed: int) -> None:
         return
     converts = any(isinstance(block, AnalogToDigital) for name, block in graph.blocks.items() if name[0] == "e")
     assert abs(budget.rms - rms) <= scatter + FULL * rms * converts
+
+
+@pytest.mark.parametrize("seed", chosen(RESPONSES, [seed for seed in range(300) if seed not in RESPONSES]))
+def test_a_response_of_a_chain_is_that_of_its_run(seed: int) -> None:
+    """Of what a carrier leaves at other frequencies nothing counts."""
+    frequency = random.Random(-seed).choice((73.0, 317.0, 1733.0))
+    at_rest, output = random_response(seed, Constant(value=0.0))
+    sources = [Sine(frequency=frequency, phase=phase) for phase in (0.5 * math.pi, 0.0)]
+    runs = [random_response(seed, source)[0] for source in sources]
+    expected = gain_of_run([*runs, at_rest], output, frequency)
+    told = response(at_rest, "source.output", output, frequencies=[frequency]).gain[0]
+    assert abs(told - expected) <= 1e-3 * abs(expected) + 1e-5
 
 
 @pytest.mark.defect("S815", before="550 codes and no note, of a run that has 377", after="noise is not small here")

@@ -93,7 +93,7 @@ def _switched(
         return onward.at(onward.begin.tick + periods * ticks)
 
     horizon = int(min(LONGEST_ORBIT // ticks, _matters(analog) / (ticks * plan.period)))
-    for periods in Waiting(onward, upstream, moving, ticks).changes(after, horizon):
+    for periods in Waiting(onward, upstream, moving, ticks, nodes).changes(after, horizon):
         later = analog_map_at(plan, group, nodes, after(periods))
         if periods > WAITED and _change(analog, later) > FROZEN:
             return later

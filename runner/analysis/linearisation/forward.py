@@ -2,7 +2,7 @@
 
 import threading
 import time
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import replace
@@ -191,24 +191,35 @@ class Onward:
             self._memories[tick] = self._run.to(tick)
         return self._memories[tick]
 
-    def wires(self, nodes: Sequence[Endpoint], ticks: int, alone: AbstractSet[str], timed: AbstractSet[str]) -> Array:
+    def wires(
+        self,
+        nodes: Sequence[Endpoint],
+        ticks: int,
+        alone: AbstractSet[str],
+        timed: AbstractSet[str],
+        entries: Sequence[Endpoint],
+    ) -> Array:
         """Return what wires of one number hold, a row for each of some ticks.
 
-        They are those of blocks that run `alone`, and of `timed` ones, whose signals are held away from where they
-        are: nothing would show that a gate opens on a signal that is zero. From tick 0 on they are found once for all
-        courses that are alike, where these blocks are the same.
+        They are those of blocks that run `alone`, and of `timed` ones, whose signals are away from where they are,
+        held or at the `entries` of small signals: nothing would show that a gate opens on a signal that is zero. From
+        tick 0 on they are found once for all courses that are alike, where these blocks are the same.
         """
         like, blocks, running = self.course.like, self.course.plan.blocks, alone | timed
         if like is not None and not self.begin.tick and all(blocks[n] is like.plan.blocks[n] for n in running):
-            return like.onward(0).wires(nodes, ticks, alone, timed)
+            return like.onward(0).wires(nodes, ticks, alone, timed, entries)
         with self._recording:
             none = np.zeros((0, len(nodes)))
-            key = (*nodes, *sorted(timed))
+            key = (*nodes, *(sorted(timed) and (*sorted(timed), *entries)))
             run, rows = self._recorded.get(key, (None, none))
             if len(rows) < ticks:
                 asked = not timed and (run is None or isinstance(run, Alone))
                 code = self.course.machine_code(self.begin, ticks) if asked else None
-                run, rows = (code, none) if code else (run or Alone(self.course.plan, self.begin.copy(), running), rows)
+                run, rows = (
+                    (code, none)
+                    if code
+                    else (run or Alone(self.course.plan, self.begin.copy(), running, entries), rows)
+                )
                 rows = np.concatenate([rows, run.wires(nodes, self.begin.tick + ticks)])
                 self._recorded[key] = run, rows
             return rows[:ticks]
@@ -245,12 +256,14 @@ class Onward:
 
 
 class Alone(PartInterpreter):
-    """Ticks of some blocks; what they read of others is held, a little away from where it is."""
+    """Ticks of some blocks; what they read of others is held, and that at entries runs, a little away from itself."""
 
-    def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str]) -> None:
-        held = {node: value for node, value in memory.wires.items() if node[0] not in blocks}
-        memory.wires |= {node: value * _AWAY + _FROM_ZERO for node, value in held.items() if isinstance(value, float)}
+    def __init__(self, plan: Plan, memory: Memory, blocks: AbstractSet[str], entries: Sequence[Endpoint]) -> None:
+        memory.wires |= {node: _away(value) for node, value in memory.wires.items() if node[0] not in blocks}
         super().__init__(plan, 0, memory, blocks)
+        self._outputs = [
+            (step, beat, _then_away(compute) if step in entries else compute) for step, beat, compute in self._outputs
+        ]
 
     def wires(self, nodes: Sequence[Endpoint], last: int) -> Array:
         """Run up to, not including, the tick `last`, and return what wires of one number hold: a row for each tick.
@@ -263,3 +276,12 @@ class Alone(PartInterpreter):
                 self.advance(self._memory.tick + 1, ())
                 row[:] = [float(self._memory.wires[node]) for node in nodes]
         return rows
+
+
+def _away(value: Any) -> Any:
+    """Return a number a little away from itself; anything else as it is."""
+    return value * _AWAY + _FROM_ZERO if isinstance(value, float) else value
+
+
+def _then_away(compute: Callable[[int], Any]) -> Callable[[int], Any]:
+    return lambda tick: _away(compute(tick))

@@ -17,6 +17,7 @@ from proofmass.runner.host.arrays import Array, Complex
 LOOKS = (1, 2, 8, 64)  # periods after which a map is compared
 NEAR = 1e-3  # distance of a pole from the boundary of stability
 _NEGLIGIBLE = 1e-9  # part of a map, of all of it
+_PLACES = (0.01, 0.3, 1.1, 2.3)  # rad a period: no carrier, which turns by a part of a full turn, is there
 _eig: Any = scipy.linalg.eig
 
 
@@ -48,27 +49,26 @@ def change_between(first: PeriodMap, second: PeriodMap) -> float:
 
 
 def same_between(first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
-    """Return whether a map again and again gives the impulse responses of a map over so many periods, to rounding.
+    """Return whether a map again and again answers as a map over so many periods, to rounding.
 
-    They are compared over three of the long periods, from one wire to another.
+    Oscillations exp(iwt) come in; both answers are rational in exp(iw), so that a few places in general position tell.
     """
-    a, b, c, d = first.parts()
-    answers, state = [d], b
-    for _ in range(3 * periods):
-        answers.append(c @ state)
-        state = a @ state
-    longer, into, out, direct = closed.parts()
-    rows, columns = d.shape
+    direct, (rows, columns) = closed.parts()[3], first.parts()[3].shape
     if direct.shape != (periods * rows, periods * columns):
         return False
-    known = np.array([np.zeros_like(d)] * periods + answers)  # those before the input are nothing
-    ahead = periods + np.subtract.outer(np.arange(periods), np.arange(periods))
-    for later in range(3):
-        blocks = direct if later == 0 else out @ np.linalg.matrix_power(longer, later - 1) @ into
-        expected = known[later * periods + ahead].transpose(0, 2, 1, 3).reshape(direct.shape)
-        if np.max(np.abs(blocks - expected), initial=0.0) > _NEGLIGIBLE * np.max(np.abs(known), initial=0.0):
-            return False
-    return True
+    turns = np.exp(1j * np.outer(_PLACES, np.arange(periods)))[:, :, None, None]
+    once, whole = (_responses(of.between(), np.array(_PLACES) * n) for of, n in ((first, 1), (closed, periods)))
+    coming = (turns * np.eye(columns)).reshape(len(_PLACES), -1, columns)
+    expected = (turns * once[:, None]).reshape(len(_PLACES), -1, columns)
+    size = np.max(np.abs(expected), initial=0.0)
+    return bool(np.max(np.abs(whole @ coming - expected), initial=0.0) <= _NEGLIGIBLE * size)
+
+
+def _responses(of: PeriodMap, angles: Array) -> Complex:
+    """Return the responses of a map at angles of the unit circle."""
+    a, b, c, d = of.parts()
+    z = np.exp(1j * angles)[:, None, None]
+    return np.asarray(d + c @ np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(z), *b.shape))))
 
 
 def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:

@@ -253,6 +253,14 @@ class TransferMatrix:
         value: Complex = (self._out @ x).reshape(-1, len(z), width).transpose(1, 0, 2) + self._direct
         return value
 
+    def weighted(self, z: Complex, out: Complex, into: Complex) -> Complex:
+        """Return for each z the sum of all outputs, each with a weight, where inputs have some sizes: a row each."""
+        x = np.zeros((len(self._form), len(z)), dtype=complex)
+        for i in range(len(x) - 1, -1, -1):
+            x[i] = (self._form[i, i + 1 :] @ x[i + 1 :] + self._into[i] @ into.T) / (z - self._form[i, i])
+        value: Complex = np.sum(out.T * (self._out @ x), axis=0) + np.sum((out @ self._direct) * into, axis=1)
+        return value
+
     def mean(self, z: Complex, turns: Complex) -> Complex:
         """Return the mean output for each z, turned back, of an input that turns from value to value: a row each."""
         spectra = turns.T

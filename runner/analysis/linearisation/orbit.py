@@ -97,7 +97,7 @@ class OrbitSearch:
         self._most = min(self._longest, MOST_PERIODS)
         self._compared = ComparedMaps(ends)
         self._repetitions = dict[int, list[int]]()  # by how many memories were known
-        self._waiting = Waiting(onward, self._run.upstream, self._run.moving, self._ticks, self._run.rings)
+        self._waiting = Waiting(onward, self._run.upstream, self._run.moving, self._ticks, ends.inputs, self._run.rings)
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
@@ -267,7 +267,7 @@ class OrbitSearch:
     def _horizon(self, first: PeriodMap) -> int:
         """Return the number of periods within which a switch of the whole loop would matter."""
         longest = LONGEST_ORBIT // self._ticks
-        return longest if self._ends.noise else int(min(longest, 1.0 / (FROZEN * self._rate(first))))
+        return int(min(longest, 1.0 / (FROZEN * self._rate(first)))) if self._ends.cut else longest
 
     def _rate(self, first: PeriodMap) -> float:
         """Return by how much of its time constant, that of the lowest crossover, a loop comes on in a period."""

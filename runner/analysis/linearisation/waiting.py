@@ -7,12 +7,13 @@ its signals held. Where a block that signals reach counts, or moves with the tim
 after 2, 4, 8 and so on periods too.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 
 import numpy as np
 import numpy.typing as npt
 
+from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.rings import Rings
@@ -38,10 +39,12 @@ class Waiting:
         upstream: AbstractSet[str],
         moving: AbstractSet[str],
         ticks: int,
+        entries: Sequence[Endpoint],
         rings: Rings = NO_RINGS,
     ) -> None:
-        """Take the blocks that outputs depend on, those that small signals reach, and the ticks of a period."""
+        """Take the blocks that outputs depend on, those that small signals reach, where these enter, and a period."""
         plan = onward.course.plan
+        self._entries = entries
         self._onward, self._ticks, self._rings = onward, ticks, rings
         apart = upstream - moving
         slow = {n for s in plan.solvers if not s.exact or not apart >= set(s.group.blocks) for n in s.group.blocks}
@@ -62,7 +65,7 @@ class Waiting:
         """Return what sources say in each tick of some periods: a row for each period, and a column."""
         if not self._wires:
             return np.zeros((periods, 0))
-        rows = self._onward.wires(self._wires, periods * self._ticks, self._alone, self._timed)
+        rows = self._onward.wires(self._wires, periods * self._ticks, self._alone, self._timed, self._entries)
         return rows.reshape(periods, -1)
 
     def counts(self, after: Callable[[int], Memory]) -> bool:

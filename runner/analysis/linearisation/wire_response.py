@@ -24,6 +24,7 @@ from proofmass.runner.host.arrays import Array, Complex
 _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
 _MOST_RESONANCES = 50
+_AT_A_TIME = 1_000_000  # values of a wire at some frequencies that are held at a time
 
 
 class Resonant(Protocol):
@@ -81,10 +82,13 @@ class WireResponse(SampledStateSpace):
         return self._transfer(np.asarray(np.exp(2j * np.pi * frequencies * self.period), dtype=complex))
 
     def gain(self, frequencies: Array) -> Complex:
-        """G: what comes out at the frequency that goes in."""
-        out, into = self.turns(frequencies)
-        gain: Complex = np.einsum("fi,fik,fk->f", out, self.lifted(frequencies), into) / self.values
-        return gain
+        """G: what comes out at the frequency that goes in; of few frequencies at a time, where values are many."""
+        count = max(1, len(frequencies) * max(self.values, self.entries) // _AT_A_TIME)
+        parts = (
+            self._transfer.weighted(np.exp(2j * np.pi * some * self.period), *self.turns(some)) / self.values
+            for some in np.array_split(np.asarray(frequencies, dtype=np.float64), count)
+        )
+        return np.concatenate(list(parts))
 
     def turns(self, frequencies: Array) -> tuple[Complex, Complex]:
         """Weights of the values of the output in a period, and what a sine at a frequency is at those of the input."""

@@ -8,14 +8,16 @@ import math
 import numpy as np
 import pytest
 
-from proofmass import Block, Graph, Input, margins, noise, param
+from proofmass import Block, Graph, Input, margins, noise, param, response
 from proofmass.blocks import (
     Constant,
     Decimator,
+    Delay,
     Difference,
     DiscreteIntegrator,
     Product,
     RepeatingSequence,
+    Sine,
     UnitDelay,
     WhiteNoise,
 )
@@ -114,6 +116,29 @@ def test_a_gate_with_its_signal_held_is_not_taken_for_one_that_runs_alone() -> N
         wires=["rest.output -> gate.input"], samples=64,
     )  # fmt: skip
     onward, nodes = Course(plan(graph)).onward(0), [("gate", "gated")]
-    held = onward.wires(nodes, 8, frozenset(), {"gate"})[:, 0]
+    held = onward.wires(nodes, 8, frozenset(), {"gate"}, ())[:, 0]
     assert (held != 0.0).tolist() == [False, True, True, True] * 2
-    assert not onward.wires(nodes, 8, {"rest", "gate"}, frozenset()).any()
+    assert not onward.wires(nodes, 8, {"rest", "gate"}, frozenset(), ()).any()
+
+
+@pytest.mark.defect("S817", before="1, the gain of the first tick", after="the mean of all ticks")
+@pytest.mark.parametrize("source", [Constant(value=0.0), Sine(frequency=20_000.0, amplitude=0.0), WHITE])
+@pytest.mark.parametrize(("length", "shut"), [(4, 3), (7, 5), (300, 150)])
+def test_the_response_of_a_gate_right_behind_a_source_at_rest(source: Block, length: int, shut: int) -> None:
+    graph = Graph(
+        name="gated", rate=RATE, blocks={"x": source, "gate": Gate(length=length, shut=shut)},
+        wires=["x.output -> gate.input"], samples=64,
+    )  # fmt: skip
+    assert response(graph, "x.output", "gate.gated", frequencies=[10.0]).gain[0] == pytest.approx(1.0 - 1.0 / length)
+
+
+@pytest.mark.defect(
+    "S818", before="1, what passes in the first tick: later than 18 ticks nothing was compared", after="0"
+)
+@pytest.mark.parametrize("ticks", [1, 17, 18, 40])
+def test_the_response_of_a_chopper_and_a_delay(ticks: int) -> None:
+    """A sign that turns every three ticks leaves nothing of the input at its own frequency."""
+    blocks = {"x": Constant(value=1.0), "sign": TurnedSign(half=3), "late": Delay(ticks=ticks)}
+    wires = ["x.output -> sign.input", "sign.turned -> late.input"]
+    graph = Graph(name="chopped", rate=RATE, blocks=blocks, wires=wires, samples=64)
+    assert abs(response(graph, "x.output", "late.output", frequencies=[10.0]).gain[0]) < 1e-12
