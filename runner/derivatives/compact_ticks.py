@@ -12,9 +12,8 @@ import numpy as np
 import numpy.typing as npt
 import scipy.sparse
 
-from proofmass.runner.derivatives.dual import Dual, dual, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NoisyTicks
-from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.plan.memory import Rows
 

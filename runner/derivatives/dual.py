@@ -7,8 +7,9 @@ the value and the slopes of a dual number of level 1 may be dual numbers of leve
 derivatives, such as those of a transition matrix by a parameter.
 
 Quantisers count as their input, with the derivative one, in value too: `int`, `math.trunc`, `round`, `//`, `>>`,
-`rounding.round_half_even` and `rounding.round_down` of a dual number. What is counted with, `math.floor`, `math.ceil`
-and `rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
+`rounding.round_half_even` and `rounding.round_down` of a dual number. What parameters alone move, as a carrier, is
+rounded by the rules of `rounding` as in the run. What is counted with, `math.floor`, `math.ceil` and
+`rounding.nearest_integer`, is a plain number. Comparisons are those of the values. Integers stay dual:
 `& | ^` are known for 0 and -1, which take, keep or turn all bits, and raise TypeError elsewhere. A register that wraps
 takes off a constant (`wrapped`).
 
@@ -26,6 +27,7 @@ from proofmass.blocks.arithmetic.mantissa import Mantissa, dropped
 
 Slopes = Mapping[Any, Any]  # by direction
 _NONE: Slopes = {}
+PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
 _NUMBERS = (int, float)  # a union of types would be made anew in each call
 UNDEFINED = math.nan  # the slope at a corner, or where it is infinite
 NO_SLOPE = "it has a corner here, or an infinite slope"
@@ -241,6 +243,17 @@ def plain(number: Any) -> Any:
     while isinstance(number, Dual):
         number = number.value
     return number
+
+
+def with_plain(number: Any, value: Any) -> Any:
+    """A number with another value behind it, and its slopes.
+
+    >>> with_plain(dual(3.2, {"x": 1.0}), 3.0)
+    Dual(3.0, {'x': 1.0})
+    """
+    if not isinstance(number, Dual):
+        return value
+    return Dual(with_plain(number.value, value), number.slopes, number.level)
 
 
 def slopes_of(number: Any, level: int = 0) -> Slopes:

@@ -13,7 +13,7 @@ from typing import Any
 
 from proofmass.blocks.arithmetic import elementary, rounding
 from proofmass.runner.derivatives.ball import Ball, of_balls
-from proofmass.runner.derivatives.dual import UNDEFINED, Dual, chained, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, UNDEFINED, Dual, chained, plain, slopes_of, value_of, with_plain
 from proofmass.runner.derivatives.slopes import SLOPES_OF_ONE, SLOPES_OF_TWO
 
 dual_math: Any = types.SimpleNamespace(**vars(math))  # stands in for `math`; filled below
@@ -268,32 +268,38 @@ def _wrapped(mantissa: Any, low_bits: int, sign: int) -> Any:
     return mantissa.wrapped(-sign, low_bits - sign)
 
 
-def _round_half_even(value: Any) -> Any:
-    return value if isinstance(value, Dual) else _counted(rounding.round_half_even, value)
+def _rounding(rule: Callable[[Any], Any]) -> Callable[[Any], Any]:
+    def rounded(value: Any) -> Any:
+        if _stands(value):
+            return with_plain(value, rule(plain(value)))
+        return value if isinstance(value, Dual) else _counted(rule, value)
+
+    return rounded
 
 
 _clip: Callable[..., Any] = rounding.clip  # of numbers with slopes
 
 
-def _nearest_level(value: Any, last: Any) -> Any:
-    if isinstance(value, Dual):
-        return _clip(value, 0.0, last)
-    return rounding.nearest_level(round(value) if isinstance(value, Ball) else value, last)
+def _choosing(rule: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
+    def chosen(value: Any, last: Any) -> Any:
+        if not isinstance(value, Dual):
+            return rule(round(value) if isinstance(value, Ball) else value, last)
+        inside = _clip(value, 0.0, last)
+        return with_plain(inside, float(rule(plain(value), plain(last)))) if _stands(value) else inside
+
+    return chosen
 
 
-def _nearest_even_level(value: Any, last: Any) -> Any:
-    if isinstance(value, Dual):
-        return _clip(value, 0.0, last)
-    return rounding.nearest_even_level(round(value) if isinstance(value, Ball) else value, last)
+def _stands(value: Any) -> bool:
+    """Return whether parameters alone move a number: a carrier, which is rounded as in the run."""
+    return isinstance(value, Dual) and value.level < SIGNALS and not isinstance(plain(value), Ball)
 
 
 _OURS: dict[Any, Callable[..., Any]] = {
-    rounding.round_half_even: lambda value: (
-        value if isinstance(value, Dual) else _counted(rounding.round_half_even, value)
-    ),
-    rounding.round_down: lambda value: value if isinstance(value, Dual) else math.floor(value),
-    rounding.nearest_level: _nearest_level,
-    rounding.nearest_even_level: _nearest_even_level,
+    rounding.round_half_even: _rounding(rounding.round_half_even),
+    rounding.round_down: _rounding(rounding.round_down),
+    rounding.nearest_level: _choosing(rounding.nearest_level),
+    rounding.nearest_even_level: _choosing(rounding.nearest_even_level),
     rounding.two_level: lambda on, value: rounding.two_level(bool(on), 0.0),
     rounding.wrapped: _wrapped,
     rounding.nearest_integer: _counting(rounding.nearest_integer),

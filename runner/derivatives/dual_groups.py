@@ -26,10 +26,10 @@ from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.runner.continuous.algebraic import NoSolutionError
 from proofmass.runner.derivatives.ball import Ball
-from proofmass.runner.derivatives.dual import NO_SLOPE, Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_loops import solve_dual
-from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_constants, dual_hold, dual_parameters, is_finite, typed
+from proofmass.runner.derivatives.dual_plan import dual_constants, dual_hold, dual_parameters, is_finite, typed
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Filled, Plan
 from proofmass.runner.plan.solver import Solver

@@ -11,8 +11,7 @@ from typing import Any
 
 from proofmass.runner.continuous.algebraic import solve_in_place
 from proofmass.runner.continuous.linear_equations import factorise, substitute
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of
 
 _ORDERS = 2  # signals, and parameters of their slopes
 

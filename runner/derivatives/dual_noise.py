@@ -18,9 +18,8 @@ from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
-from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.bindings import Binding, BufferBinding, Deviate, StateBinding, Tick, Time
 from proofmass.runner.plan.planned import Plan

@@ -16,13 +16,11 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.continuous.exact_hold import TERMS, balance, hold
 from proofmass.runner.derivatives.ball import Ball, ball_exponential
-from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import PARAMETERS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.plan.constants import constants_of
 from proofmass.runner.plan.keys import VectorOf
 from proofmass.runner.plan.planned import Filled, Plan
-
-PARAMETERS, SIGNALS = 0, 1  # levels of the dual numbers
 
 
 def differentiated(plan: Plan) -> Plan:

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import numpy.typing as npt
 
-from proofmass.runner.derivatives.dual import dual, slopes_of, value_of
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of, value_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks, LastingPlace
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Rows

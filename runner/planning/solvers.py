@@ -104,9 +104,8 @@ class _Choice:
     def _jacobian(self) -> Matrix:
         """Derivatives of the rates by the states in tick 0: from dual numbers, by differences through a loop."""
         # start-up time: only groups of continuous blocks need slopes
-        from proofmass.runner.derivatives.dual import dual, slopes_of
+        from proofmass.runner.derivatives.dual import SIGNALS, dual, slopes_of
         from proofmass.runner.derivatives.dual_groups import DualStages
-        from proofmass.runner.derivatives.dual_plan import SIGNALS
 
         constants, wires = self.first_tick()
         constants = {

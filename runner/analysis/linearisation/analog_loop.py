@@ -25,9 +25,9 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, PointSlopes, with_slopes
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
 from proofmass.runner.continuous.algebraic import NoSolutionError
-from proofmass.runner.derivatives.dual import NO_SLOPE, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, PARAMETERS, SIGNALS, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_groups import DualStages
-from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_plan import differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import WireBinding

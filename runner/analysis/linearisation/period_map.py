@@ -30,9 +30,9 @@ from proofmass.runner.analysis.linearisation.seeds import (
 )
 from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
 from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
-from proofmass.runner.derivatives.dual import NO_SLOPE, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Followed, Noisy, NoisyTicks, one_model_each
-from proofmass.runner.derivatives.dual_plan import SIGNALS, differentiated
+from proofmass.runner.derivatives.dual_plan import differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.derivatives.stepped_ticks import Indices, SteppedTicks, UndefinedSlopesError
 from proofmass.runner.host.arrays import Array, Truths

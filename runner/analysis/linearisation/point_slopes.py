@@ -14,8 +14,8 @@ from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.analysis.linearisation.seeds import PointSlopes
-from proofmass.runner.derivatives.dual import slopes_of
-from proofmass.runner.derivatives.dual_plan import PARAMETERS, differentiated
+from proofmass.runner.derivatives.dual import PARAMETERS, slopes_of
+from proofmass.runner.derivatives.dual_plan import differentiated
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan

@@ -6,8 +6,7 @@ from typing import Any
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
-from proofmass.runner.derivatives.dual import dual, plain
-from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS
+from proofmass.runner.derivatives.dual import PARAMETERS, SIGNALS, dual, plain
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan

@@ -11,9 +11,8 @@ import numpy as np
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.noise.noise_map import variance
 from proofmass.runner.derivatives.compact_ticks import EVERY, LIVE, CompactTicks, Direction
-from proofmass.runner.derivatives.dual import plain, slopes_of
+from proofmass.runner.derivatives.dual import SIGNALS, plain, slopes_of
 from proofmass.runner.derivatives.dual_noise import Noisy, NoisyTicks
-from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Rows
 

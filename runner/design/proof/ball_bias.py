@@ -18,8 +18,7 @@ import flint
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.derivatives.ball import Ball
-from proofmass.runner.derivatives.dual import slopes_of, value_of
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual import SIGNALS, slopes_of, value_of
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
     BallMap,

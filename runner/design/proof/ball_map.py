@@ -18,9 +18,9 @@ from proofmass.runner.analysis.linearisation.linearisation import OperatingPoint
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.seeds import place_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
-from proofmass.runner.derivatives.dual import Dual, dual, slopes_of
+from proofmass.runner.derivatives.dual import PARAMETERS, SIGNALS, Dual, dual, slopes_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
-from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, dual_constants, dual_start
+from proofmass.runner.derivatives.dual_plan import dual_constants, dual_start
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan

@@ -14,8 +14,7 @@ from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.map_changes import change_between
 from proofmass.runner.analysis.linearisation.orbit import SAME
 from proofmass.runner.derivatives.ball import UndecidedError
-from proofmass.runner.derivatives.dual import slopes_of
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual import SIGNALS, slopes_of
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
     ChangesLaterError,

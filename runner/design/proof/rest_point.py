@@ -30,8 +30,7 @@ from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
 from proofmass.runner.analysis.linearisation.seeds import place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse

@@ -14,10 +14,10 @@ import numpy as np
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.ball import UndecidedError, arb_of, ball
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance
-from proofmass.runner.derivatives.dual_plan import SIGNALS, dual_hold
+from proofmass.runner.derivatives.dual_plan import dual_hold
 from proofmass.runner.design.proof.ball_map import BallTicks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import Binding, Default, Tick, Time

@@ -13,7 +13,7 @@ from proofmass.blocks.declaration.catalog import all_blocks
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import shape_of, unit_of
 from proofmass.runner.contract.drawn import random_block
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of
+from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of
 from proofmass.runner.derivatives.dual_functions import dual_math, for_duals
 from proofmass.runner.derivatives.dual_plan import dual_constants
 from proofmass.runner.plan.constants import constants_of, start_of
@@ -168,7 +168,9 @@ def test_quantisers_and_counts_are_told_apart() -> None:
 
     x = dual(2.6, {"x": 3.0})
     assert for_duals(quantised)(2.6) == 3
-    assert repr(for_duals(quantised)(x)) == repr(x)
+    assert repr(for_duals(quantised)(x)) == "Dual(3.0, {'x': 3.0})"  # as in the run: a parameter moves it
+    signal = dual(x, {"y": 1.0}, SIGNALS)
+    assert repr(for_duals(quantised)(signal)) == repr(signal)
     assert slopes_of(for_duals(turns)(x)) == {"x": 3.0}
     assert plain(for_duals(turns)(x)) == pytest.approx(-0.4)
 

@@ -187,3 +187,23 @@ def test_a_budget_with_derivatives_has_the_rms_of_the_one_without() -> None:
     graph = Graph(name="coarse", rate=80_000, blocks=blocks, wires=wires)
     for derivatives in (False, True):
         assert noise(graph, "turned.output", derivatives=derivatives).rms == pytest.approx(math.sqrt(3.0))
+
+
+@pytest.mark.defect("S819", before="the rms of a carrier without steps, squared, over that with them", after="1 of 1")
+@pytest.mark.parametrize("bits", [2, 3, 4])
+def test_a_carrier_in_steps_scales_no_noise(bits: int) -> None:
+    """The rms is that of white noise times that of the steps: it is proportional to the density and to a gain."""
+    blocks = {
+        "w": WhiteNoise(density=0.1), "gain": Gain(gain=3.0), "carrier": Sine(frequency=125.0, amplitude=1.7, unit="V"),
+        "steps": AnalogToDigital(bits=bits, reference=4.0), "mixer": Product(),
+    }  # fmt: skip
+    wires = [
+        "carrier.output -> steps.voltage", "steps.number -> mixer.second", "w.output -> gain.input",
+        "gain.output -> mixer.first",
+    ]  # fmt: skip
+    graph = Graph(name="steps", rate=RATE, blocks=blocks, wires=wires, samples=64)
+    budget = noise(graph, "mixer.output", derivatives=True)
+    assert budget.derivatives is not None
+    found = {effect.parameter: effect.derivative * effect.value for effect in budget.derivatives.effects}
+    assert found["w.density"] == pytest.approx(budget.rms)
+    assert found["gain.gain"] == pytest.approx(budget.rms)
