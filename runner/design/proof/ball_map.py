@@ -6,9 +6,11 @@ and within, twice, for the parameters. The operating point is the start of the r
 
 import copy
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import flint
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
@@ -22,6 +24,7 @@ from proofmass.runner.derivatives.dual import Dual, dual, slopes_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_plan import PARAMETERS, SIGNALS, dual_constants, dual_start
 from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.bindings import Binding, Time
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
@@ -67,9 +70,8 @@ class Resting(Protocol):
         """Return where all sensors with such parameters rest."""
         ...
 
-    @property
-    def stays(self) -> bool:
-        """True if it is the same after each tick, not only after a period."""
+    def on_the_way(self, values: Sequence[Any], last: int) -> Iterator[tuple[int, Sequence[Any]]]:
+        """Yield the ticks before the last one at which it is known where they are, with the numbers there."""
         ...
 
     def values(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> list[Any]:
@@ -95,10 +97,16 @@ def varied(value: Any) -> Any:
 
 
 class BallTicks(DualTicks):
-    """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded."""
+    """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded, nor is time."""
 
     def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
         return DualAdvance(plan, solver.group, False)
+
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        base = self.filled.schedule.base_rate
+        if isinstance(binding, Time):
+            return lambda tick: Ball(flint.arb(tick * base.denominator) / base.numerator).widened()
+        return super()._getter(binding)
 
 
 class BallRows(Protocol):
@@ -142,10 +150,10 @@ class BallRun:
             put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
         engine = self._engine(plan, begin)
         last = begin.tick + self._point.ticks
-        if self._rest is not None and self._rest.stays:
-            for tick in range(begin.tick + 1, last):
+        if self._rest is not None:
+            for tick, there in self._rest.on_the_way(at_rest, last):
                 advanced(engine, tick)
-                self._rest.hold(engine.memory(), at_rest)
+                self._rest.hold(engine.memory(), there)
         advanced(engine, last)
         memory = engine.memory()
         values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]

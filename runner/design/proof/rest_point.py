@@ -1,16 +1,22 @@
-"""The point of rest of every sensor of a box, enclosed by Krawczyk's operator.
+"""The point of rest, or the orbit, of every sensor of a box, enclosed by Krawczyk's operator.
 
-With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. The
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. Where
+carriers or switches come round after N periods, x has what is remembered at the start of each of them, and F moves each
+of these by its own period:
+
+    F(x_1, ..., x_N) = (F_N(x_N), F_1(x_1), ..., F_N-1(x_N-1))
+
+so that an orbit is a point of rest of F, and one period after the other is enclosed (multiple shooting). The
 derivatives by q follow from those of F:
 
     x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
 
-F is that of ideal converters, without noise, with sources that are constant from the operating point on.
-It is a tick in which all blocks compute, or a whole period (`rest_ticks`).
+F is that of ideal converters, without noise, with sources that are constant, or come round, from the operating point
+on. It is of a tick in which all blocks compute, or of whole periods (`rest_ticks`).
 """
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
 from typing import Any
@@ -35,7 +41,13 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
-from proofmass.runner.design.proof.rest_ticks import RestTicks, changes_later_on, sources_of, value_at_start
+from proofmass.runner.design.proof.rest_ticks import (
+    RestTicks,
+    changes_later_on,
+    comes_round,
+    sources_of,
+    value_at_start,
+)
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -46,13 +58,14 @@ _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number 
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
+_MOST_PERIODS, _MOST_NUMBERS = 64, 256  # of an orbit, and those at the starts of its periods: matrices are as large
 
 
 class RestRun:
-    """The points of rest of the sensors of a plan, as far as some outputs depend on them."""
+    """The points of rest or the orbits of the sensors of a plan, as far as some outputs depend on them."""
 
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
-        """Raises `ModelError` where the plan does not settle, counts on, or cannot be enclosed."""
+        """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
         self._plan, self._outputs, self.course = plan, tuple(outputs), course
         ends = Ends((), self._outputs, everything=True)
         self.upstream, _ = ends.blocks(plan)
@@ -60,22 +73,22 @@ class RestRun:
         looped = any(one.group.guesses for one in solvers)
         if looped or any(node[0] in self.upstream for loop in plan.schedule.loops for node in loop.nodes):
             raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
-        self._sources = sources_of(plan, self.upstream)
+        self._sources, self._period = sources_of(plan, self.upstream), ends.common_period(plan)
         self._check_sources(_LATE)
-        self._period, settled = ends.common_period(plan), self._near_rest()
+        settled = self._near_rest()
         self.tick = settled + -settled % self._period
         self._onward = course.onward(self.tick)
         self._memory = self._onward.begin.copy()
         self.steps = dict[int, Array]()  # P of each group that is not linear
         linear, counts = all(one.exact for one in solvers), list[str]()
         for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
-            self._ticks = ticks
+            self._ticks, self.is_exact = ticks, linear and ticks == self._period
             self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
             options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
             self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
-            counts = self._counting()
-            if not counts and (ticks == 1 or linear) and not (ticks == 1 < self._period and self._offsets()):
-                self.is_exact = linear and ticks == self._period
+            self.periods, counts = self._round()
+            rests = self.is_exact or (ticks == self.periods == 1 and not self._moving(plan, self._time))
+            if not counts and rests and not (ticks == 1 < self._period and self._offsets()):
                 break
         else:
             what = (
@@ -83,6 +96,11 @@ class RestRun:
             )
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
         self._check_sources(self._time)
+        self.orbit = self._ticks * self.periods * plan.period if self._moving(plan, self._time) or self.periods > 1 else 0.0
+        ramps = [node for one in solvers for node in one.group.ramps]
+        if self.orbit and ramps:
+            what = f"{'.'.join(ramps[0])} moves a continuous part between ticks"
+            raise plan.graph.placed(not_at_rest(what, self._signal)).error
 
     def _near_rest(self) -> int:
         """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
@@ -105,7 +123,8 @@ class RestRun:
 
     @property
     def _start(self) -> list[float]:
-        return [float(at_place(self._memory, place_of(self._memory, entry, self._rings))) for entry in self.entries]
+        memories = [self._after(self._ticks, number) for number in range(self.periods)]
+        return [float(at_place(m, place_of(m, entry, self._rings))) for m in memories for entry in self.entries]
 
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
@@ -114,12 +133,38 @@ class RestRun:
     def _time(self) -> float:
         return self.tick * self._plan.period
 
-    def _check_sources(self, time: float) -> None:
-        """Raise `ModelError` that names sources which are not constant from a time on."""
+    def _moving(self, plan: Plan, time: float) -> list[Endpoint]:
+        """Return the sources which are not constant from a time on."""
         with flint.ctx.workprec(BITS):
-            changing = [node for node in self._sources if changes_later_on(self._plan, node, time)]
+            return [node for node in self._sources if changes_later_on(plan, node, time)]
+
+    def _check_sources(self, time: float) -> None:
+        """Raise `ModelError` that names sources which are neither constant from a time on nor come round."""
+        first = int(time / self._plan.period)
+        moving = self._moving(self._plan, time)
+        changing = [node for node in moving if not comes_round(self._plan, node, self._period, first)]
         if changing:
             raise self._plan.graph.placed(self._depends_on_time(changing)).error
+
+    def _turn(self, plan: Plan) -> int:
+        """Return after how many periods all sources come round, 1 if they are constant, 0 where that is not known."""
+        moving = self._moving(plan, self._time)
+        return math.lcm(*(comes_round(plan, node, self._ticks, self.tick) for node in moving))
+
+    def _round(self) -> tuple[int, list[str]]:
+        """Return after how many periods sources, counts and switches come round, or the blocks that do not."""
+        turn, counts = self._turn(self._plan), list[str]()
+        most = min(_MOST_PERIODS, _MOST_NUMBERS // max(1, len(self.entries)))
+        if turn > most:
+            what = f"sources come round after {turn} periods, with {len(self.entries)} numbers in each"
+            problem = replace(not_at_rest(what, self._signal), expected=f"at most {most} periods")
+            raise self._plan.graph.placed(problem).error
+        for periods in range(turn, most + 1, turn) if turn else ():
+            moved = self._after(self._ticks, periods)
+            if not (changed := self._unlike(moved)):
+                return periods, []
+            counts = counts or changed
+        return 1, counts
 
     def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
         values = []
@@ -136,28 +181,47 @@ class RestRun:
             path=("blocks", sources[0][0]),
         )
 
-    def _counting(self) -> list[str]:
-        """Return the blocks whose counts and switches are not back after the ticks of the map."""
-        once, twice = (self._after(self._ticks, n) for n in (0, 1))
-        seeded = set(self.entries)
-        before, after = (dict(self._rings.states_of(memory, sorted(self.upstream))) for memory in (once, twice))
+    def _unlike(self, memory: Memory) -> list[str]:
+        """Return the blocks whose counts and switches are not those of the operating point."""
+        seeded, names = set(self.entries), sorted(self.upstream)
+        before, after = (dict(self._rings.states_of(one, names)) for one in (self._memory, memory))
         return [entry[0] for entry in before if entry not in seeded and before[entry] != after[entry]]
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
         engine = RestTicks(plan, self.memory_of(values), self.upstream, self._outputs, self.steps)
-        advanced(engine, self.tick + self._ticks)
-        memory = engine.memory()
-        image = [at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries]
+        images = list[Any]()
+        for number in range(1, self.periods + 1):
+            advanced(engine, self.tick + number * self._ticks)
+            memory = engine.memory()
+            images.append([at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries])
+            if number < self.periods:
+                self._put(memory, values, number)
+        if changed := self._unlike(memory):
+            raise UndecidedError(f"{changed[0]} counts on")
+        image = [value for one in (images[-1], *images[:-1]) for value in one]
         return image, [value for node in self._outputs for value in engine.recorded[node]]
 
     def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
-        """Return the memory with some numbers in it, each of which has a direction."""
+        """Return the memory at the operating point with the first of some numbers, each of which has a direction."""
         memory = self._memory.copy()
-        for entry, value in zip(self.entries, values, strict=True):
-            seed = dual(0.0, {entry: 1.0}, SIGNALS) if seeded else 0.0
-            put(memory, place_of(memory, entry, self._rings), value + seed)
+        self._put(memory, values, 0, seeded)
         return memory
+
+    @property
+    def directions(self) -> list[Any]:
+        """The directions of all numbers, period by period."""
+        return [(number, entry) for number in range(self.periods) for entry in self.entries]
+
+    def _part(self, values: Sequence[Any], number: int) -> Sequence[Any]:
+        """Return those of some numbers that are there at the start of a period."""
+        return values[number * len(self.entries) : (number + 1) * len(self.entries)]
+
+    def _put(self, memory: Memory, values: Sequence[Any], number: int, seeded: bool = True) -> None:
+        """Put those of some numbers into a memory that are there at the start of a period."""
+        for entry, value in zip(self.entries, self._part(values, number), strict=True):
+            seed = dual(0.0, {(number, entry): 1.0}, SIGNALS) if seeded else 0.0
+            put(memory, place_of(memory, entry, self._rings), value + seed)
 
     def enclosed(self, parameters: Mapping[str, Any], within: RestPoint | None = None) -> RestPoint:
         """Return where all sensors with such parameters rest, `within` where those of a larger box do.
@@ -165,7 +229,7 @@ class RestRun:
         Raises `UndecidedError` where that is not shown.
         """
         plan = with_balls(self._plan, {name: varied(plain(value)) for name, value in parameters.items()})
-        if within is None and any(changes_later_on(plan, node, self._time) for node in self._sources):
+        if within is None and not self._comes_round(plan):
             raise UndecidedError("a source changes with time for some parameters")
         centre = np.array(self._start if within is None else within.centre)
         if not len(centre):
@@ -206,10 +270,15 @@ class RestRun:
         """Return the numbers at rest, which `moves` with the parameters or is any within reach."""
         return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
 
-    @property
-    def stays(self) -> bool:
-        """True if the sensor is at rest after each tick: all blocks compute in the one that shows it."""
-        return self._ticks == 1
+    def _comes_round(self, plan: Plan) -> bool:
+        """Return whether the sources of a plan with other parameters come round when those of the sensor as it is do."""
+        turn = self._turn(plan)
+        return turn > 0 and self.periods % turn == 0
+
+    def on_the_way(self, values: Sequence[Any], last: int) -> Iterator[tuple[int, Sequence[Any]]]:
+        """Yield the ticks before the last one at which it is known where the sensors are, with the numbers there."""
+        for number, tick in enumerate(range(self.tick + self._ticks, last, self._ticks), 1):
+            yield tick, self._part(values, number % self.periods)
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
         """Put a memory after a tick back to rest, with the slopes that it has."""
@@ -239,7 +308,8 @@ class RestRun:
         raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
 
     def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
-        return [[plain(slopes_of(value, SIGNALS).get(key, 0.0)) for key in self.entries] for value in image]
+        keys = self.directions
+        return [[plain(slopes.get(key, 0.0)) for key in keys] for slopes in (slopes_of(x, SIGNALS) for x in image)]
 
     def point(self, plan: Plan, parameters: Mapping[str, Any], rest: RestPoint) -> list[Any]:
         """Return the numbers of the point of rest, dual in the coordinates of which the parameters are.
@@ -283,7 +353,7 @@ class RestRun:
         rest = own._own_point()
         with flint.ctx.workprec(BITS):
             _, outputs = own.image(plan, rest.values)
-            low, high = Ball(arb_of(plain(outputs[0]))).ends()
+            low, high = Ball(sum(arb_of(plain(value)) for value in outputs) / len(outputs)).ends()
         return 0.5 * low + 0.5 * high, high - low
 
     def _own_point(self) -> RestPoint:
@@ -298,9 +368,9 @@ class RestRun:
         """Return a plan with other parameters about its own point of rest; raises `ModelError`."""
         own = RestRun.like(self, plan)
         rest = own._own_point()
-        return _AtRest(
-            plan, own.course, own.tick, "at rest", memory_there=own.memory_of(rest.centre.tolist(), seeded=False)
-        )
+        there = own.memory_of(rest.centre.tolist(), seeded=False)
+        told = "on an orbit" if self.orbit else "at rest"
+        return _AtRest(plan, own.course, own.tick, told, memory_there=there, least=own._ticks * own.periods if self.orbit else 1)
 
     @classmethod
     def like(cls, other: "RestRun", plan: Plan) -> "RestRun":
@@ -315,6 +385,7 @@ class _AtRest(Linearisation):
     """A plan about a memory at rest."""
 
     memory_there: Memory = field(kw_only=True)
+    least: int = field(kw_only=True)  # base ticks after which it is there again
 
     def memory(self) -> Memory:
         """Return the memory there."""
@@ -324,14 +395,15 @@ class _AtRest(Linearisation):
         return Onward(self.course, self.memory_there)
 
     def _found(self, ends: Ends) -> OrbitPoint:
-        return rest_map(self.plan, ends, self.course, self.memory_there)
+        return rest_map(self.plan, ends, self.course, self.memory_there, self.least)
 
 
-def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory) -> OrbitPoint:
-    """Return the map of a period between some ends about a memory at rest."""
+def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory, least: int) -> OrbitPoint:
+    """Return the map of a period between some ends about a memory that is there again after the `least` base ticks."""
     run = OrbitRun(plan, ends, course.onward(memory.tick))
-    whole = ends.map(plan, memory=memory.copy(), span=run.ticks, rings=run.rings)
-    return OrbitPoint(whole, 1, memory=memory, ticks=run.ticks, rings=run.rings)
+    ticks = math.lcm(run.ticks, least)
+    whole = ends.map(plan, memory=memory.copy(), span=ticks, rings=run.rings)
+    return OrbitPoint(whole, 1, memory=memory, ticks=ticks, rings=run.rings)
 
 
 def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:

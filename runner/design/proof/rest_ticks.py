@@ -1,17 +1,23 @@
-"""Ticks in balls at rest, and sources that are constant from a time on.
+"""Ticks in balls at rest or on an orbit, and sources that are constant from a time on or come round.
 
 Continuous groups move by phi(A T) T f, with A and f where they are, which is their exact step where they are linear.
 Elsewhere they move by P f for a regular P, so that they rest where f is zero.
+
+A sine of frequency f is the same after n / f seconds, and pulses after n repetitions. So they come round after the
+periods of the schedule of which a whole number fits these, of rates, frequencies and repetitions as they are written.
 """
 
 from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
+from fractions import Fraction
 from typing import Any
 
 import flint
 import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.sources.pulse import Pulse
+from proofmass.blocks.sources.sine import Sine
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.ball import UndecidedError, arb_of, ball
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
@@ -31,7 +37,7 @@ _ROLES = ("update", "derivative", "fold")
 
 
 class RestTicks(BallTicks):
-    """Ticks at any time after the operating point: the time has a direction of its own."""
+    """Ticks on from the operating point, of all that is at rest or comes round."""
 
     def __init__(
         self, plan: Plan, begin: Memory, blocks: AbstractSet[str], outputs: Sequence[Endpoint], steps: dict[int, Array]
@@ -114,6 +120,25 @@ def changes_later_on(plan: Plan, source: Endpoint, time: float) -> bool:
             return True
         time *= 2.0
     return False
+
+
+def comes_round(plan: Plan, source: Endpoint, ticks: int, first: int) -> int:
+    """Return after how many periods of some ticks an output that follows from the time alone comes round.
+
+    It does so from the tick `first` on, whatever signals drive its other parameters. 0 where that is not known.
+    """
+    block = plan.blocks[source[0]]
+    base, frequency = plan.schedule.base_rate, Fraction(0)
+    if type(block) is Sine:
+        frequency = _written(block.frequency)
+    elif type(block) is Pulse and not plan.is_driven(source[0]) and 0 <= _written(block.delay) * base <= first:
+        frequency = 1 / repetition if (repetition := _written(block.repetition)) > 0 else Fraction(0)
+    return (frequency * ticks / base).denominator if frequency > 0 else 0
+
+
+def _written(number: Any) -> Fraction:
+    """Return a number as a person writes it, negative for one that varies."""
+    return Fraction(repr(number)) if isinstance(number, float) else Fraction(-1)
 
 
 def value_at_start(plan: Plan, source: Endpoint) -> float:
