@@ -64,7 +64,9 @@ def coordinate(value: Any, number: int) -> Any:
 
 
 class Resting(Protocol):
-    """Points of rest of sensors, as `RestRun` encloses them."""
+    """Points of rest or orbits of sensors, as `RestRun` encloses them."""
+
+    orbit: float  # s, after which it comes round; 0 where it stands still
 
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""

@@ -269,12 +269,13 @@ class _Proving:
                 continue
             straight = _straight(starting, self.coordinates)
             maps = BoxMaps(starting, straight.parameters)
-            period, at_rest = starting.period, rest is not None
+            period, at_rest, orbit = starting.period, rest is not None, 0.0 if rest is None else rest.orbit
             changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second
             attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
             with closing(attempt.ahead):
                 for wish in wanted:
-                    claim = replace(wish, period=period, continuous=not period, at_rest=at_rest, changes=changes)
+                    own = replace(wish, period=period, continuous=not period, changes=changes)
+                    claim = replace(own, at_rest=at_rest, orbit=orbit)
                     yield self._proof(attempt, claim, left)
                     left -= 1
                 self.lost.append(attempt.ahead.died)

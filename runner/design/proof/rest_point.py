@@ -24,7 +24,6 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
@@ -41,24 +40,18 @@ from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
-from proofmass.runner.design.proof.rest_ticks import (
-    RestTicks,
-    changes_later_on,
-    comes_round,
-    sources_of,
-    value_at_start,
-)
+from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
+from proofmass.runner.design.proof.rest_ticks import RestTicks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
 _LONG = 1 << 16  # ticks of a run that does not settle
-_LATE = 1e9  # s: a source that changes then never stays
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
-_MOST_PERIODS, _MOST_NUMBERS = 64, 256  # of an orbit, and those at the starts of its periods: matrices are as large
+_MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as large
 
 
 class RestRun:
@@ -73,13 +66,15 @@ class RestRun:
         looped = any(one.group.guesses for one in solvers)
         if looped or any(node[0] in self.upstream for loop in plan.schedule.loops for node in loop.nodes):
             raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
-        self._sources, self._period = sources_of(plan, self.upstream), ends.common_period(plan)
-        self._check_sources(_LATE)
+        self._sources, self._period = RestSources(plan, self.upstream), ends.common_period(plan)
+        self._sources.check(self._signal, self._period, int(LATE / plan.period))
         settled = self._near_rest()
         self.tick = settled + -settled % self._period
         self._onward = course.onward(self.tick)
         self._memory = self._onward.begin.copy()
         self.steps = dict[int, Array]()  # P of each group that is not linear
+        self._sources.check(self._signal, self._period, self.tick)
+        moving = self._sources.moving(plan, self.tick * plan.period)
         linear, counts = all(one.exact for one in solvers), list[str]()
         for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
             self._ticks, self.is_exact = ticks, linear and ticks == self._period
@@ -87,16 +82,14 @@ class RestRun:
             options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
             self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
             self.periods, counts = self._round()
-            rests = self.is_exact or (ticks == self.periods == 1 and not self._moving(plan, self._time))
+            rests = self.is_exact or (ticks == 1 and not moving)
             if not counts and rests and not (ticks == 1 < self._period and self._offsets()):
                 break
         else:
-            what = (
-                f"{counts[0]} counts on" if counts else "a continuous part that is not linear lies among several rates"
-            )
+            beside = "moves with time" if moving else "lies among several rates"
+            what = f"{counts[0]} counts on" if counts else f"a continuous part that is not linear {beside}"
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
-        self._check_sources(self._time)
-        self.orbit = self._ticks * self.periods * plan.period if self._moving(plan, self._time) or self.periods > 1 else 0.0
+        self.orbit = ticks * self.periods * plan.period if moving or self.periods > 1 else 0.0  # s
         ramps = [node for one in solvers for node in one.group.ramps]
         if self.orbit and ramps:
             what = f"{'.'.join(ramps[0])} moves a continuous part between ticks"
@@ -129,57 +122,22 @@ class RestRun:
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
 
-    @property
-    def _time(self) -> float:
-        return self.tick * self._plan.period
-
-    def _moving(self, plan: Plan, time: float) -> list[Endpoint]:
-        """Return the sources which are not constant from a time on."""
-        with flint.ctx.workprec(BITS):
-            return [node for node in self._sources if changes_later_on(plan, node, time)]
-
-    def _check_sources(self, time: float) -> None:
-        """Raise `ModelError` that names sources which are neither constant from a time on nor come round."""
-        first = int(time / self._plan.period)
-        moving = self._moving(self._plan, time)
-        changing = [node for node in moving if not comes_round(self._plan, node, self._period, first)]
-        if changing:
-            raise self._plan.graph.placed(self._depends_on_time(changing)).error
-
-    def _turn(self, plan: Plan) -> int:
-        """Return after how many periods all sources come round, 1 if they are constant, 0 where that is not known."""
-        moving = self._moving(plan, self._time)
-        return math.lcm(*(comes_round(plan, node, self._ticks, self.tick) for node in moving))
-
     def _round(self) -> tuple[int, list[str]]:
         """Return after how many periods sources, counts and switches come round, or the blocks that do not."""
-        turn, counts = self._turn(self._plan), list[str]()
-        most = min(_MOST_PERIODS, _MOST_NUMBERS // max(1, len(self.entries)))
+        turn, most, counts = 1, 1, list[str]()
+        if self.is_exact:
+            turn = self._sources.turn(self._plan, self._ticks, self.tick)
+            most = min(MOST_PERIODS, _MOST_NUMBERS // max(1, len(self.entries)))
         if turn > most:
             what = f"sources come round after {turn} periods, with {len(self.entries)} numbers in each"
             problem = replace(not_at_rest(what, self._signal), expected=f"at most {most} periods")
             raise self._plan.graph.placed(problem).error
-        for periods in range(turn, most + 1, turn) if turn else ():
+        for periods in range(turn, most + 1, turn):
             moved = self._after(self._ticks, periods)
             if not (changed := self._unlike(moved)):
                 return periods, []
             counts = counts or changed
         return 1, counts
-
-    def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
-        values = []
-        for name, port in sources:
-            unit = unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port])
-            values.append(f"{value_at_start(self._plan, (name, port)):.9g} {unit if unit != '1' else ''}".rstrip())
-        held = [f'--constant "{".".join(node)}={value}"' for node, value in zip(sources, values, strict=True)]
-        return Problem(
-            message=f"{self._signal} has no point of rest, since sources change with time",
-            key=self._signal,
-            got=", ".join(map(".".join, sources)),
-            expected="sources that are constant once the loops have settled",
-            hint=f"give them constant values: {' '.join(held)}",
-            path=("blocks", sources[0][0]),
-        )
 
     def _unlike(self, memory: Memory) -> list[str]:
         """Return the blocks whose counts and switches are not those of the operating point."""
@@ -271,8 +229,8 @@ class RestRun:
         return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
 
     def _comes_round(self, plan: Plan) -> bool:
-        """Return whether the sources of a plan with other parameters come round when those of the sensor as it is do."""
-        turn = self._turn(plan)
+        """Return whether the sources of a plan with other parameters come round when the orbit does."""
+        turn = self._sources.turn(plan, self._ticks, self.tick)
         return turn > 0 and self.periods % turn == 0
 
     def on_the_way(self, values: Sequence[Any], last: int) -> Iterator[tuple[int, Sequence[Any]]]:
@@ -370,7 +328,9 @@ class RestRun:
         rest = own._own_point()
         there = own.memory_of(rest.centre.tolist(), seeded=False)
         told = "on an orbit" if self.orbit else "at rest"
-        return _AtRest(plan, own.course, own.tick, told, memory_there=there, least=own._ticks * own.periods if self.orbit else 1)
+        return _AtRest(
+            plan, own.course, own.tick, told, memory_there=there, least=own._ticks * own.periods if self.orbit else 1
+        )
 
     @classmethod
     def like(cls, other: "RestRun", plan: Plan) -> "RestRun":
