@@ -64,8 +64,8 @@ def _about(claim: Claim) -> str:
 
 
 def _box(proofs: Proofs) -> str:
-    where = {_where(one.claim) for one in proofs.proofs}
-    where = where.pop() if len(where) == 1 else _EITHER
+    places = {_where(one.claim) for one in proofs.proofs}
+    where = places.pop() if len(places) == 1 else _EITHER
     if not proofs.ranges:
         return f"{where}; {_NOTHING_VARIES}"
     rates = proofs.rates or (0.0,) * len(proofs.ranges)
