@@ -1,11 +1,12 @@
 """Sources at rest or on an orbit: what follows from the time alone is constant from a time on, or comes round.
 
 A sine of frequency f is the same after n / f seconds, and pulses are after n repetitions. So they come round after
-some periods of the schedule if these are a whole number of cycles. Rates, frequencies and repetitions are those written.
+some periods of the schedule if these are a whole number of cycles. A frequency is the nearest double to the fraction
+of the rate that it stands for.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from collections.abc import Set as AbstractSet
 from fractions import Fraction
 from typing import Any
@@ -54,7 +55,7 @@ class RestSources:
         """Raise `ModelError` that names those which are neither constant from a tick on nor soon come round."""
         moving = self.moving(self._plan, first * self._plan.period)
         turns = [_comes_round(self._plan, node, ticks, first) for node in moving]
-        changing = [node for node, turn in zip(moving, turns, strict=True) if not 0 < turn <= MOST_PERIODS]
+        changing = [node for node, turn in zip(moving, turns, strict=True) if not turn]
         if changing or math.lcm(*turns) > MOST_PERIODS:
             raise self._plan.graph.placed(self._depends_on_time(signal, changing or moving)).error
 
@@ -88,18 +89,33 @@ def _comes_round(plan: Plan, source: Endpoint, ticks: int, first: int) -> int:
 
     It does so whatever signals drive its other parameters.
     """
-    block = plan.blocks[source[0]]
-    base, frequency = plan.schedule.base_rate, Fraction(0)
+    block, driven = plan.blocks[source[0]], plan.is_driven(source[0])
     if type(block) is Sine:
-        frequency = _written(block.frequency)
-    elif type(block) is Pulse and not plan.is_driven(source[0]) and 0 <= _written(block.delay) * base <= first:
-        frequency = 1 / repetition if (repetition := _written(block.repetition)) > 0 else Fraction(0)
-    return (frequency * ticks / base).denominator if frequency > 0 else 0
+        return _turn(plan, ticks, block.frequency, lambda frequency: frequency)
+    if type(block) is Pulse and not driven and _begun(block.delay, first / plan.schedule.base_rate):
+        return _turn(plan, ticks, block.repetition, lambda frequency: 1 / frequency)
+    return 0
 
 
-def _written(number: Any) -> Fraction:
-    """Return a number as a person writes it, negative for one that varies."""
-    return Fraction(repr(number)) if isinstance(number, float) else Fraction(-1)
+def _begun(delay: Any, time: Fraction) -> bool:
+    return isinstance(delay, float) and delay <= time
+
+
+def _turn(plan: Plan, ticks: int, number: Any, of_frequency: Callable[[Fraction], Fraction]) -> int:
+    """Return the least number of periods that are whole cycles, for a number that follows from the frequency.
+
+    It is the nearest double to what follows from so many cycles: that of a third has no digits of its own. One that
+    varies has no such number.
+    """
+    if not isinstance(number, float) or not number > 0.0:
+        return 0
+    frequency = of_frequency(Fraction(number))
+    for periods in range(1, MOST_PERIODS + 1):
+        span = Fraction(periods * ticks) / plan.schedule.base_rate
+        cycles = round(frequency * span)
+        if cycles and float(of_frequency(cycles / span)) == number:
+            return periods
+    return 0
 
 
 def _changes(plan: Plan, source: Endpoint, time: float) -> bool:
