@@ -80,8 +80,8 @@ class Resting(Protocol):
         """Return the numbers there, which move with the parameters or are any within reach."""
         ...
 
-    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
-        """Return the memory with these numbers."""
+    def memory_of(self, plan: Plan, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory with these numbers, and the coefficients of a plan."""
         ...
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
@@ -145,7 +145,7 @@ class BallRun:
             parameters = {name: varied(value) for name, value in parameters.items()}
         plan = with_balls(self._plan, parameters)
         at_rest = [] if self._rest is None else self._rest.values(parameters, rest, moves)
-        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(at_rest, seeded=False)
+        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(plan, at_rest, seeded=False)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
             place = place_of(begin, entry, rings)

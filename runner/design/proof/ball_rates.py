@@ -81,7 +81,7 @@ class _RateRun:
         plan = with_balls(self._plan, parameters)
         memory = start(plan)
         if self._rest is not None:
-            memory = self._rest.memory_of(self._rest.values(parameters, rest, True), seeded=False)
+            memory = self._rest.memory_of(plan, self._rest.values(parameters, rest, True), seeded=False)
         try:
             moving, rates = analog_rates(plan, self._group, [self._node], memory)
         except TickError as error:

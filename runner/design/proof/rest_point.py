@@ -17,7 +17,7 @@ on. It is of a tick in which all blocks compute, or of whole periods (`rest_tick
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -27,23 +27,24 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
-from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
-from proofmass.runner.analysis.linearisation.seeds import place_of
+from proofmass.runner.analysis.linearisation.seeds import held_in, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
+from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
 from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
 from proofmass.runner.design.proof.rest_ticks import RestTicks
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 _LONG = 1 << 16  # ticks of a run that does not settle
@@ -80,7 +81,7 @@ class RestRun:
             self._ticks, self.is_exact = ticks, linear and ticks == self._period
             self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
             options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
-            self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
+            self.entries, self._coefficients = self._numbers(ends.map(plan, **options))
             self.periods, counts = self._round()
             rests = self.is_exact or (ticks == 1 and not moving)
             if not counts and rests and not (ticks == 1 < self._period and self._offsets()):
@@ -94,6 +95,18 @@ class RestRun:
         if self.orbit and ramps:
             what = f"{'.'.join(ramps[0])} moves a continuous part between ticks"
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
+
+    def _numbers(self, of_period: PeriodMap) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
+        """Return what moves, and coefficients, which stay as they are from the start of a run on."""
+        begun, states, a = start(self._plan), of_period.states, of_period.parts()[0]
+        unmoved = (a == np.eye(len(states))).all(axis=1)
+        coefficients = tuple(
+            entry
+            for entry, stays in zip(states, unmoved.tolist(), strict=True)
+            if stays and entry[2] >= 0 and entry[:2] not in self._rings.of
+            if held_in(begun, entry, self._rings) == held_in(self._memory, entry, self._rings)
+        )
+        return tuple(entry for entry in states if entry not in coefficients), coefficients
 
     def _near_rest(self) -> int:
         """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
@@ -134,20 +147,22 @@ class RestRun:
             raise self._plan.graph.placed(problem).error
         for periods in range(turn, most + 1, turn):
             moved = self._after(self._ticks, periods)
-            if not (changed := self._unlike(moved)):
+            if not (changed := self._unlike(self._memory, moved)):
                 return periods, []
             counts = counts or changed
         return 1, counts
 
-    def _unlike(self, memory: Memory) -> list[str]:
-        """Return the blocks whose counts and switches are not those of the operating point."""
+    def _unlike(self, begin: Memory, memory: Memory) -> list[str]:
+        """Return the blocks whose counts, switches and coefficients are not those at the beginning of an orbit."""
         seeded, names = set(self.entries), sorted(self.upstream)
-        before, after = (dict(self._rings.states_of(one, names)) for one in (self._memory, memory))
-        return [entry[0] for entry in before if entry not in seeded and before[entry] != after[entry]]
+        before, after = (dict(self._rings.states_of(one, names)) for one in (begin, memory))
+        fixed = [entry for entry in before if entry not in seeded and before[entry] is not after[entry]]
+        return [entry[0] for entry in fixed if before[entry] != after[entry]]
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
-        engine = RestTicks(plan, self.memory_of(values), self.upstream, self._outputs, self.steps)
+        begin = self.memory_of(plan, values)
+        engine = RestTicks(plan, begin.copy(), self.upstream, self._outputs, self.steps)
         images = list[Any]()
         for number in range(1, self.periods + 1):
             advanced(engine, self.tick + number * self._ticks)
@@ -155,14 +170,19 @@ class RestRun:
             images.append([at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries])
             if number < self.periods:
                 self._put(memory, values, number)
-        if changed := self._unlike(memory):
+        if changed := self._unlike(begin, memory):
             raise UndecidedError(f"{changed[0]} counts on")
         image = [value for one in (images[-1], *images[:-1]) for value in one]
         return image, [value for node in self._outputs for value in engine.recorded[node]]
 
-    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
-        """Return the memory at the operating point with the first of some numbers, each of which has a direction."""
-        memory = self._memory.copy()
+    def memory_of(self, plan: Plan, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory at the operating point with the first of some numbers, each of which has a direction.
+
+        Coefficients are those of a plan, which may have other parameters.
+        """
+        memory, begun = self._memory.copy(), start(plan)
+        for entry in self._coefficients:
+            put(memory, place_of(memory, entry, self._rings), held_in(begun, entry, self._rings))
         self._put(memory, values, 0, seeded)
         return memory
 
@@ -326,9 +346,9 @@ class RestRun:
         """Return a plan with other parameters about its own point of rest; raises `ModelError`."""
         own = RestRun.like(self, plan)
         rest = own._own_point()
-        there = own.memory_of(rest.centre.tolist(), seeded=False)
+        there = own.memory_of(plan, rest.centre.tolist(), seeded=False)
         told = "on an orbit" if self.orbit else "at rest"
-        return _AtRest(
+        return AboutRest(
             plan, own.course, own.tick, told, memory_there=there, least=own._ticks * own.periods if self.orbit else 1
         )
 
@@ -338,32 +358,6 @@ class RestRun:
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own
-
-
-@dataclass(frozen=True)
-class _AtRest(Linearisation):
-    """A plan about a memory at rest."""
-
-    memory_there: Memory = field(kw_only=True)
-    least: int = field(kw_only=True)  # base ticks after which it is there again
-
-    def memory(self) -> Memory:
-        """Return the memory there."""
-        return self.memory_there.copy()
-
-    def _onward(self, period: int) -> Onward:
-        return Onward(self.course, self.memory_there)
-
-    def _found(self, ends: Ends) -> OrbitPoint:
-        return rest_map(self.plan, ends, self.course, self.memory_there, self.least)
-
-
-def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory, least: int) -> OrbitPoint:
-    """Return the map of a period between some ends about a memory that is there again after the `least` base ticks."""
-    run = OrbitRun(plan, ends, course.onward(memory.tick))
-    ticks = math.lcm(run.ticks, least)
-    whole = ends.map(plan, memory=memory.copy(), span=ticks, rings=run.rings)
-    return OrbitPoint(whole, 1, memory=memory, ticks=ticks, rings=run.rings)
 
 
 def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:
