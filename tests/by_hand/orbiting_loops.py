@@ -1,9 +1,10 @@
 """Loops that go round an orbit, as graphs, with their orbits in closed form or by a program of their own.
 
-- demodulated loop: x' = x + k (u - c^2 (x + x^2 / 2)) with c = sin(n pi / 2) = 0, 1, 0, -1. So x0 -> x1 = x0 + k u while
-  c is zero, and back by x0 = x1 + k (u - x1 - x1^2 / 2): x1 = sqrt(1 + 4 u) - 1. The slope over the four ticks is
+- demodulated loop: x' = x + k (u - c^2 (x + x^2 / 2)) with c = sin(n pi / 2) = 0, 1, 0, -1. So x1 = x0 + k u while c is
+  zero, and back by x0 = x1 + k (u - x1 - x1^2 / 2): x1 = sqrt(1 + 4 u) - 1. The slope over the four ticks is
   (1 - k (1 + x1))^2, and a factor g at the wire makes it (1 - g k (1 + x1))^2
-- chopped loop: x' = x + k (c (u - c x - x^2 / 2)), c = 1, -1: x is turned about, and back
+- averaged loop: an amplitude a is that of the period of the carrier before, a' = cos(p) (x + x^2 / 2), and
+  x' = x + k (u - a). So x = sqrt(1 + 2 u / cos(p)) - 1, and the loop is stable up to k cos(p) (1 + x) = 1
 - mixed loop: x' = x + k (u + a s - (1 + b s) (d + e d^2)), d' = x, s = sin(2 pi n / p + q)
 """
 
@@ -51,6 +52,27 @@ c1 = 1.0
 c2 = 0.5
 """
 
+AVERAGED = """
+name = "averaged loop"
+rate = "125 Hz"
+samples = 60
+wires = ["level.output -> error.first", "plant.output -> curve.temperature", "curve.value -> modulator.first",
+         "carrier.output -> modulator.second", "modulator.output -> demodulator.number",
+         "demodulator.amplitude -> error.second", "error.output -> gain.input", "gain.output -> plant.input"]
+probes = ["plant.output"]
+[loops.main]
+open_at = "plant.output"
+[blocks]
+level = { kind = "Constant", value = 1.0 }
+carrier = { kind = "Sine", frequency = "125 Hz", rate = "1 kHz" }
+modulator = { kind = "Product", rate = "1 kHz" }
+demodulator = { kind = "DigitalDemodulator", rate = "1 kHz", phase = 0.5 }
+error = { kind = "Difference" }
+gain = { kind = "Gain", gain = 25.0 }
+plant = { kind = "DiscreteIntegrator", output_unit = "1" }
+curve = { kind = "PolynomialModel", temperature_unit = "1", unit = "1", c1 = 1.0, c2 = 0.5 }
+"""
+
 MIXED = """
 name = "mixed loop"
 rate = "1 kHz"
@@ -89,6 +111,12 @@ def demodulated_orbit(level: float, gain: float) -> tuple[float, float]:
 def demodulated_margin(level: float, gain: float) -> float:
     """Return the largest factor at the wire that the demodulated loop bears."""
     return 2.0 / (1e-3 * gain * (1.0 + demodulated_orbit(level, gain)[1]))
+
+
+def averaged_margin(level: float, gain: float, phase: float) -> float:
+    """Return the largest factor at the wire that the averaged loop bears."""
+    rest = math.sqrt(1.0 + 2.0 * level / math.cos(phase)) - 1.0
+    return 1.0 / (8e-3 * gain * math.cos(phase) * (1.0 + rest))
 
 
 class MixedLoop:
