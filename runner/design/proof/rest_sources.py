@@ -77,9 +77,9 @@ class RestSources:
             message=f"{signal} has no point of rest, since sources change with time",
             key=signal,
             got=", ".join(map(".".join, sources)),
-            expected="sources that are constant once the loops have settled, or sines and pulses that come round after"
-            f" at most {MOST_PERIODS} periods of the schedule",
-            hint=f"give them constant values: {' '.join(held)}",
+            expected="sources that are constant once the loops have settled, or come round",
+            hint=f"give them constant values: {' '.join(held)}; or take sines and pulses of which at most {MOST_PERIODS}"
+            " periods of the schedule hold whole cycles",
             path=("blocks", sources[0][0]),
         )
 
