@@ -32,10 +32,10 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
-from proofmass.runner.analysis.linearisation.seeds import held_in, place_of
+from proofmass.runner.analysis.linearisation.seeds import HELD, held_in, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_plan import SIGNALS
 from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
@@ -97,16 +97,24 @@ class RestRun:
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
 
     def _numbers(self, of_period: PeriodMap) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
-        """Return what moves, and coefficients, which stay as they are from the start of a run on."""
+        """Return what moves, and coefficients, which stay as they are from the start of a run on.
+
+        Counts that nothing but counts drives do not move in this sense: they have to come round exactly.
+        """
         begun, states, a = start(self._plan), of_period.states, of_period.parts()[0]
-        unmoved = (a == np.eye(len(states))).all(axis=1)
-        coefficients = tuple(
+        now = [held_in(self._memory, entry, self._rings) for entry in states]
+        counts = {i for i, value in enumerate(now) if type(value) is int}
+        while driven := {i for i in counts if not counts.issuperset(np.flatnonzero(a[i]).tolist())}:
+            counts -= driven
+        stay = set(np.flatnonzero((a == np.eye(len(a))).all(axis=1)).tolist())
+        coefficients = [
             entry
-            for entry, stays in zip(states, unmoved.tolist(), strict=True)
-            if stays and entry[2] >= 0 and entry[:2] not in self._rings.of
-            if held_in(begun, entry, self._rings) == held_in(self._memory, entry, self._rings)
-        )
-        return tuple(entry for entry in states if entry not in coefficients), coefficients
+            for i, entry in enumerate(states)
+            if i in stay and entry[2] != HELD and entry[:2] not in self._rings.of
+            if held_in(begun, entry, self._rings) == now[i]
+        ]
+        moving = (entry for i, entry in enumerate(states) if i not in counts and entry not in coefficients)
+        return tuple(moving), tuple(coefficients)
 
     def _near_rest(self) -> int:
         """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
@@ -156,8 +164,8 @@ class RestRun:
         """Return the blocks whose counts, switches and coefficients are not those at the beginning of an orbit."""
         seeded, names = set(self.entries), sorted(self.upstream)
         before, after = (dict(self._rings.states_of(one, names)) for one in (begin, memory))
-        fixed = [entry for entry in before if entry not in seeded and before[entry] is not after[entry]]
-        return [entry[0] for entry in fixed if before[entry] != after[entry]]
+        pairs = {entry: (before[entry], after[entry]) for entry in before if entry not in seeded}
+        return [entry[0] for entry, (a, b) in pairs.items() if a is not b and (isinstance(b, Dual) or a != b)]
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
