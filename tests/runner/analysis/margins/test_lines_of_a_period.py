@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import DiscreteIntegrator, Gain, Negation, Product, RepeatingSequence, Sum
+from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
@@ -88,3 +89,25 @@ def test_a_register_beside_the_loop_moves_no_frequency(ratio: int) -> None:
     assert found.disk_margin == pytest.approx(plain.disk_margin, rel=1e-6)
     assert found.sensitivity_peak_frequency == pytest.approx(plain.sensitivity_peak_frequency, rel=1e-4)
     assert slowest(found) == pytest.approx(slowest(plain), rel=1e-3)
+
+
+@pytest.mark.defect("S820", before="ended with a math domain error", after="says that the mode is gone after a period")
+def test_a_mode_that_is_gone_after_a_period_has_no_line() -> None:
+    """x' = x + u - 1 x: the pole is zero, and a slower block makes it two values in a period."""
+    graph = read_graph_text(
+        """
+name = "gone after a tick"
+rate = "1 kHz"
+wires = ["level.output -> slow.input", "slow.output -> error.first", "plant.output -> error.second",
+         "error.output -> plant.input"]
+[loops.main]
+open_at = "plant.output"
+[blocks]
+level = { kind = "Constant", value = 1.0 }
+slow = { kind = "Gain", rate = "500 Hz" }
+error = { kind = "Difference" }
+plant = { kind = "DiscreteIntegrator", output_unit = "1", gain = 1000.0 }
+"""
+    )
+    text = "\n".join(margins_text(next(iter(margins(graph).loops))))
+    assert "gone after a period" in text

@@ -11,6 +11,7 @@ import pytest
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.derivatives.ball import BITS, ball
 from proofmass.runner.design.proof.known import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
@@ -62,6 +63,14 @@ def test_a_gain_margin_is_proved_up_to_its_closed_form(proved: Proofs) -> None:
     assert status(beyond)[1] == "refuted"
     sensor = beyond.proofs[1].counterexample or {}
     assert in_decibels(demodulated_margin(sensor["level.value"], sensor["gain.gain"])) < in_decibels(LEAST) + 0.05
+
+
+@pytest.mark.defect("S821", before="ended with an error of NumPy", after="has the margins of the closed form")
+def test_margins_on_an_orbit_whose_integrator_lets_a_line_not_through() -> None:
+    planned = plan(LOOP)
+    about = RestRun(planned, [("plant", "output")], Course(planned)).linearised(planned)
+    found_there = margins_of(about.loop(("plant", "output")), "main", "plant.output")
+    assert found_there.gain_margin == pytest.approx(demodulated_margin(1.0, 100.0), rel=1e-9)
 
 
 def test_the_orbit_is_enclosed_and_a_run_comes_to_it() -> None:
