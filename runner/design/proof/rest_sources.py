@@ -78,8 +78,8 @@ class RestSources:
             key=signal,
             got=", ".join(map(".".join, sources)),
             expected="sources that are constant once the loops have settled, or come round",
-            hint=f"give them constant values: {' '.join(held)}; or take sines and pulses of which at most {MOST_PERIODS}"
-            " periods of the schedule hold whole cycles",
+            hint=f"give them constant values: {' '.join(held)}; or take sines and pulses of which"
+            f" at most {MOST_PERIODS} periods of the schedule hold whole cycles",
             path=("blocks", sources[0][0]),
         )
 

@@ -109,5 +109,5 @@ error = { kind = "Difference" }
 plant = { kind = "DiscreteIntegrator", output_unit = "1", gain = 1000.0 }
 """
     )
-    text = "\n".join(margins_text(margins(graph)))
+    text = margins_text(margins(graph))
     assert "gone after a period" in text
