@@ -12,6 +12,7 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.margins.text import margins_text
+from tests.by_hand.resting_loops import QUADRATIC
 from tests.runner.analysis.margins.test_margins import FAST, lifted
 
 RATE = 80_000.0
@@ -93,21 +94,8 @@ def test_a_register_beside_the_loop_moves_no_frequency(ratio: int) -> None:
 
 @pytest.mark.defect("S820", before="ended with a math domain error", after="says that the mode is gone after a period")
 def test_a_mode_that_is_gone_after_a_period_has_no_line() -> None:
-    """x' = x + u - 1 x: the pole is zero, and a slower block makes it two values in a period."""
-    graph = read_graph_text(
-        """
-name = "gone after a tick"
-rate = "1 kHz"
-wires = ["level.output -> slow.input", "slow.output -> error.first", "plant.output -> error.second",
-         "error.output -> plant.input"]
-[loops.main]
-open_at = "plant.output"
-[blocks]
-level = { kind = "Constant", value = 1.0 }
-slow = { kind = "Gain", rate = "500 Hz" }
-error = { kind = "Difference" }
-plant = { kind = "DiscreteIntegrator", output_unit = "1", gain = 1000.0 }
-"""
-    )
-    text = margins_text(margins(graph))
-    assert "gone after a period" in text
+    """At the start the slope is 1 - g T = 0, and a slower block makes it two values in a period."""
+    text = QUADRATIC.replace("gain = 100.0", "gain = 1000.0") + '[blocks.slow]\nkind = "Gain"\nrate = "500 Hz"\n'
+    wires = '"level.output -> slow.input", "slow.output -> error.first"'
+    graph = read_graph_text(text.replace('"level.output -> error.first"', wires))
+    assert "gone after a period" in margins_text(margins(graph))
