@@ -18,6 +18,7 @@ ASSUMED = (
     "Blocks compute in real numbers: the rounding of doubles in a run is not a part of the proof.",
     "Loops are those of the start of the run, tick 0, or at rest. Quantisers count as a gain of one, limits by slopes.",
     "At rest sources are constant: where a sensor rests is that of ideal converters, which do not round.",
+    "On an orbit sources come round as their frequencies say. It is a point of rest of all its periods at once.",
     "Loops in continuous time are those of the differential equations: what discrete blocks give is held.",
     "Parameters stay as they are while the sensor runs; under any or slow change within each period of the loop.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
@@ -72,7 +73,7 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
             }
         )
     more: dict[str, Any] = {name: True for name in ("any_change", "at_rest", "continuous") if getattr(claim, name)}
-    more |= {"changes": claim.changes} if claim.changes else {}
+    more |= {name: value for name in ("changes", "orbit") if (value := getattr(claim, name))}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
     return (
         of_quantity

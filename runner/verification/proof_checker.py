@@ -79,8 +79,9 @@ def _claim(data: _Data, claim: _Data) -> str:
     steps = [Fraction(b) - Fraction(a) for a, b in sides] if any_change else [*map(Fraction, claim.get("changes", ()))]
     moves = any_change or bool(steps)
     where = f"{' to '.join(filter(None, [claim['loop'], claim['open_at'] * of_output]))}, {kind}"
-    size = repr(limit) if of_output else f"{limit:g}{_UNITS.get(kind, '')}"
-    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}" + " at rest" * at_rest
+    size, orbit = repr(limit) if of_output else f"{limit:g}{_UNITS.get(kind, '')}", float(claim.get("orbit", 0.0))
+    place = f" on an orbit of {orbit:g} s" if orbit > 0.0 else " at rest"
+    where += (kind != "stable") * f" of at {'most' if most else 'least'} {size}" + place * at_rest
     where += " in continuous time" * falls + f" under {'any' if any_change else 'slow'} change" * moves
     _check_ends(claim, where)
     leaves = [(tuple(map(_side, leaf["box"])), leaf, data["loops"][leaf["loop"]]) for leaf in claim["leaves"]]

@@ -155,7 +155,7 @@ class OpenLoop:
         The pole tells it but for whole turns: the mode's strongest line at the wire tells these.
         """
         angle = cmath.phase(pole)
-        if self.continuous or self.per_period == 1:
+        if self.continuous or self.per_period == 1 or not pole:  # what is gone after a period has no line
             return angle
         values, vectors = self._modes
         shown = self._shown(vectors[:, int(np.argmin(np.abs(values - pole)))])

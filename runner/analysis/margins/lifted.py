@@ -106,7 +106,7 @@ def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, fl
 def _strongest_line(matrix: Complex, angle: float) -> float:
     """Return the angle over a period of the strongest line of what a matrix makes largest; the lower one of a pair."""
     own = np.exp(1j * angle * np.arange(len(matrix)) / len(matrix))
-    vector = own
+    vector = own if (matrix @ own).any() else own * np.arange(1.0, 1.0 + len(own))  # an integrator lets it not through
     for _ in range(_ITERATIONS):
         vector = matrix.conj().T @ (matrix @ vector)
         vector = vector / np.linalg.norm(vector)

@@ -164,7 +164,7 @@ class ProveRequest(Answered, does="prove_command.show_proofs"):
         **PORT,
     )
     at: str = option(
-        'Prove claims about "0 s", the start, or about "settled", a point of rest (default: where it is known).',
+        'Prove claims about "0 s", the start, or about "settled", rest or an orbit (default: where it is known).',
         default="auto",
         show_default=False,
         metavar="TIME",

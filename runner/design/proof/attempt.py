@@ -61,6 +61,7 @@ class MarginProof:
             "kind": self.claim.kind,
             "limit": self.claim.limit if math.isfinite(self.claim.limit) else None,
             "at_rest": self.claim.at_rest,
+            **({"orbit": self.claim.orbit} if self.claim.orbit else {}),
             "side": "at most" if self.claim.most else "at least",
             "status": self.status,
             "part": self.searched.part,

@@ -40,8 +40,8 @@ class RestingOutput:
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun) -> None:
         """Raises `ModelError` where the output depends on too many states."""
         most = MOST_STATES if rest.is_exact else MOST_STATES // 2
-        if len(rest.entries) > most:
-            has = f"{'.'.join(target)} depends on {len(rest.entries)} states"
+        if len(rest.directions) > most:
+            has = f"{'.'.join(target)} depends on {len(rest.directions)} states"
             raise plan.graph.placed(too_large(has, target, str(most))).error
         self._plan, self._rest = plan, rest
         ends = Ends((), (target,), everything=True)
@@ -82,7 +82,7 @@ class RestingOutput:
 
     def _slopes(self, value: Any) -> list[Any]:
         slopes = slopes_of(value, SIGNALS)
-        return [slopes.get(key, 0.0) for key in self._rest.entries]
+        return [slopes.get(key, 0.0) for key in self._rest.directions]
 
 
 def _mean(values: Sequence[Any]) -> Any:

@@ -6,9 +6,11 @@ and within, twice, for the parameters. The operating point is the start of the r
 
 import copy
 import types
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Protocol
+
+import flint
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
@@ -22,6 +24,7 @@ from proofmass.runner.derivatives.dual import PARAMETERS, SIGNALS, Dual, dual, s
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_plan import dual_constants, dual_start
 from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.plan.bindings import Binding, Time
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
@@ -61,23 +64,24 @@ def coordinate(value: Any, number: int) -> Any:
 
 
 class Resting(Protocol):
-    """Points of rest of sensors, as `RestRun` encloses them."""
+    """Points of rest or orbits of sensors, as `RestRun` encloses them."""
+
+    orbit: float  # s, after which it comes round; 0 where it stands still
 
     def enclosed(self, parameters: Mapping[str, Any], within: Any = None) -> Any:
         """Return where all sensors with such parameters rest."""
         ...
 
-    @property
-    def stays(self) -> bool:
-        """True if it is the same after each tick, not only after a period."""
+    def on_the_way(self, values: Sequence[Any], last: int) -> Iterator[tuple[int, Sequence[Any]]]:
+        """Yield the ticks before the last one at which it is known where they are, with the numbers there."""
         ...
 
     def values(self, parameters: Mapping[str, Any], rest: Any, moves: bool) -> list[Any]:
         """Return the numbers there, which move with the parameters or are any within reach."""
         ...
 
-    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
-        """Return the memory with these numbers."""
+    def memory_of(self, plan: Plan, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory with these numbers, and the coefficients of a plan."""
         ...
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
@@ -95,10 +99,16 @@ def varied(value: Any) -> Any:
 
 
 class BallTicks(DualTicks):
-    """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded."""
+    """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded, nor is time."""
 
     def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
         return DualAdvance(plan, solver.group, False)
+
+    def _getter(self, binding: Binding) -> Callable[[int], Any]:
+        base = self.filled.schedule.base_rate
+        if isinstance(binding, Time):
+            return lambda tick: Ball(flint.arb(tick * base.denominator) / base.numerator).widened()
+        return super()._getter(binding)
 
 
 class BallRows(Protocol):
@@ -135,17 +145,17 @@ class BallRun:
             parameters = {name: varied(value) for name, value in parameters.items()}
         plan = with_balls(self._plan, parameters)
         at_rest = [] if self._rest is None else self._rest.values(parameters, rest, moves)
-        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(at_rest, seeded=False)
+        begin = self._begin(plan) if self._rest is None else self._rest.memory_of(plan, at_rest, seeded=False)
         rings, entries = self._point.rings, self._point.map.states
         for entry in entries:
             place = place_of(begin, entry, rings)
             put(begin, place, at_place(begin, place) + dual(0.0, {entry: 1.0}, SIGNALS))
         engine = self._engine(plan, begin)
         last = begin.tick + self._point.ticks
-        if self._rest is not None and self._rest.stays:
-            for tick in range(begin.tick + 1, last):
+        if self._rest is not None:
+            for tick, there in self._rest.on_the_way(at_rest, last):
                 advanced(engine, tick)
-                self._rest.hold(engine.memory(), at_rest)
+                self._rest.hold(engine.memory(), there)
         advanced(engine, last)
         memory = engine.memory()
         values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]

@@ -38,6 +38,7 @@ from proofmass.runner.design.proof.ball_map import (
     states_between,
     too_large,
 )
+from proofmass.runner.design.proof.rest_point import not_at_rest
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
@@ -50,6 +51,8 @@ class StartingNoise:
     def __init__(self, plan: Plan, target: Endpoint, rest: Resting | None = None) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
         way = f"the way of noise to {'.'.join(target)}"
+        if rest is not None and rest.orbit:
+            raise plan.graph.placed(not_at_rest("noise changes along an orbit", ".".join(target))).error
         first = common_period(plan, (), [target], noise=noise_blocks(plan))
         about = linearised(plan, first)
         noisy = noise_at(about, [target])

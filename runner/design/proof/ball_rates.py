@@ -26,7 +26,7 @@ from proofmass.runner.design.proof.ball_map import (
     varied,
     with_balls,
 )
-from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
@@ -44,6 +44,8 @@ class StartingRates(StartingLoop):
         Raises `ModelError` where margins are not those of the start, or cannot be linearised.
         """
         signal = ".".join(node)
+        if rest is not None and rest.orbit:
+            raise plan.graph.placed(not_at_rest("a loop in continuous time changes along an orbit", signal)).error
         about = linearised(plan) if rest is None else rest.linearised(plan)
         try:
             between = about.loop(node).map
@@ -78,7 +80,7 @@ class _RateRun:
         plan = with_balls(self._plan, parameters)
         memory = start(plan)
         if self._rest is not None:
-            memory = self._rest.memory_of(self._rest.values(parameters, rest, True), seeded=False)
+            memory = self._rest.memory_of(plan, self._rest.values(parameters, rest, True), seeded=False)
         try:
             moving, rates = analog_rates(plan, self._group, [self._node], memory)
         except TickError as error:

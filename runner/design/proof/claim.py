@@ -102,7 +102,8 @@ class Claim:
     unit_of_quantity: str = ""
     any_change: bool = False  # the parameters may have others of their values in each period
     changes: tuple[float, ...] = ()  # or each coordinate may move by so much from one to the next, or in a second
-    at_rest: bool = False  # where the sensor rests, not at the start of the run
+    at_rest: bool = False  # where the sensor rests, or on its orbit, not at the start of the run
+    orbit: float = 0.0  # s, of the orbit, if it does not stand still there
     continuous: bool = False  # of a loop among continuous blocks, which has no period
 
     @property
@@ -187,8 +188,9 @@ class Claim:
 
     def __str__(self) -> str:
         """The claim in words."""
-        at_rest = self.at_rest and self.kind != BIAS
-        return self._words + " at rest" * at_rest + f" under {'any' if self.any_change else 'slow'} change" * self.moves
+        at_rest = self.at_rest and (self.kind != BIAS or self.orbit > 0.0)
+        where = f" on an orbit of {in_print(self.orbit, 's', 6)}" if self.orbit else " at rest"
+        return self._words + where * at_rest + f" under {'any' if self.any_change else 'slow'} change" * self.moves
 
     @property
     def _words(self) -> str:

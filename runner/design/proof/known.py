@@ -11,7 +11,19 @@ from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
-_SAME = ("loop", "open_at", "kind", "limit", "period", "most", "any_change", "changes", "at_rest", "continuous")
+_SAME = (
+    "loop",
+    "open_at",
+    "kind",
+    "limit",
+    "period",
+    "most",
+    "any_change",
+    "changes",
+    "at_rest",
+    "orbit",
+    "continuous",
+)
 
 
 @dataclass(frozen=True)

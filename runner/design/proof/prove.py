@@ -150,9 +150,10 @@ def prove(
     processors unless given; they change no bit. `progress` is called with the claims that are done and all claims.
     `known` has what an earlier search proved, which is not searched again.
 
-    Claims are about the start of the run, and where that changes later about the point where the sensor rests, unless
-    `at` is "0 s" or "settled". A sensor rests if its sources are constant: `constants` maps outputs of sources to such
-    values. A loop without a point of rest is open, with the reason. Blocks compute in real numbers, and converters do
+    Claims are about the start of the run, and where that changes later about the point where the sensor rests, or the
+    orbit that it goes round, unless `at` is "0 s" or "settled". A sensor rests if its sources are constant, and goes
+    round an orbit if they come round: `constants` maps outputs of sources to constant values. A loop without either is
+    open, with the reason. Blocks compute in real numbers, and converters do
     not round. Raises `ModelError` for what is wrong with the graph or the tolerances.
 
     >>> from proofmass import prove, read_graph
@@ -269,12 +270,13 @@ class _Proving:
                 continue
             straight = _straight(starting, self.coordinates)
             maps = BoxMaps(starting, straight.parameters)
-            period, at_rest = starting.period, rest is not None
+            period, at_rest, orbit = starting.period, rest is not None, 0.0 if rest is None else rest.orbit
             changes = straight.changes(self.rates, period or 1.0)  # in continuous time in a second
             attempt = Attempt(Sensors(self.graph, rest), maps, straight, self.stop, self.known, self.workers)
             with closing(attempt.ahead):
                 for wish in wanted:
-                    claim = replace(wish, period=period, continuous=not period, at_rest=at_rest, changes=changes)
+                    own = replace(wish, period=period, continuous=not period, changes=changes)
+                    claim = replace(own, at_rest=at_rest, orbit=orbit)
                     yield self._proof(attempt, claim, left)
                     left -= 1
                 self.lost.append(attempt.ahead.died)

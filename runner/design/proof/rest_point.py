@@ -1,57 +1,64 @@
-"""The point of rest of every sensor of a box, enclosed by Krawczyk's operator.
+"""The point of rest, or the orbit, of every sensor of a box, enclosed by Krawczyk's operator.
 
-With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. The
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. Where
+carriers or switches come round after N periods, x has what is remembered at the start of each of them, and F moves each
+of these by its own period:
+
+    F(x_1, ..., x_N) = (F_N(x_N), F_1(x_1), ..., F_N-1(x_N-1))
+
+so that an orbit is a point of rest of F, and one period after the other is enclosed (multiple shooting). The
 derivatives by q follow from those of F:
 
     x_i = (I - J)^-1 F_i,   x_ij = (I - J)^-1 (second derivative of F(x(q), q) with x_ij = 0)
 
-F is that of ideal converters, without noise, with sources that are constant from the operating point on.
-It is a tick in which all blocks compute, or a whole period (`rest_ticks`).
+F is that of ideal converters, without noise, with sources that are constant, or come round, from the operating point
+on. It is of a tick in which all blocks compute, or of whole periods (`rest_ticks`).
 """
 
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
 import flint
 import numpy as np
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
-from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
-from proofmass.runner.analysis.linearisation.seeds import place_of
+from proofmass.runner.analysis.linearisation.seeds import HELD, held_in, place_of
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
-from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
+from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of, value_of
+from proofmass.runner.design.proof.about_rest import AboutRest
 from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
-from proofmass.runner.design.proof.rest_ticks import RestTicks, changes_later_on, sources_of, value_at_start
+from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
+from proofmass.runner.design.proof.rest_ticks import RestTicks
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.memory import Memory
+from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 _LONG = 1 << 16  # ticks of a run that does not settle
-_LATE = 1e9  # s: a source that changes then never stays
 _NEWTON, _WIDENED, _NEAR = 12, 16, 1e-13  # steps at most, and part of a number that ends Newton's
 _CLOSE, _LEAST = 1e-15, 1e-70  # reaches at least: part of a number, and beside zero
 _FARTHEST = 1e30  # beyond which no reach is tried
 _ROOM, _SPARE = 1.3, 1.15  # how much further than needed a reach is, and at least, so that parts lie within
+_MOST_NUMBERS = 256  # at the starts of all periods of an orbit: matrices are as large
 
 
 class RestRun:
-    """The points of rest of the sensors of a plan, as far as some outputs depend on them."""
+    """The points of rest or the orbits of the sensors of a plan, as far as some outputs depend on them."""
 
     def __init__(self, plan: Plan, outputs: Sequence[Endpoint], course: Course) -> None:
-        """Raises `ModelError` where the plan does not settle, counts on, or cannot be enclosed."""
+        """Raises `ModelError` where the plan does not settle or come round, counts on, or cannot be enclosed."""
         self._plan, self._outputs, self.course = plan, tuple(outputs), course
         ends = Ends((), self._outputs, everything=True)
         self.upstream, _ = ends.blocks(plan)
@@ -59,29 +66,54 @@ class RestRun:
         looped = any(one.group.guesses for one in solvers)
         if looped or any(node[0] in self.upstream for loop in plan.schedule.loops for node in loop.nodes):
             raise plan.graph.placed(not_at_rest("an algebraic loop has no enclosure", self._signal)).error
-        self._sources = sources_of(plan, self.upstream)
-        self._check_sources(_LATE)
-        self._period, settled = ends.common_period(plan), self._near_rest()
+        self._sources, self._period = RestSources(plan, self.upstream), ends.common_period(plan)
+        self._sources.check(self._signal, self._period, int(LATE / plan.period))
+        settled = self._near_rest()
         self.tick = settled + -settled % self._period
         self._onward = course.onward(self.tick)
         self._memory = self._onward.begin.copy()
         self.steps = dict[int, Array]()  # P of each group that is not linear
+        self._sources.check(self._signal, self._period, self.tick)
+        moving = self._sources.moving(plan, self.tick * plan.period)
         linear, counts = all(one.exact for one in solvers), list[str]()
         for ticks in dict.fromkeys((self._period, 1)):  # a period is that of the sensor itself
-            self._ticks = ticks
+            self._ticks, self.is_exact = ticks, linear and ticks == self._period
             self._rings = find_rings(plan, self.upstream, partial(self._after, ticks))
             options = {"memory": self._memory.copy(), "span": ticks, "rings": self._rings}
-            self.entries: tuple[Entry, ...] = ends.map(plan, **options).states
-            counts = self._counting()
-            if not counts and (ticks == 1 or linear) and not (ticks == 1 < self._period and self._offsets()):
-                self.is_exact = linear and ticks == self._period
+            self.entries, self._coefficients = self._numbers(ends.map(plan, **options))
+            self.periods, counts = self._round()
+            rests = self.is_exact or (ticks == 1 and not moving)
+            if not counts and rests and not (ticks == 1 < self._period and self._offsets()):
                 break
         else:
-            what = (
-                f"{counts[0]} counts on" if counts else "a continuous part that is not linear lies among several rates"
-            )
+            beside = "moves with time" if moving else "lies among several rates"
+            what = f"{counts[0]} counts on" if counts else f"a continuous part that is not linear {beside}"
             raise plan.graph.placed(not_at_rest(what, self._signal)).error
-        self._check_sources(self._time)
+        self.orbit = ticks * self.periods * plan.period if moving or self.periods > 1 else 0.0  # s
+        ramps = [node for one in solvers for node in one.group.ramps]
+        if self.orbit and ramps:
+            what = f"{'.'.join(ramps[0])} moves a continuous part between ticks"
+            raise plan.graph.placed(not_at_rest(what, self._signal)).error
+
+    def _numbers(self, of_period: PeriodMap) -> tuple[tuple[Entry, ...], tuple[Entry, ...]]:
+        """Return what moves, and coefficients, which stay as they are from the start of a run on.
+
+        Counts that nothing but counts drives do not move in this sense: they have to come round exactly.
+        """
+        begun, states, a = start(self._plan), of_period.states, of_period.parts()[0]
+        now = [held_in(self._memory, entry, self._rings) for entry in states]
+        counts = {i for i, value in enumerate(now) if type(value) is int}
+        while driven := {i for i in counts if not counts.issuperset(np.flatnonzero(a[i]).tolist())}:
+            counts -= driven
+        stay = set(np.flatnonzero((a == np.eye(len(a))).all(axis=1)).tolist())
+        coefficients = [
+            entry
+            for i, entry in enumerate(states)
+            if i in stay and entry[2] != HELD and entry[:2] not in self._rings.of
+            if held_in(begun, entry, self._rings) == now[i]
+        ]
+        moving = (entry for i, entry in enumerate(states) if i not in counts and entry not in coefficients)
+        return tuple(moving), tuple(coefficients)
 
     def _near_rest(self) -> int:
         """Return a tick from which the point of rest is looked for: where a converter dithers, that of a later time."""
@@ -104,59 +136,77 @@ class RestRun:
 
     @property
     def _start(self) -> list[float]:
-        return [float(at_place(self._memory, place_of(self._memory, entry, self._rings))) for entry in self.entries]
+        memories = [self._after(self._ticks, number) for number in range(self.periods)]
+        return [float(at_place(m, place_of(m, entry, self._rings))) for m in memories for entry in self.entries]
 
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
 
-    @property
-    def _time(self) -> float:
-        return self.tick * self._plan.period
+    def _round(self) -> tuple[int, list[str]]:
+        """Return after how many periods sources, counts and switches come round, or the blocks that do not."""
+        turn, most, counts = 1, 1, list[str]()
+        if self.is_exact:
+            turn = self._sources.turn(self._plan, self._ticks, self.tick)
+            most = min(MOST_PERIODS, _MOST_NUMBERS // max(1, len(self.entries)))
+        if turn > most:
+            what = f"sources come round after {turn} periods, with {len(self.entries)} numbers in each"
+            problem = replace(not_at_rest(what, self._signal), expected=f"at most {most} periods")
+            raise self._plan.graph.placed(problem).error
+        for periods in range(turn, most + 1, turn):
+            moved = self._after(self._ticks, periods)
+            if not (changed := self._unlike(self._memory, moved)):
+                return periods, []
+            counts = counts or changed
+        return 1, counts
 
-    def _check_sources(self, time: float) -> None:
-        """Raise `ModelError` that names sources which are not constant from a time on."""
-        with flint.ctx.workprec(BITS):
-            changing = [node for node in self._sources if changes_later_on(self._plan, node, time)]
-        if changing:
-            raise self._plan.graph.placed(self._depends_on_time(changing)).error
-
-    def _depends_on_time(self, sources: Sequence[Endpoint]) -> Problem:
-        values = []
-        for name, port in sources:
-            unit = unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port])
-            values.append(f"{value_at_start(self._plan, (name, port)):.9g} {unit if unit != '1' else ''}".rstrip())
-        held = [f'--constant "{".".join(node)}={value}"' for node, value in zip(sources, values, strict=True)]
-        return Problem(
-            message=f"{self._signal} has no point of rest, since sources change with time",
-            key=self._signal,
-            got=", ".join(map(".".join, sources)),
-            expected="sources that are constant once the loops have settled",
-            hint=f"give them constant values: {' '.join(held)}",
-            path=("blocks", sources[0][0]),
-        )
-
-    def _counting(self) -> list[str]:
-        """Return the blocks whose counts and switches are not back after the ticks of the map."""
-        once, twice = (self._after(self._ticks, n) for n in (0, 1))
-        seeded = set(self.entries)
-        before, after = (dict(self._rings.states_of(memory, sorted(self.upstream))) for memory in (once, twice))
-        return [entry[0] for entry in before if entry not in seeded and before[entry] != after[entry]]
+    def _unlike(self, begin: Memory, memory: Memory) -> list[str]:
+        """Return the blocks whose counts, switches and coefficients are not those at the beginning of an orbit."""
+        seeded, names = set(self.entries), sorted(self.upstream)
+        before, after = (dict(self._rings.states_of(one, names)) for one in (begin, memory))
+        pairs = {entry: (before[entry], after[entry]) for entry in before if entry not in seeded}
+        return [entry[0] for entry, (a, b) in pairs.items() if a is not b and (isinstance(b, Dual) or a != b)]
 
     def image(self, plan: Plan, values: Sequence[Any]) -> tuple[list[Any], list[Any]]:
         """Return F of some numbers, with their directions, and the outputs; raises `UndecidedError`."""
-        engine = RestTicks(plan, self.memory_of(values), self.upstream, self._outputs, self.steps)
-        advanced(engine, self.tick + self._ticks)
-        memory = engine.memory()
-        image = [at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries]
+        begin = self.memory_of(plan, values)
+        engine = RestTicks(plan, begin.copy(), self.upstream, self._outputs, self.steps)
+        images = list[Any]()
+        for number in range(1, self.periods + 1):
+            advanced(engine, self.tick + number * self._ticks)
+            memory = engine.memory()
+            images.append([at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries])
+            if number < self.periods:
+                self._put(memory, values, number)
+        if changed := self._unlike(begin, memory):
+            raise UndecidedError(f"{changed[0]} counts on")
+        image = [value for one in (images[-1], *images[:-1]) for value in one]
         return image, [value for node in self._outputs for value in engine.recorded[node]]
 
-    def memory_of(self, values: Sequence[Any], seeded: bool = True) -> Memory:
-        """Return the memory with some numbers in it, each of which has a direction."""
-        memory = self._memory.copy()
-        for entry, value in zip(self.entries, values, strict=True):
-            seed = dual(0.0, {entry: 1.0}, SIGNALS) if seeded else 0.0
-            put(memory, place_of(memory, entry, self._rings), value + seed)
+    def memory_of(self, plan: Plan, values: Sequence[Any], seeded: bool = True) -> Memory:
+        """Return the memory at the operating point with the first of some numbers, each of which has a direction.
+
+        Coefficients are those of a plan, which may have other parameters.
+        """
+        memory, begun = self._memory.copy(), start(plan)
+        for entry in self._coefficients:
+            put(memory, place_of(memory, entry, self._rings), held_in(begun, entry, self._rings))
+        self._put(memory, values, 0, seeded)
         return memory
+
+    @property
+    def directions(self) -> list[Any]:
+        """The directions of all numbers, period by period."""
+        return [(number, entry) for number in range(self.periods) for entry in self.entries]
+
+    def _part(self, values: Sequence[Any], number: int) -> Sequence[Any]:
+        """Return those of some numbers that are there at the start of a period."""
+        return values[number * len(self.entries) : (number + 1) * len(self.entries)]
+
+    def _put(self, memory: Memory, values: Sequence[Any], number: int, seeded: bool = True) -> None:
+        """Put those of some numbers into a memory that are there at the start of a period."""
+        for entry, value in zip(self.entries, self._part(values, number), strict=True):
+            seed = dual(0.0, {(number, entry): 1.0}, SIGNALS) if seeded else 0.0
+            put(memory, place_of(memory, entry, self._rings), value + seed)
 
     def enclosed(self, parameters: Mapping[str, Any], within: RestPoint | None = None) -> RestPoint:
         """Return where all sensors with such parameters rest, `within` where those of a larger box do.
@@ -164,7 +214,7 @@ class RestRun:
         Raises `UndecidedError` where that is not shown.
         """
         plan = with_balls(self._plan, {name: varied(plain(value)) for name, value in parameters.items()})
-        if within is None and any(changes_later_on(plan, node, self._time) for node in self._sources):
+        if within is None and not self._comes_round(plan):
             raise UndecidedError("a source changes with time for some parameters")
         centre = np.array(self._start if within is None else within.centre)
         if not len(centre):
@@ -205,10 +255,15 @@ class RestRun:
         """Return the numbers at rest, which `moves` with the parameters or is any within reach."""
         return self.point(with_balls(self._plan, parameters), parameters, rest) if moves else rest.values
 
-    @property
-    def stays(self) -> bool:
-        """True if the sensor is at rest after each tick: all blocks compute in the one that shows it."""
-        return self._ticks == 1
+    def _comes_round(self, plan: Plan) -> bool:
+        """Return whether the sources of a plan with other parameters come round when the orbit does."""
+        turn = self._sources.turn(plan, self._ticks, self.tick)
+        return turn > 0 and self.periods % turn == 0
+
+    def on_the_way(self, values: Sequence[Any], last: int) -> Iterator[tuple[int, Sequence[Any]]]:
+        """Yield the ticks before the last one at which it is known where the sensors are, with the numbers there."""
+        for number, tick in enumerate(range(self.tick + self._ticks, last, self._ticks), 1):
+            yield tick, self._part(values, number % self.periods)
 
     def hold(self, memory: Memory, values: Sequence[Any]) -> None:
         """Put a memory after a tick back to rest, with the slopes that it has."""
@@ -238,7 +293,8 @@ class RestRun:
         raise UndecidedError("no point of rest is enclosed: something on the way does not settle, or bends too much")
 
     def _matrix(self, image: Sequence[Any]) -> list[list[Any]]:
-        return [[plain(slopes_of(value, SIGNALS).get(key, 0.0)) for key in self.entries] for value in image]
+        keys = self.directions
+        return [[plain(slopes.get(key, 0.0)) for key in keys] for slopes in (slopes_of(x, SIGNALS) for x in image)]
 
     def point(self, plan: Plan, parameters: Mapping[str, Any], rest: RestPoint) -> list[Any]:
         """Return the numbers of the point of rest, dual in the coordinates of which the parameters are.
@@ -282,7 +338,7 @@ class RestRun:
         rest = own._own_point()
         with flint.ctx.workprec(BITS):
             _, outputs = own.image(plan, rest.values)
-            low, high = Ball(arb_of(plain(outputs[0]))).ends()
+            low, high = Ball(sum(arb_of(plain(value)) for value in outputs) / len(outputs)).ends()
         return 0.5 * low + 0.5 * high, high - low
 
     def _own_point(self) -> RestPoint:
@@ -297,8 +353,10 @@ class RestRun:
         """Return a plan with other parameters about its own point of rest; raises `ModelError`."""
         own = RestRun.like(self, plan)
         rest = own._own_point()
-        return _AtRest(
-            plan, own.course, own.tick, "at rest", memory_there=own.memory_of(rest.centre.tolist(), seeded=False)
+        there = own.memory_of(plan, rest.centre.tolist(), seeded=False)
+        told = "on an orbit" if self.orbit else "at rest"
+        return AboutRest(
+            plan, own.course, own.tick, told, memory_there=there, least=own._ticks * own.periods if self.orbit else 1
         )
 
     @classmethod
@@ -307,30 +365,6 @@ class RestRun:
         own = object.__new__(cls)
         vars(own).update(vars(other) | {"_plan": plan})
         return own
-
-
-@dataclass(frozen=True)
-class _AtRest(Linearisation):
-    """A plan about a memory at rest."""
-
-    memory_there: Memory = field(kw_only=True)
-
-    def memory(self) -> Memory:
-        """Return the memory there."""
-        return self.memory_there.copy()
-
-    def _onward(self, period: int) -> Onward:
-        return Onward(self.course, self.memory_there)
-
-    def _found(self, ends: Ends) -> OrbitPoint:
-        return rest_map(self.plan, ends, self.course, self.memory_there)
-
-
-def rest_map(plan: Plan, ends: Ends, course: Course, memory: Memory) -> OrbitPoint:
-    """Return the map of a period between some ends about a memory at rest."""
-    run = OrbitRun(plan, ends, course.onward(memory.tick))
-    whole = ends.map(plan, memory=memory.copy(), span=run.ticks, rings=run.rings)
-    return OrbitPoint(whole, 1, memory=memory, ticks=run.ticks, rings=run.rings)
 
 
 def _solved(matrix: Any, column: Sequence[Any]) -> list[Any]:

@@ -1,4 +1,4 @@
-"""Ticks in balls at rest, and sources that are constant from a time on.
+"""Ticks in balls at rest, or on an orbit.
 
 Continuous groups move by phi(A T) T f, with A and f where they are, which is their exact step where they are linear.
 Elsewhere they move by P f for a regular P, so that they rest where f is zero.
@@ -11,27 +11,22 @@ from typing import Any
 import flint
 import numpy as np
 
-from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.ball import UndecidedError, arb_of, ball
-from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
-from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.derivatives.ball import UndecidedError, arb_of
+from proofmass.runner.derivatives.dual import SIGNALS, plain, value_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_plan import dual_hold
 from proofmass.runner.design.proof.ball_map import BallTicks
 from proofmass.runner.host.arrays import Array
-from proofmass.runner.plan.bindings import Binding, Default, Tick, Time
+from proofmass.runner.plan.bindings import Binding, Tick
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.plan.solver import Solver
 from proofmass.runner.reference.advance import Advance, Moment
 
-_TIME, _LATEST = "time", 1e18  # direction of the time, and the last one, in seconds
-_ROLES = ("update", "derivative", "fold")
-
 
 class RestTicks(BallTicks):
-    """Ticks at any time after the operating point: the time has a direction of its own."""
+    """Ticks on from the operating point, of all that is at rest or comes round."""
 
     def __init__(
         self, plan: Plan, begin: Memory, blocks: AbstractSet[str], outputs: Sequence[Endpoint], steps: dict[int, Array]
@@ -84,54 +79,3 @@ class _RestAdvance(DualAdvance):
         step = np.array(dual_hold(near, unit, self.period)[1])
         regular: Any = flint.arb_mat(step.tolist()).det()
         return step if np.isfinite(step).all() and not regular.contains(0) else self.period * np.eye(len(a))
-
-
-def sources_of(plan: Plan, blocks: AbstractSet[str]) -> list[Endpoint]:
-    """Return the outputs of some blocks that follow from the time alone; raises `ModelError` for what else reads it."""
-    sources = []
-    for name in sorted(blocks):
-        kind = type(plan.blocks[name])
-        for function in [*kind.output_functions, *(role for role in _ROLES if role in kind.functions)]:
-            bindings = plan.bindings(name, function)
-            if Time() in bindings and not all(isinstance(one, Time | Default) for one in bindings):
-                raise plan.graph.placed(_reads_time(name)).error
-            if Time() in bindings:
-                sources.append((name, function))
-    return sources
-
-
-def changes_later_on(plan: Plan, source: Endpoint, time: float) -> bool:
-    """Return whether an output that follows from the time alone may change after some time.
-
-    Intervals of time touch, so that what has no slope in any of them stays the same.
-    """
-    while time < _LATEST:
-        try:
-            value = _value_of(plan, source, dual(ball(time, 2.0 * time), {_TIME: 1.0}, SIGNALS))
-        except ArithmeticError:  # it decides differently within the interval
-            return True
-        if not arb_of(plain(slopes_of(value, SIGNALS).get(_TIME, 0.0))).is_zero():
-            return True
-        time *= 2.0
-    return False
-
-
-def value_at_start(plan: Plan, source: Endpoint) -> float:
-    """Return what an output that follows from the time alone is at the start."""
-    return float(_value_of(plan, source, 0.0))
-
-
-def _value_of(plan: Plan, source: Endpoint, time: Any) -> Any:
-    name, port = source
-    function = for_duals(type(plan.blocks[name]).output_functions[port].function)
-    bindings = plan.bindings(name, port)
-    return function(plan.constants[name], *(one.value if isinstance(one, Default) else time for one in bindings))
-
-
-def _reads_time(name: str) -> Problem:
-    return Problem(
-        message=f"{name} reads the time, and no point of rest is proved of what follows from it",
-        key=name,
-        hint="put a block without time in its place; `proofmass worst` searches at other points",
-        path=("blocks", name),
-    )

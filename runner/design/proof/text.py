@@ -64,12 +64,18 @@ def _about(claim: Claim) -> str:
 
 
 def _box(proofs: Proofs) -> str:
-    rest = {one.claim.at_rest or one.claim.kind == BIAS for one in proofs.proofs}
-    where = {True: "at rest", False: "at the start of the run"}.get(min(rest), "") if len(rest) == 1 else _EITHER
+    places = {_where(one.claim) for one in proofs.proofs}
+    where = places.pop() if len(places) == 1 else _EITHER
     if not proofs.ranges:
         return f"{where}; {_NOTHING_VARIES}"
     rates = proofs.rates or (0.0,) * len(proofs.ranges)
     return f"for every sensor, {where}, with {', '.join(map(_side, proofs.ranges, rates))}"
+
+
+def _where(claim: Claim) -> str:
+    if claim.orbit:
+        return "on an orbit that comes round"
+    return "at rest" if claim.at_rest or claim.kind == BIAS else "at the start of the run"
 
 
 def _side(of: Range, rate: float) -> str:

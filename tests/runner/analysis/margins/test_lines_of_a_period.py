@@ -7,10 +7,12 @@ import numpy as np
 import pytest
 
 from proofmass.blocks import DiscreteIntegrator, Gain, Negation, Product, RepeatingSequence, Sum
+from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.margins import Margins
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.analysis.margins.text import margins_text
+from tests.by_hand.resting_loops import QUADRATIC
 from tests.runner.analysis.margins.test_margins import FAST, lifted
 
 RATE = 80_000.0
@@ -88,3 +90,12 @@ def test_a_register_beside_the_loop_moves_no_frequency(ratio: int) -> None:
     assert found.disk_margin == pytest.approx(plain.disk_margin, rel=1e-6)
     assert found.sensitivity_peak_frequency == pytest.approx(plain.sensitivity_peak_frequency, rel=1e-4)
     assert slowest(found) == pytest.approx(slowest(plain), rel=1e-3)
+
+
+@pytest.mark.defect("S820", before="ended with a math domain error", after="says that the mode is gone after a period")
+def test_a_mode_that_is_gone_after_a_period_has_no_line() -> None:
+    """At the start the slope is 1 - g T = 0, and a slower block makes it two values in a period."""
+    text = QUADRATIC.replace("gain = 100.0", "gain = 1000.0") + '[blocks.slow]\nkind = "Gain"\nrate = "500 Hz"\n'
+    wires = '"level.output -> slow.input", "slow.output -> error.first"'
+    graph = read_graph_text(text.replace('"level.output -> error.first"', wires))
+    assert "gone after a period" in margins_text(margins(graph))
