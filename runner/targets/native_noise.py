@@ -5,15 +5,16 @@ composed of their sparse maps, many groups of ticks at a time.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Sequence
 from collections.abc import Set as AbstractSet
-from typing import Any, NamedTuple
+from functools import partial
+from typing import NamedTuple
 
 import numpy as np
 import scipy.sparse
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.compact_ticks import Direction, InFirst
+from proofmass.runner.derivatives.compact_ticks import Direction
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Followed
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices
@@ -35,6 +36,7 @@ from proofmass.runner.program.events import (
     VALUES,
     WIRE,
 )
+from proofmass.runner.targets.carried_back import TickEntries, carried_back
 from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
@@ -105,28 +107,31 @@ class NoiseInCode(SlopesInCode):
         if not self._of_ticks:
             return
         size, most = len(self._places), self._most
-        found = [np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)]
+        found, told, counts = self._joined()
+        every = min(max(_EVERY[0], (_WIDTH - size) // most), _EVERY[1])
+        width = size + most * every
+        slab = max(1, _ENTRIES // width**2) * every
+        for start in range(0, len(counts), slab):
+            ticks = min(slab, len(counts) - start)
+            for number, part in ((ticks // every, every), (1, ticks % every)):
+                if number and part:
+                    own = (found.tick >= start) & (found.tick < start + number * part)
+                    inside = Found(found.tick[own] - start, *(each[own] for each in found[1:]))
+                    here = slice(start, start + number * part)
+                    yield from self._composed(inside, number, part, told[here], counts[here])
+                    start += number * part
+
+    def _joined(self) -> tuple[Found, AnyArray, Indices]:
+        """Return what the ticks since the last call do, what their events tell, and how many these are."""
+        found = Found(*(np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)))
         counts = np.concatenate([each for _, _, each in self._of_ticks])
-        told = np.zeros((len(counts), most, TOLD + 1))
+        told = np.zeros((len(counts), self._most, TOLD + 1))
         first = 0
         for _, of_ticks, _ in self._of_ticks:
             told[first : first + len(of_ticks), : of_ticks.shape[1]] = of_ticks
             first += len(of_ticks)
         self._of_ticks = []
-        begin = self.tick - len(counts) - self._first
-        every = min(max(_EVERY[0], (_WIDTH - size) // most), _EVERY[1])
-        width = size + most * every
-        slab = max(1, _ENTRIES // width**2) * every
-        found[0] = found[0] - begin
-        for start in range(0, len(counts), slab):
-            ticks = min(slab, len(counts) - start)
-            for number, part in ((ticks // every, every), (1, ticks % every)):
-                if number and part:
-                    own = (found[0] >= start) & (found[0] < start + number * part)
-                    inside = Found(found[0][own] - start, *(each[own] for each in found[1:]))
-                    here = slice(start, start + number * part)
-                    yield from self._composed(inside, number, part, told[here], counts[here])
-                    start += number * part
+        return found._replace(tick=found.tick - (self.tick - len(counts) - self._first)), told, counts
 
     def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[TickGroup]:
         """Yield what each of some groups does, of so many ticks each."""
@@ -156,11 +161,14 @@ class NoiseInCode(SlopesInCode):
         for k in range(number):
             here = slice(k * ticks, (k + 1) * ticks)
             slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
-            events = self._events(told[here], counts[here], heard[k])
+            events = self._events(told[here], counts[here], partial(_alike, heard[k]))
             yield TickGroup(slopes[:, :size], slopes[:, size:], events, size)
 
-    def _events(self, told: AnyArray, counts: Indices, heard: Array) -> list[Event]:
-        """Return the events of some ticks. What rounds the same number in a tick errs alike."""
+    def _events(self, told: AnyArray, counts: Indices, alike: Callable[[int, int, int], bool]) -> list[Event]:
+        """Return the events of some ticks. What rounds the same number in a tick errs alike.
+
+        `alike` says whether two events of a tick have the same slopes.
+        """
         events, most = list[Event](), self._most
         for tick, (of_tick, count) in enumerate(zip(told.tolist(), counts.tolist(), strict=True)):
             seen: dict[tuple[int, int], list[Event]] = {}  # errors, by kind and block
@@ -168,9 +176,9 @@ class NoiseInCode(SlopesInCode):
                 row = tick * most + number
                 event = Event(row, int(kind), int(source), value, bool(entered), row, 0)
                 if event.entered and event.kind in _ERRORS:
-                    before, slopes = seen.setdefault((event.kind, event.source), []), heard[tick, number]
-                    alike = (e for e in before if e.value == value and (slopes == heard[tick, e.row % most]).all())
-                    first = next(alike, None) or event._replace(part=len(before))
+                    before = seen.setdefault((event.kind, event.source), [])
+                    same = (e for e in before if e.value == value and alike(tick, number, e.row % most))
+                    first = next(same, None) or event._replace(part=len(before))
                     if first.row == row:
                         before.append(first)
                     event = event._replace(like=first.row, part=first.part)
@@ -183,95 +191,87 @@ class NoiseInCode(SlopesInCode):
         return parts[event.kind]
 
 
+def _alike(heard: Array, tick: int, event: int, other: int) -> bool:
+    return bool((heard[tick, event] == heard[tick, other]).all())
+
+
 class CompiledNoise(NoiseInCode):
-    """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives."""
+    """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives.
+
+    The slopes are those of `matrix`; numbers have none.
+    """
 
     def __init__(
-        self,
-        code: SlopeCode,
-        plan: Plan,
-        memory: Memory,
-        followed: Followed,
-        starts: Mapping[LastingPlace, Direction],
+        self, code: SlopeCode, plan: Plan, memory: Memory, followed: Followed, seeded: AbstractSet[LastingPlace]
     ) -> None:
-        """Take the directions of the numbers that last and have slopes."""
-        super().__init__(code, plan, memory, followed, starts.keys())
-        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in followed.outputs}
+        """Take the numbers that last and have slopes."""
+        super().__init__(code, plan, memory, followed, seeded)
+        self.recorded: dict[Endpoint, list[float]] = {node: [] for node in followed.outputs}
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []
-        self.quantised: dict[Direction, Any] = {}
-        places = [*self._places.values()]
-        self._columns = {starts[place]: number for number, place in enumerate(p for p in places if p in starts)}
-        self._rows = np.zeros((len(places), len(self._columns)))
-        begin = [number for number, place in enumerate(places) if place in starts]
-        self._rows[begin, range(len(begin))] = 1.0
-        self._counts = Counter[tuple[str, str]]()
+        self.quantised: dict[Direction, float] = {}
+        self._enters, self._heard = dict[Direction, list[int]](), dict[Endpoint, list[int]]()  # their events
+        self._given = list[int]()  # events of quantisers
 
     def advance(self, last: int, rows: Rows) -> bool:
-        """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
+        """Run up to, not including, the tick `last`, once; raises `UndefinedSlopesError`."""
         sound = super().advance(last, rows)
-        for group in self.groups() if sound else ():
-            self._follow(group)
+        if sound:
+            self._found_in_all, told, counts = self._joined()
+            self._bounds = np.searchsorted(self._found_in_all.tick, np.arange(len(counts) + 1))
+            self._count(self._events(told, counts, self._alike))
         return sound
 
-    def _follow(self, group: TickGroup) -> None:
-        """Count what some ticks do."""
-        entered = dict[int, int]()  # columns, by rows of events
-        for event in group.events:
+    def _alike(self, tick: int, event: int, other: int) -> bool:
+        """Return whether two events of a tick have the same slopes by what lasts before it and what enters in it."""
+        own = slice(*self._bounds[tick : tick + 2])
+        _, row, column, value = (each[own] for each in self._found_in_all)
+        rows = (row == len(self._places) + number for number in (event, other))
+        one, two = (dict(zip(column[of].tolist(), value[of].tolist(), strict=True)) for of in rows)
+        return one == two
+
+    def _count(self, events: Sequence[Event]) -> None:
+        """Name what enters, and list what is asked for: outputs, and what quantisers are given if that is."""
+        counts, entered = Counter[tuple[str, str]](), dict[int, Direction]()
+        for event in events:
             if event.entered and event.like == event.row:
-                key = self._key(event)
+                owner = self._owner_of(event)
+                key = entered[event.row] = *owner, counts[owner]
+                counts[owner] += 1
                 (self.injected if event.kind == WIRE else self.sources).append(key)
-                entered[event.row] = self._columns[key] = len(self._columns)
-        own = [(event.row, entered[event.like]) for event in group.events if event.entered]
-        slots, columns = (np.array(each, dtype=np.int64) for each in (zip(*own, strict=True) if own else ((), ())))
-        wanted = [event for event in group.events if self._is_wanted(event)]
-        lasting, entering, size = group.lasting, group.entering, group.size
-        changed = (lasting[:size] != np.eye(size)).any(axis=1) | (entering[:size] != 0.0).any(axis=1)
-        rows = np.concatenate([np.flatnonzero(changed), [size + event.row for event in wanted]]).astype(np.int64)
-        if len(self._columns) > self._rows.shape[1]:
-            more = max(len(self._columns), 2 * self._rows.shape[1]) - self._rows.shape[1]
-            self._rows = np.hstack([self._rows, np.zeros((size, more))])
-        made = scipy.sparse.csr_array(lasting[rows]) @ self._rows[:, : len(self._columns)]
-        for slot, column in zip(slots, columns, strict=True):  # several may err alike
-            made[:, column] += entering[rows, slot]
-        keys = {column: key for key, column in self._columns.items()} if wanted else {}
-        for event, row in zip(wanted, made[int(changed.sum()) :], strict=True):
-            number = InFirst(event.value, self._columns, row)
-            if event.kind == WIRE:
-                self.recorded[self.wire_nodes[event.source]].append(number)
-            else:
-                self.quantised[keys[entered[event.row]]] = number
-        self._rows[changed, : len(self._columns)] = made[: int(changed.sum())]
+                if event.kind in (ROUNDED, DROPPED) and key[0] in self._of.quantisers:
+                    self.quantised[key] = event.value
+                    self._given.append(event.row)
+            if event.entered:
+                self._enters.setdefault(entered[event.like], []).append(event.row)
+            if event.kind == WIRE and (node := self.wire_nodes[event.source]) in self.recorded:
+                self.recorded[node].append(event.value)
+                self._heard.setdefault(node, []).append(event.row)
 
-    def _key(self, event: Event) -> Direction:
-        """Return the direction of what enters anew at an event, and count it."""
-        owner = (
-            self.wire_nodes[event.source] if event.kind == WIRE else (self.block_names[event.source], self.part(event))
-        )
-        self._counts[owner] += 1
-        return *owner, self._counts[owner] - 1
-
-    def _is_wanted(self, event: Event) -> bool:
+    def _owner_of(self, event: Event) -> tuple[str, str]:
         if event.kind == WIRE:
-            return self.wire_nodes[event.source] in self.recorded
-        return event.entered and event.kind in (ROUNDED, DROPPED) and event.like == event.row
+            return self.wire_nodes[event.source]
+        return self.block_names[event.source], self.part(event)
 
-    def memory(self) -> Memory:
-        """Return the memory of this moment, with the slopes of what lasts."""
-        memory = super().memory()
-        rows = self._rows[:, : len(self._columns)]
-        for (what, of, number), row in zip(self._places.values(), rows, strict=True):
-            if not row.any():
-                continue
-            if what == "state":
-                state: Any = memory.states[of]
-                field = state._fields[number]
-                memory.states[of] = state._replace(**{field: InFirst(state[number], self._columns, row)})
-            elif what == "buffer":
-                held: Any = memory.buffers[of]
-                held[number] = InFirst(held[number], self._columns, row)
-            elif isinstance(memory.wires[of], list):
-                memory.wires[of][number] = InFirst(memory.wires[of][number], self._columns, row)
-            else:
-                memory.wires[of] = InFirst(memory.wires[of], self._columns, row)
-        return memory
+    def matrix(self, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]) -> Array:
+        """Return slopes by numbers that last before the ticks, and by what enters, of those after them and of outputs.
+
+        Behind the outputs are what quantisers are given, where that is asked for.
+        """
+        numbers = {place: number for number, place in enumerate(self._places.values())}
+        asked = [row for node in self.recorded for row in self._heard.get(node, [])] + self._given
+        last = np.zeros((len(numbers), len(ends) + len(asked)))
+        for column, place in enumerate(ends):
+            if place in numbers:
+                last[numbers[place], column] = 1.0
+        heard, enters = (np.full((len(self._bounds) - 1, self._most), -1) for _ in range(2))
+        heard.reshape(-1)[asked] = len(ends) + np.arange(len(asked))
+        for number, key in enumerate(enter):
+            enters.reshape(-1)[self._enters[key]] = number
+        entries = TickEntries(self._bounds, *self._found_in_all[1:])
+        carried, entered = carried_back(entries, heard, enters, last)
+        lasting = np.zeros((len(begins), last.shape[1]))
+        for row, place in enumerate(begins):
+            if place in numbers:
+                lasting[row] = carried[numbers[place]]
+        return np.concatenate([lasting, entered]).T

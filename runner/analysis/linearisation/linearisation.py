@@ -28,10 +28,11 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.map_changes import variation
+from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES, too_many
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch
-from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, too_many
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged

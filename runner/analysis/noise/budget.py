@@ -29,7 +29,7 @@ from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, 
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
-from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -181,9 +181,10 @@ def _budget_about(
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
-    sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole, about.course.kept)))
+    ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
+    moved = list(dithers(_to_quantisers(about, ends), about.course.kept))
+    sources_made = _sources(planned, to_output.sources, squares, densities, moved)
     total = float(np.sum(squares))
-    ends = Ends((), (target,), noise=noisy, beside=tuple(beside))
     note = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
     strain = (note,) if note else ()
     budget = NoiseBudget(
@@ -219,6 +220,20 @@ def _budget_about(
         derivatives=rms_sensitivity(planned, output, budget.unit, to_output, counted, budget.rms, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
+
+
+def _to_quantisers(about: Linearisation, ends: Ends) -> PeriodMap:
+    """Return the map to what quantisers upstream of an output are given, over the period of the map to the output."""
+    point, kept = about.point_of(ends), about.course.kept
+    upstream = ends.blocks(about.plan)[0]
+    quantisers = tuple(sorted(rounding_blocks(about.plan) & ends.noise.keys() & upstream))
+    key = "to quantisers", quantisers, point.map.tick, point.ticks, tuple(ends.noise.items())
+    if key not in kept:
+        own = Ends((), (), noise=ends.noise)
+        whole = own.map(about.plan, **point.where, quantisers=quantisers, slopes=about.course.slopes)
+        kept[key] = with_spectra(whole, ends.noise)
+    whole_map: PeriodMap = kept[key]
+    return whole_map
 
 
 def _sources(
