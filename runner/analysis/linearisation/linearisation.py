@@ -14,6 +14,7 @@ unstable, and the answer is that of the first.
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -205,6 +206,11 @@ class OperatingPoints:
             except ModelError as error:
                 refused.append(error)
         raise [*refused[1:], *refused, *none][0]
+
+    def after_start(self, first: int) -> Linearisation:
+        """Return the first operating point after the start that there is, or the start; raises `ModelError`."""
+        about = [one for one in islice(self._about(first), 3) if isinstance(one, Linearisation)]
+        return about[:2][-1] if about else self.answered(lambda one: one, first)
 
     def memory_at(self, tick: int) -> Memory:
         """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
