@@ -1,24 +1,22 @@
 """Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings do, over some ticks.
 
 Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own. What some ticks do is
-composed of their sparse maps, many groups of ticks at a time.
+composed of their sparse maps, from the last tick back.
 """
 
 from collections import Counter
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import scipy.sparse
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.compact_ticks import Direction
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Followed
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices
-from proofmass.runner.host.arrays import AnyArray, Array
+from proofmass.runner.host.arrays import AnyArray, Array, Truths
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import (
@@ -33,6 +31,7 @@ from proofmass.runner.program.events import (
     ROUNDED,
     SOURCE,
     TOLD,
+    VALUED,
     VALUES,
     WIRE,
 )
@@ -40,31 +39,57 @@ from proofmass.runner.targets.carried_back import TickEntries, carried_back
 from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
-_EVERY = 8, 64  # least and most ticks of a group
-_WIDTH = 250  # numbers by which the slopes of a group are, if it has more than the fewest ticks
 _ERRORS = ROUNDED, DROPPED, LEVELLED
-_ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
 
 
-class TickGroup(NamedTuple):
-    """Slopes of some ticks: by what lasts before them, and by what enters at each of their events."""
+class EventTable(NamedTuple):
+    """The events of some ticks, in their order."""
 
-    lasting: Array  # [row, place]: rows are what lasts after them, and then the numbers at each event
-    entering: Array  # [row, event]
-    events: list["Event"]
-    size: int  # rows of what lasts
+    row: Indices  # the number of the tick, times the most events of a tick, and the number there
+    kind: Indices
+    source: Indices  # block or wire
+    value: Array
+    entered: Truths
+    like: Indices  # row of the first event of the tick with the same error, its own if there is none
+    part: Indices  # number of this error among those of its block in a tick
+
+    def of_rows(self, first: int, last: int) -> "EventTable":
+        """Return the events from a row on, up to another."""
+        own = slice(*np.searchsorted(self.row, [first, last]))
+        return EventTable(*(each[own] for each in self))  # type: ignore[arg-type]
 
 
-class Event(NamedTuple):
-    """An event of some ticks: its row among those of the events, what it is, and whether its error is a new one."""
+class TicksDone(NamedTuple):
+    """What some ticks do, with so many numbers that last and events of a tick at most."""
 
-    row: int
-    kind: int
-    source: int  # block or wire
-    value: float
-    entered: bool
-    like: int  # the first event with the same error, itself if there is none
-    part: int  # number of this error among those of its block in a tick
+    size: int
+    most: int
+    entries: TickEntries
+    events: EventTable
+
+    @property
+    def number(self) -> int:
+        """How many ticks they are."""
+        return len(self.entries.bounds) - 1
+
+    def back(
+        self, ticks: range, asked: Sequence[int], columns: Mapping[int, int], last: Sequence[int]
+    ) -> tuple[Array, Array]:
+        """Return slopes in some ticks, by what lasts before them, and by what enters.
+
+        A column each is for the numbers that last after them, some by their places, and for events that are `asked` for
+        by their rows; a row for what enters, by the `columns` of rows.
+        """
+        bounds = self.entries.bounds[ticks.start : ticks.stop + 1]
+        own = slice(bounds[0], bounds[-1])
+        after = np.zeros((self.size, len(last) + len(asked)))
+        after[last, np.arange(len(last))] = 1.0
+        heard, enters = (np.full((len(ticks), self.most), -1) for _ in range(2))
+        begin = ticks.start * self.most
+        heard.reshape(-1)[np.array(asked, dtype=np.int64) - begin] = len(last) + np.arange(len(asked))
+        enters.reshape(-1)[np.array([*columns], dtype=np.int64) - begin] = [*columns.values()]
+        _, row, column, value = self.entries
+        return carried_back(TickEntries(bounds - bounds[0], row[own], column[own], value[own]), heard, enters, after)
 
 
 class NoiseInCode(SlopesInCode):
@@ -102,27 +127,8 @@ class NoiseInCode(SlopesInCode):
     def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
         self._of_ticks.append((found, np.concatenate([told, entered[:, :, None]], axis=2), counts))
 
-    def groups(self) -> Iterator[TickGroup]:
-        """Yield what the ticks since the last call do, a few at a time."""
-        if not self._of_ticks:
-            return
-        size, most = len(self._places), self._most
-        found, told, counts = self._joined()
-        every = min(max(_EVERY[0], (_WIDTH - size) // most), _EVERY[1])
-        width = size + most * every
-        slab = max(1, _ENTRIES // width**2) * every
-        for start in range(0, len(counts), slab):
-            ticks = min(slab, len(counts) - start)
-            for number, part in ((ticks // every, every), (1, ticks % every)):
-                if number and part:
-                    own = (found.tick >= start) & (found.tick < start + number * part)
-                    inside = Found(found.tick[own] - start, *(each[own] for each in found[1:]))
-                    here = slice(start, start + number * part)
-                    yield from self._composed(inside, number, part, told[here], counts[here])
-                    start += number * part
-
-    def _joined(self) -> tuple[Found, AnyArray, Indices]:
-        """Return what the ticks since the last call do, what their events tell, and how many these are."""
+    def done(self) -> TicksDone:
+        """Return what the ticks since the last call do."""
         found = Found(*(np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)))
         counts = np.concatenate([each for _, _, each in self._of_ticks])
         told = np.zeros((len(counts), self._most, TOLD + 1))
@@ -131,68 +137,47 @@ class NoiseInCode(SlopesInCode):
             told[first : first + len(of_ticks), : of_ticks.shape[1]] = of_ticks
             first += len(of_ticks)
         self._of_ticks = []
-        return found._replace(tick=found.tick - (self.tick - len(counts) - self._first)), told, counts
+        begin = self.tick - len(counts) - self._first
+        bounds = np.searchsorted(found.tick, begin + np.arange(len(counts) + 1))
+        entries = TickEntries(bounds, *found[1:])
+        return TicksDone(len(self._places), self._most, entries, self._events(entries, told, counts))
 
-    def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[TickGroup]:
-        """Yield what each of some groups does, of so many ticks each."""
-        size, most = len(self._places), self._most
-        width, rows = size + most * ticks, size + most
-        moved = np.zeros((number, size, width))
-        moved[:, range(size), range(size)] = 1.0
-        heard = np.zeros((number, ticks, most, width))
-        group, within = np.divmod(found.tick, ticks)
-        places, at_events = np.split(np.arange(number * rows).reshape(number, rows), [size], axis=1)
-        for tick in range(ticks):
-            own = within == tick
-            g, row, column, value = group[own], found.row[own], found.column[own], found.value[own]
-            to, lasts, stays = g * rows + row, column < size, (row == column) & (value == 1.0)
-            still = np.bincount(to, minlength=number * rows) == 1
-            still &= np.bincount(to[stays], minlength=number * rows) == 1
-            changed = ~still  # others stay as they are: most cells of a delay
-            number_of = np.cumsum(changed) - 1
-            kept = lasts & changed[to]
-            at = number_of[to[kept]], g[kept] * size + column[kept]
-            step = scipy.sparse.csr_array((value[kept], at), shape=(int(changed.sum()), number * size))
-            made = step @ moved.reshape(-1, width)
-            made[number_of[to[~lasts]], tick * most + column[~lasts]] += value[~lasts]
-            lasting = changed[places]
-            heard[:, tick] = made[number_of[at_events]]
-            moved[lasting] = made[number_of[places[lasting]]]
-        for k in range(number):
-            here = slice(k * ticks, (k + 1) * ticks)
-            slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
-            events = self._events(told[here], counts[here], partial(_alike, heard[k]))
-            yield TickGroup(slopes[:, :size], slopes[:, size:], events, size)
-
-    def _events(self, told: AnyArray, counts: Indices, alike: Callable[[int, int, int], bool]) -> list[Event]:
-        """Return the events of some ticks. What rounds the same number in a tick errs alike.
-
-        `alike` says whether two events of a tick have the same slopes.
-        """
-        events, most = list[Event](), self._most
-        for tick, (of_tick, count) in enumerate(zip(told.tolist(), counts.tolist(), strict=True)):
-            seen: dict[tuple[int, int], list[Event]] = {}  # errors, by kind and block
-            for number, (kind, source, value, _, entered) in enumerate(of_tick[:count]):
-                row = tick * most + number
-                event = Event(row, int(kind), int(source), value, bool(entered), row, 0)
-                if event.entered and event.kind in _ERRORS:
-                    before = seen.setdefault((event.kind, event.source), [])
-                    same = (e for e in before if e.value == value and alike(tick, number, e.row % most))
-                    first = next(same, None) or event._replace(part=len(before))
-                    if first.row == row:
-                        before.append(first)
-                    event = event._replace(like=first.row, part=first.part)
-                events.append(event)
+    def _events(self, entries: TickEntries, told: AnyArray, counts: Indices) -> EventTable:
+        """Return the events of some ticks. What rounds the same number in a tick errs alike."""
+        row = np.flatnonzero(np.arange(self._most) < counts[:, None])
+        of_row = told.reshape(-1, TOLD + 1)[row]
+        kind, source = (of_row[:, which].astype(np.int64) for which in (KIND, SOURCE))
+        events = EventTable(
+            row, kind, source, of_row[:, VALUED], of_row[:, TOLD] != 0.0, row.copy(), np.zeros_like(row)
+        )
+        errors = np.flatnonzero(events.entered & np.isin(kind, _ERRORS))
+        _, number, several = np.unique(
+            np.array([row // self._most, kind, source])[:, errors], axis=1, return_inverse=True, return_counts=True
+        )
+        seen: dict[int, list[int]] = {}  # errors of a block in a tick
+        for error, of in zip(errors.tolist(), number.reshape(-1).tolist(), strict=True):
+            if several[of] > 1:
+                before = seen.setdefault(of, [])
+                value, slopes = events.value[error], self._slopes(entries, int(row[error]))
+                same = (e for e in before if events.value[e] == value and self._slopes(entries, int(row[e])) == slopes)
+                first = next(same, error)
+                if first == error:
+                    events.part[error] = len(before)
+                    before.append(error)
+                events.like[error], events.part[error] = row[first], events.part[first]
         return events
 
-    def part(self, event: Event) -> str:
+    def _slopes(self, entries: TickEntries, event: int) -> dict[int, float]:
+        """Return the slopes of an event by what lasts before its tick and what enters in it."""
+        tick, number = divmod(event, self._most)
+        own = slice(*entries.bounds[tick : tick + 2])
+        of = entries.row[own] == len(self._places) + number
+        return dict(zip(entries.column[own][of].tolist(), entries.value[own][of].tolist(), strict=True))
+
+    def part(self, kind: int, number: int) -> str:
         """Return what enters at an event of a block, as keys of directions name it."""
-        parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {event.part}"}
-        return parts[event.kind]
-
-
-def _alike(heard: Array, tick: int, event: int, other: int) -> bool:
-    return bool((heard[tick, event] == heard[tick, other]).all())
+        parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {number}"}
+        return parts[kind]
 
 
 class CompiledNoise(NoiseInCode):
@@ -217,41 +202,28 @@ class CompiledNoise(NoiseInCode):
         """Run up to, not including, the tick `last`, once; raises `UndefinedSlopesError`."""
         sound = super().advance(last, rows)
         if sound:
-            self._found_in_all, told, counts = self._joined()
-            self._bounds = np.searchsorted(self._found_in_all.tick, np.arange(len(counts) + 1))
-            self._count(self._events(told, counts, self._alike))
+            self._done = self.done()
+            self._count(self._done.events)
         return sound
 
-    def _alike(self, tick: int, event: int, other: int) -> bool:
-        """Return whether two events of a tick have the same slopes by what lasts before it and what enters in it."""
-        own = slice(*self._bounds[tick : tick + 2])
-        _, row, column, value = (each[own] for each in self._found_in_all)
-        rows = (row == len(self._places) + number for number in (event, other))
-        one, two = (dict(zip(column[of].tolist(), value[of].tolist(), strict=True)) for of in rows)
-        return one == two
-
-    def _count(self, events: Sequence[Event]) -> None:
+    def _count(self, events: EventTable) -> None:
         """Name what enters, and list what is asked for: outputs, and what quantisers are given if that is."""
         counts, entered = Counter[tuple[str, str]](), dict[int, Direction]()
-        for event in events:
-            if event.entered and event.like == event.row:
-                owner = self._owner_of(event)
-                key = entered[event.row] = *owner, counts[owner]
+        for row, kind, source, value, enters, like, part in zip(*(each.tolist() for each in events), strict=True):
+            node = self.wire_nodes[source] if kind == WIRE else None
+            if enters and like == row:
+                owner = node or (self.block_names[source], self.part(kind, part))
+                key = entered[row] = *owner, counts[owner]
                 counts[owner] += 1
-                (self.injected if event.kind == WIRE else self.sources).append(key)
-                if event.kind in (ROUNDED, DROPPED) and key[0] in self._of.quantisers:
-                    self.quantised[key] = event.value
-                    self._given.append(event.row)
-            if event.entered:
-                self._enters.setdefault(entered[event.like], []).append(event.row)
-            if event.kind == WIRE and (node := self.wire_nodes[event.source]) in self.recorded:
-                self.recorded[node].append(event.value)
-                self._heard.setdefault(node, []).append(event.row)
-
-    def _owner_of(self, event: Event) -> tuple[str, str]:
-        if event.kind == WIRE:
-            return self.wire_nodes[event.source]
-        return self.block_names[event.source], self.part(event)
+                (self.injected if node else self.sources).append(key)
+                if kind in (ROUNDED, DROPPED) and key[0] in self._of.quantisers:
+                    self.quantised[key] = value
+                    self._given.append(row)
+            if enters:
+                self._enters.setdefault(entered[like], []).append(row)
+            if node in self.recorded:
+                self.recorded[node].append(value)
+                self._heard.setdefault(node, []).append(row)
 
     def matrix(self, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]) -> Array:
         """Return slopes by numbers that last before the ticks, and by what enters, of those after them and of outputs.
@@ -260,18 +232,12 @@ class CompiledNoise(NoiseInCode):
         """
         numbers = {place: number for number, place in enumerate(self._places.values())}
         asked = [row for node in self.recorded for row in self._heard.get(node, [])] + self._given
-        last = np.zeros((len(numbers), len(ends) + len(asked)))
-        for column, place in enumerate(ends):
-            if place in numbers:
-                last[numbers[place], column] = 1.0
-        heard, enters = (np.full((len(self._bounds) - 1, self._most), -1) for _ in range(2))
-        heard.reshape(-1)[asked] = len(ends) + np.arange(len(asked))
-        for number, key in enumerate(enter):
-            enters.reshape(-1)[self._enters[key]] = number
-        entries = TickEntries(self._bounds, *self._found_in_all[1:])
-        carried, entered = carried_back(entries, heard, enters, last)
-        lasting = np.zeros((len(begins), last.shape[1]))
-        for row, place in enumerate(begins):
-            if place in numbers:
-                lasting[row] = carried[numbers[place]]
-        return np.concatenate([lasting, entered]).T
+        columns = {row: number for number, key in enumerate(enter) for row in self._enters[key]}
+        known = [[i for i, place in enumerate(of) if place in numbers] for of in (ends, begins)]  # not what inputs hold
+        last = [numbers[ends[i]] for i in known[0]]
+        carried, entered = self._done.back(range(self._done.number), asked, columns, last)
+        made = np.zeros((len(ends) + len(asked), len(begins) + len(enter)))
+        rows = np.array([*known[0], *range(len(ends), len(made))], dtype=np.int64)
+        made[np.ix_(rows, np.array(known[1], dtype=np.int64))] = carried[[numbers[begins[i]] for i in known[1]]].T
+        made[rows, len(begins) :] = entered.T
+        return made
