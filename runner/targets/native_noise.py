@@ -5,9 +5,9 @@ composed of their sparse maps, from the last tick back.
 """
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from typing import NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
 
@@ -40,6 +40,7 @@ from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCod
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
 _ERRORS = ROUNDED, DROPPED, LEVELLED
+_SIDES: tuple[Literal["left"], Literal["right"]] = "left", "right"
 
 
 class EventTable(NamedTuple):
@@ -154,25 +155,31 @@ class NoiseInCode(SlopesInCode):
         _, number, several = np.unique(
             np.array([row // self._most, kind, source])[:, errors], axis=1, return_inverse=True, return_counts=True
         )
-        seen: dict[int, list[int]] = {}  # errors of a block in a tick
-        for error, of in zip(errors.tolist(), number.reshape(-1).tolist(), strict=True):
-            if several[of] > 1:
-                before = seen.setdefault(of, [])
-                value, slopes = events.value[error], self._slopes(entries, int(row[error]))
-                same = (e for e in before if events.value[e] == value and self._slopes(entries, int(row[e])) == slopes)
-                first = next(same, error)
-                if first == error:
-                    events.part[error] = len(before)
-                    before.append(error)
-                events.like[error], events.part[error] = row[first], events.part[first]
+        again = several[number.reshape(-1)] > 1
+        slopes = self._slopes(entries, row[errors[again]])
+        seen: dict[int, list[tuple[int, tuple[float, bytes, bytes]]]] = {}  # errors of a block in a tick
+        for error, of, known in zip(errors[again].tolist(), number.reshape(-1)[again].tolist(), slopes, strict=True):
+            before, own = seen.setdefault(of, []), (float(events.value[error]), *known)
+            first, events.part[error] = error, len(before)
+            for place, (earlier, theirs) in enumerate(before):
+                if theirs == own:
+                    first, events.part[error] = earlier, place
+                    break
+            else:
+                before.append((error, own))
+            events.like[error] = row[first]
         return events
 
-    def _slopes(self, entries: TickEntries, event: int) -> dict[int, float]:
-        """Return the slopes of an event by what lasts before its tick and what enters in it."""
-        tick, number = divmod(event, self._most)
-        own = slice(*entries.bounds[tick : tick + 2])
-        of = entries.row[own] == len(self._places) + number
-        return dict(zip(entries.column[own][of].tolist(), entries.value[own][of].tolist(), strict=True))
+    def _slopes(self, entries: TickEntries, events: Indices) -> Iterator[tuple[bytes, bytes]]:
+        """Yield the slopes of events by what lasts before their tick and what enters in it: columns and values."""
+        at = np.flatnonzero(entries.row >= len(self._places))
+        tick = np.searchsorted(entries.bounds, at, side="right") - 1
+        event = tick * self._most + entries.row[at] - len(self._places)
+        order = np.argsort(event, kind="stable")
+        at, event = at[order], event[order]
+        column, value = entries.column[at], entries.value[at]
+        for first, last in zip(*(np.searchsorted(event, events, side=side) for side in _SIDES), strict=True):
+            yield column[first:last].tobytes(), value[first:last].tobytes()
 
     def part(self, kind: int, number: int) -> str:
         """Return what enters at an event of a block, as keys of directions name it."""

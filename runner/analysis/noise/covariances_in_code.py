@@ -12,7 +12,7 @@ from proofmass.runner.program.events import WIRE
 from proofmass.runner.targets.native_noise import NoiseInCode, TicksDone
 from proofmass.runner.targets.native_slopes import SlopeCode
 
-_FEWEST, _MOST = 8, 64  # ticks that are composed at a time: about as many as numbers that last
+_EVERY = 64  # ticks that are composed at a time
 
 
 class CovarianceInCode(NoiseInCode):
@@ -27,9 +27,8 @@ class CovarianceInCode(NoiseInCode):
         sound = super().advance(last, rows)
         if sound:
             done = self.done()
-            every = min(max(_FEWEST, done.size), _MOST)
-            for first in range(0, done.number, every):
-                self._covariances.moved(*self._moves(done, range(first, min(first + every, done.number))))
+            for first in range(0, done.number, _EVERY):
+                self._covariances.moved(*self._moves(done, range(first, min(first + _EVERY, done.number))))
         return sound
 
     def _moves(self, done: TicksDone, ticks: range) -> tuple[dict[Endpoint, list[float]], GroupSlopes]:
