@@ -1,4 +1,4 @@
-"""What a function makes of its arguments: from which of them each part of its result follows, by its text.
+"""Paths through a function: from which of its arguments each part of its result follows, by its text.
 
 An expression follows from all that it names. A condition chooses, and passes nothing on; nor does a comparison. So what
 does not follow has no slope wherever the function is called, and what follows may have one.

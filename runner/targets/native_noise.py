@@ -70,7 +70,7 @@ class TicksDone(NamedTuple):
 
     @property
     def number(self) -> int:
-        """How many ticks they are."""
+        """The number of ticks."""
         return len(self.entries.bounds) - 1
 
     def back(
