@@ -61,7 +61,7 @@ class EventTable(NamedTuple):
 
 
 class TicksDone(NamedTuple):
-    """What some ticks do, with so many numbers that last and events of a tick at most."""
+    """The work of some ticks, with so many numbers that last and events of a tick at most."""
 
     size: int
     most: int
