@@ -7,7 +7,7 @@ In fixed point that is what integers drop.
 
 import math
 from collections import Counter
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from dataclasses import dataclass
 from types import MappingProxyType
@@ -48,10 +48,14 @@ _MOVING = (Deviate, StateBinding, BufferBinding, Time, Tick)
 def noise_blocks(plan: Plan) -> Noisy:
     """The blocks that draw random numbers, or round values that vary: in fixed point, those that noise reaches."""
     drawing = given(plan, (Deviate,))
-    steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
-    rounding = {name for name in steps if any(quantises(step.function) for step in steps[name])}
-    sources = (drawing | (rounding & changing(plan, _MOVING))) - plan.digital.keys()
+    sources = (drawing | (rounding_blocks(plan) & changing(plan, _MOVING))) - plan.digital.keys()
     return dict.fromkeys(sorted(sources | (reached(plan, set(sources)) & plan.digital.keys())), ())
+
+
+def rounding_blocks(plan: Plan) -> set[str]:
+    """The blocks that round, or drop bits in fixed point."""
+    steps = {name: _steps(block).values() for name, block in plan.blocks.items()}
+    return {name for name in steps if any(quantises(step.function) for step in steps[name])} | plan.digital.keys()
 
 
 def one_model_each(noise: Noisy) -> bool:
@@ -108,17 +112,18 @@ class Followed(NamedTuple):
     outputs: Sequence[Endpoint]  # they are listened to
     noise: Noisy
     drawn: bool = False  # whether deviates have the values of a run, or are 0
+    quantisers: Collection[str] = ()  # what they are given is listened to
 
 
 class NoisyTicks(DualTicks):
     """Ticks in which blocks with `noise` name their sources, and what was rounded.
 
-    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`. Where they are `drawn`, deviates have the
-    values of a run beside their slopes.
+    Each adds a key (block, `DEVIATE` or `ROUNDING`, number) to `sources`. What `quantisers` among them are given is
+    kept. Where they are `drawn`, deviates have the values of a run beside their slopes.
     """
 
-    def __init__(self, *arguments: Any, noise: Noisy, drawn: bool = False) -> None:
-        self._noise, self._drawn = noise, drawn
+    def __init__(self, *arguments: Any, noise: Noisy, drawn: bool = False, quantisers: Collection[str] = ()) -> None:
+        self._noise, self._drawn, self._quantisers = noise, drawn, quantisers
         self._bits: dict[str, tuple[int, list[tuple[Any, Any]]]] = {}  # of a tick, by block
         self._known: set[tuple[str, str, int]] = set()
         self._last: dict[str, tuple[int, Any, tuple[str, str, int]]] = {}
@@ -154,7 +159,7 @@ class NoisyTicks(DualTicks):
             part = f"{ROUNDING} {len(seen)}"
             key = (owner, part, self._counts[owner, part])
             self._counts[owner, part] += 1
-            self.quantised[key] = value
+            self._keep(key, value)
             seen.append((value, key))
         return value + math.sqrt(12.0 * variance) * self._direction(key)
 
@@ -212,5 +217,9 @@ class NoisyTicks(DualTicks):
             key = (owner, ROUNDING, self._counts[owner, ROUNDING])
             self._counts[owner, ROUNDING] += 1
             self._last[owner] = self._memory.tick, value, key
-            self.quantised[key] = value
+            self._keep(key, value)
         return rule(value) + self._direction(key)
+
+    def _keep(self, key: tuple[str, str, int], value: Any) -> None:
+        if key[0] in self._quantisers:
+            self.quantised[key] = value

@@ -1,23 +1,22 @@
 """Ticks with noise in machine code: what numbers that last, random numbers and errors of roundings do, over some ticks.
 
 Random numbers and roundings are events of a tick (`program.events`), each with a lane of its own. What some ticks do is
-composed of their sparse maps, many groups of ticks at a time.
+composed of their sparse maps, from the last tick back.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from collections.abc import Set as AbstractSet
-from typing import Any, NamedTuple
+from typing import Literal, NamedTuple
 
 import numpy as np
-import scipy.sparse
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.compact_ticks import Direction, InFirst
+from proofmass.runner.derivatives.compact_ticks import Direction
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, ROUNDING, Followed
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices
-from proofmass.runner.host.arrays import AnyArray, Array
+from proofmass.runner.host.arrays import AnyArray, Array, Truths
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import (
@@ -32,37 +31,66 @@ from proofmass.runner.program.events import (
     ROUNDED,
     SOURCE,
     TOLD,
+    VALUED,
     VALUES,
     WIRE,
 )
+from proofmass.runner.targets.carried_back import TickEntries, carried_back
 from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
-_EVERY = 8, 64  # least and most ticks of a group
-_WIDTH = 250  # numbers by which the slopes of a group are, if it has more than the fewest ticks
 _ERRORS = ROUNDED, DROPPED, LEVELLED
-_ENTRIES = 1 << 21  # numbers of the groups that are composed at a time
+_SIDES: tuple[Literal["left"], Literal["right"]] = "left", "right"
 
 
-class TickGroup(NamedTuple):
-    """Slopes of some ticks: by what lasts before them, and by what enters at each of their events."""
+class EventTable(NamedTuple):
+    """The events of some ticks, in their order."""
 
-    lasting: Array  # [row, place]: rows are what lasts after them, and then the numbers at each event
-    entering: Array  # [row, event]
-    events: list["Event"]
-    size: int  # rows of what lasts
+    row: Indices  # the number of the tick, times the most events of a tick, and the number there
+    kind: Indices
+    source: Indices  # block or wire
+    value: Array
+    entered: Truths
+    like: Indices  # row of the first event of the tick with the same error, its own if there is none
+    part: Indices  # number of this error among those of its block in a tick
+
+    def of_rows(self, first: int, last: int) -> "EventTable":
+        """Return the events from a row on, up to another."""
+        own = slice(*np.searchsorted(self.row, [first, last]))
+        return EventTable(*(each[own] for each in self))  # type: ignore[arg-type]
 
 
-class Event(NamedTuple):
-    """An event of some ticks: its row among those of the events, what it is, and whether its error is a new one."""
+class TicksDone(NamedTuple):
+    """The work of some ticks, with so many numbers that last and events of a tick at most."""
 
-    row: int
-    kind: int
-    source: int  # block or wire
-    value: float
-    entered: bool
-    like: int  # the first event with the same error, itself if there is none
-    part: int  # number of this error among those of its block in a tick
+    size: int
+    most: int
+    entries: TickEntries
+    events: EventTable
+
+    @property
+    def number(self) -> int:
+        """The number of ticks."""
+        return len(self.entries.bounds) - 1
+
+    def back(
+        self, ticks: range, asked: Sequence[int], columns: Mapping[int, int], last: Sequence[int]
+    ) -> tuple[Array, Array]:
+        """Return slopes in some ticks, by what lasts before them, and by what enters.
+
+        A column each is for the numbers that last after them, some by their places, and for events that are `asked` for
+        by their rows; a row for what enters, by the `columns` of rows.
+        """
+        bounds = self.entries.bounds[ticks.start : ticks.stop + 1]
+        own = slice(bounds[0], bounds[-1])
+        after = np.zeros((self.size, len(last) + len(asked)))
+        after[last, np.arange(len(last))] = 1.0
+        heard, enters = (np.full((len(ticks), self.most), -1) for _ in range(2))
+        begin = ticks.start * self.most
+        heard.reshape(-1)[np.array(asked, dtype=np.int64) - begin] = len(last) + np.arange(len(asked))
+        enters.reshape(-1)[np.array([*columns], dtype=np.int64) - begin] = [*columns.values()]
+        _, row, column, value = self.entries
+        return carried_back(TickEntries(bounds - bounds[0], row[own], column[own], value[own]), heard, enters, after)
 
 
 class NoiseInCode(SlopesInCode):
@@ -100,178 +128,123 @@ class NoiseInCode(SlopesInCode):
     def _keep(self, found: Found, counts: Indices, told: AnyArray, entered: AnyArray) -> None:
         self._of_ticks.append((found, np.concatenate([told, entered[:, :, None]], axis=2), counts))
 
-    def groups(self) -> Iterator[TickGroup]:
-        """Yield what the ticks since the last call do, a few at a time."""
-        if not self._of_ticks:
-            return
-        size, most = len(self._places), self._most
-        found = [np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)]
+    def done(self) -> TicksDone:
+        """Return what the ticks since the last call do."""
+        found = Found(*(np.concatenate(each) for each in zip(*(of for of, _, _ in self._of_ticks), strict=True)))
         counts = np.concatenate([each for _, _, each in self._of_ticks])
-        told = np.zeros((len(counts), most, TOLD + 1))
+        told = np.zeros((len(counts), self._most, TOLD + 1))
         first = 0
         for _, of_ticks, _ in self._of_ticks:
             told[first : first + len(of_ticks), : of_ticks.shape[1]] = of_ticks
             first += len(of_ticks)
         self._of_ticks = []
         begin = self.tick - len(counts) - self._first
-        every = min(max(_EVERY[0], (_WIDTH - size) // most), _EVERY[1])
-        width = size + most * every
-        slab = max(1, _ENTRIES // width**2) * every
-        found[0] = found[0] - begin
-        for start in range(0, len(counts), slab):
-            ticks = min(slab, len(counts) - start)
-            for number, part in ((ticks // every, every), (1, ticks % every)):
-                if number and part:
-                    own = (found[0] >= start) & (found[0] < start + number * part)
-                    inside = Found(found[0][own] - start, *(each[own] for each in found[1:]))
-                    here = slice(start, start + number * part)
-                    yield from self._composed(inside, number, part, told[here], counts[here])
-                    start += number * part
+        bounds = np.searchsorted(found.tick, begin + np.arange(len(counts) + 1))
+        entries = TickEntries(bounds, *found[1:])
+        return TicksDone(len(self._places), self._most, entries, self._events(entries, told, counts))
 
-    def _composed(self, found: Found, number: int, ticks: int, told: AnyArray, counts: Indices) -> Iterator[TickGroup]:
-        """Yield what each of some groups does, of so many ticks each."""
-        size, most = len(self._places), self._most
-        width, rows = size + most * ticks, size + most
-        moved = np.zeros((number, size, width))
-        moved[:, range(size), range(size)] = 1.0
-        heard = np.zeros((number, ticks, most, width))
-        group, within = np.divmod(found.tick, ticks)
-        places, at_events = np.split(np.arange(number * rows).reshape(number, rows), [size], axis=1)
-        for tick in range(ticks):
-            own = within == tick
-            g, row, column, value = group[own], found.row[own], found.column[own], found.value[own]
-            to, lasts, stays = g * rows + row, column < size, (row == column) & (value == 1.0)
-            still = np.bincount(to, minlength=number * rows) == 1
-            still &= np.bincount(to[stays], minlength=number * rows) == 1
-            changed = ~still  # others stay as they are: most cells of a delay
-            number_of = np.cumsum(changed) - 1
-            kept = lasts & changed[to]
-            at = number_of[to[kept]], g[kept] * size + column[kept]
-            step = scipy.sparse.csr_array((value[kept], at), shape=(int(changed.sum()), number * size))
-            made = step @ moved.reshape(-1, width)
-            made[number_of[to[~lasts]], tick * most + column[~lasts]] += value[~lasts]
-            lasting = changed[places]
-            heard[:, tick] = made[number_of[at_events]]
-            moved[lasting] = made[number_of[places[lasting]]]
-        for k in range(number):
-            here = slice(k * ticks, (k + 1) * ticks)
-            slopes = np.concatenate([moved[k], heard[k].reshape(ticks * most, width)])
-            events = self._events(told[here], counts[here], heard[k])
-            yield TickGroup(slopes[:, :size], slopes[:, size:], events, size)
-
-    def _events(self, told: AnyArray, counts: Indices, heard: Array) -> list[Event]:
+    def _events(self, entries: TickEntries, told: AnyArray, counts: Indices) -> EventTable:
         """Return the events of some ticks. What rounds the same number in a tick errs alike."""
-        events, most = list[Event](), self._most
-        for tick, (of_tick, count) in enumerate(zip(told.tolist(), counts.tolist(), strict=True)):
-            seen: dict[tuple[int, int], list[Event]] = {}  # errors, by kind and block
-            for number, (kind, source, value, _, entered) in enumerate(of_tick[:count]):
-                row = tick * most + number
-                event = Event(row, int(kind), int(source), value, bool(entered), row, 0)
-                if event.entered and event.kind in _ERRORS:
-                    before, slopes = seen.setdefault((event.kind, event.source), []), heard[tick, number]
-                    alike = (e for e in before if e.value == value and (slopes == heard[tick, e.row % most]).all())
-                    first = next(alike, None) or event._replace(part=len(before))
-                    if first.row == row:
-                        before.append(first)
-                    event = event._replace(like=first.row, part=first.part)
-                events.append(event)
+        row = np.flatnonzero(np.arange(self._most) < counts[:, None])
+        of_row = told.reshape(-1, TOLD + 1)[row]
+        kind, source = (of_row[:, which].astype(np.int64) for which in (KIND, SOURCE))
+        events = EventTable(
+            row, kind, source, of_row[:, VALUED], of_row[:, TOLD] != 0.0, row.copy(), np.zeros_like(row)
+        )
+        errors = np.flatnonzero(events.entered & np.isin(kind, _ERRORS))
+        _, number, several = np.unique(
+            np.array([row // self._most, kind, source])[:, errors], axis=1, return_inverse=True, return_counts=True
+        )
+        again = several[number.reshape(-1)] > 1
+        slopes = self._slopes(entries, row[errors[again]])
+        seen: dict[int, list[tuple[int, tuple[float, bytes, bytes]]]] = {}  # errors of a block in a tick
+        for error, of, known in zip(errors[again].tolist(), number.reshape(-1)[again].tolist(), slopes, strict=True):
+            before, own = seen.setdefault(of, []), (float(events.value[error]), *known)
+            first, events.part[error] = error, len(before)
+            for place, (earlier, theirs) in enumerate(before):
+                if theirs == own:
+                    first, events.part[error] = earlier, place
+                    break
+            else:
+                before.append((error, own))
+            events.like[error] = row[first]
         return events
 
-    def part(self, event: Event) -> str:
+    def _slopes(self, entries: TickEntries, events: Indices) -> Iterator[tuple[bytes, bytes]]:
+        """Yield the slopes of events by what lasts before their tick and what enters in it: columns and values."""
+        at = np.flatnonzero(entries.row >= len(self._places))
+        tick = np.searchsorted(entries.bounds, at, side="right") - 1
+        event = tick * self._most + entries.row[at] - len(self._places)
+        order = np.argsort(event, kind="stable")
+        at, event = at[order], event[order]
+        column, value = entries.column[at], entries.value[at]
+        for first, last in zip(*(np.searchsorted(event, events, side=side) for side in _SIDES), strict=True):
+            yield column[first:last].tobytes(), value[first:last].tobytes()
+
+    def part(self, kind: int, number: int) -> str:
         """Return what enters at an event of a block, as keys of directions name it."""
-        parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {event.part}"}
-        return parts[event.kind]
+        parts = {DRAWN: DEVIATE, ROUNDED: ROUNDING, LEVELLED: ONE_BIT, DROPPED: f"{ROUNDING} {number}"}
+        return parts[kind]
 
 
 class CompiledNoise(NoiseInCode):
-    """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives."""
+    """Ticks with slopes by what lasted when they began, and by all that entered: what `CompactTicks` gives.
+
+    The slopes are those of `matrix`; numbers have none.
+    """
 
     def __init__(
-        self,
-        code: SlopeCode,
-        plan: Plan,
-        memory: Memory,
-        followed: Followed,
-        starts: Mapping[LastingPlace, Direction],
+        self, code: SlopeCode, plan: Plan, memory: Memory, followed: Followed, seeded: AbstractSet[LastingPlace]
     ) -> None:
-        """Take the directions of the numbers that last and have slopes."""
-        super().__init__(code, plan, memory, followed, starts.keys())
-        self.recorded: dict[Endpoint, list[Any]] = {node: [] for node in followed.outputs}
+        """Take the numbers that last and have slopes."""
+        super().__init__(code, plan, memory, followed, seeded)
+        self.recorded: dict[Endpoint, list[float]] = {node: [] for node in followed.outputs}
         self.injected: list[Direction] = []
         self.sources: list[Direction] = []
-        self.quantised: dict[Direction, Any] = {}
-        places = [*self._places.values()]
-        self._columns = {starts[place]: number for number, place in enumerate(p for p in places if p in starts)}
-        self._rows = np.zeros((len(places), len(self._columns)))
-        begin = [number for number, place in enumerate(places) if place in starts]
-        self._rows[begin, range(len(begin))] = 1.0
-        self._counts = Counter[tuple[str, str]]()
+        self.quantised: dict[Direction, float] = {}
+        self._enters, self._heard = dict[Direction, list[int]](), dict[Endpoint, list[int]]()  # their events
+        self._given = list[int]()  # events of quantisers
 
     def advance(self, last: int, rows: Rows) -> bool:
-        """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
+        """Run up to, not including, the tick `last`, once; raises `UndefinedSlopesError`."""
         sound = super().advance(last, rows)
-        for group in self.groups() if sound else ():
-            self._follow(group)
+        if sound:
+            self._done = self.done()
+            self._count(self._done.events)
         return sound
 
-    def _follow(self, group: TickGroup) -> None:
-        """Count what some ticks do."""
-        entered = dict[int, int]()  # columns, by rows of events
-        for event in group.events:
-            if event.entered and event.like == event.row:
-                key = self._key(event)
-                (self.injected if event.kind == WIRE else self.sources).append(key)
-                entered[event.row] = self._columns[key] = len(self._columns)
-        own = [(event.row, entered[event.like]) for event in group.events if event.entered]
-        slots, columns = (np.array(each, dtype=np.int64) for each in (zip(*own, strict=True) if own else ((), ())))
-        wanted = [event for event in group.events if self._is_wanted(event)]
-        lasting, entering, size = group.lasting, group.entering, group.size
-        changed = (lasting[:size] != np.eye(size)).any(axis=1) | (entering[:size] != 0.0).any(axis=1)
-        rows = np.concatenate([np.flatnonzero(changed), [size + event.row for event in wanted]]).astype(np.int64)
-        if len(self._columns) > self._rows.shape[1]:
-            more = max(len(self._columns), 2 * self._rows.shape[1]) - self._rows.shape[1]
-            self._rows = np.hstack([self._rows, np.zeros((size, more))])
-        made = scipy.sparse.csr_array(lasting[rows]) @ self._rows[:, : len(self._columns)]
-        for slot, column in zip(slots, columns, strict=True):  # several may err alike
-            made[:, column] += entering[rows, slot]
-        keys = {column: key for key, column in self._columns.items()} if wanted else {}
-        for event, row in zip(wanted, made[int(changed.sum()) :], strict=True):
-            number = InFirst(event.value, self._columns, row)
-            if event.kind == WIRE:
-                self.recorded[self.wire_nodes[event.source]].append(number)
-            else:
-                self.quantised[keys[entered[event.row]]] = number
-        self._rows[changed, : len(self._columns)] = made[: int(changed.sum())]
+    def _count(self, events: EventTable) -> None:
+        """Name what enters, and list what is asked for: outputs, and what quantisers are given if that is."""
+        counts, entered = Counter[tuple[str, str]](), dict[int, Direction]()
+        for row, kind, source, value, enters, like, part in zip(*(each.tolist() for each in events), strict=True):
+            node = self.wire_nodes[source] if kind == WIRE else None
+            if enters and like == row:
+                owner = node or (self.block_names[source], self.part(kind, part))
+                key = entered[row] = *owner, counts[owner]
+                counts[owner] += 1
+                (self.injected if node else self.sources).append(key)
+                if kind in (ROUNDED, DROPPED) and key[0] in self._of.quantisers:
+                    self.quantised[key] = value
+                    self._given.append(row)
+            if enters:
+                self._enters.setdefault(entered[like], []).append(row)
+            if node in self.recorded:
+                self.recorded[node].append(value)
+                self._heard.setdefault(node, []).append(row)
 
-    def _key(self, event: Event) -> Direction:
-        """Return the direction of what enters anew at an event, and count it."""
-        owner = (
-            self.wire_nodes[event.source] if event.kind == WIRE else (self.block_names[event.source], self.part(event))
-        )
-        self._counts[owner] += 1
-        return *owner, self._counts[owner] - 1
+    def matrix(self, ends: Sequence[LastingPlace], begins: Sequence[LastingPlace], enter: Sequence[Direction]) -> Array:
+        """Return slopes by numbers that last before the ticks, and by what enters, of those after them and of outputs.
 
-    def _is_wanted(self, event: Event) -> bool:
-        if event.kind == WIRE:
-            return self.wire_nodes[event.source] in self.recorded
-        return event.entered and event.kind in (ROUNDED, DROPPED) and event.like == event.row
-
-    def memory(self) -> Memory:
-        """Return the memory of this moment, with the slopes of what lasts."""
-        memory = super().memory()
-        rows = self._rows[:, : len(self._columns)]
-        for (what, of, number), row in zip(self._places.values(), rows, strict=True):
-            if not row.any():
-                continue
-            if what == "state":
-                state: Any = memory.states[of]
-                field = state._fields[number]
-                memory.states[of] = state._replace(**{field: InFirst(state[number], self._columns, row)})
-            elif what == "buffer":
-                held: Any = memory.buffers[of]
-                held[number] = InFirst(held[number], self._columns, row)
-            elif isinstance(memory.wires[of], list):
-                memory.wires[of][number] = InFirst(memory.wires[of][number], self._columns, row)
-            else:
-                memory.wires[of] = InFirst(memory.wires[of], self._columns, row)
-        return memory
+        Behind the outputs are what quantisers are given, where that is asked for.
+        """
+        numbers = {place: number for number, place in enumerate(self._places.values())}
+        asked = [row for node in self.recorded for row in self._heard.get(node, [])] + self._given
+        columns = {row: number for number, key in enumerate(enter) for row in self._enters[key]}
+        known = [[i for i, place in enumerate(of) if place in numbers] for of in (ends, begins)]  # not what inputs hold
+        last = [numbers[ends[i]] for i in known[0]]
+        carried, entered = self._done.back(range(self._done.number), asked, columns, last)
+        made = np.zeros((len(ends) + len(asked), len(begins) + len(enter)))
+        rows = np.array([*known[0], *range(len(ends), len(made))], dtype=np.int64)
+        made[np.ix_(rows, np.array(known[1], dtype=np.int64))] = carried[[numbers[begins[i]] for i in known[1]]].T
+        made[rows, len(begins) :] = entered.T
+        return made

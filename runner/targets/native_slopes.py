@@ -249,30 +249,31 @@ class SlopesInCode(CompiledLoop):
         self, apart: AnyArray, lanes: Indices, entering: AnyArray, if_moved: AnyArray
     ) -> tuple[AnyArray, AnyArray]:
         """Return which numbers have slopes as each tick begins, and after the last; and at which events one enters."""
-        size, entered = len(self._places), entering & ~if_moved
-        columns = lanes.reshape(-1)
-        used = columns >= 0
-        columns = columns[used]
-        live = np.vstack([self._live, np.zeros((len(apart), size), dtype=bool)])
-        every = np.any(np.any(apart[:, :, :size], axis=1), axis=2)  # where all that are run have slopes
-        for tick, entries in enumerate(apart):
-            own = np.append(live[tick], entered[tick])[columns]
-            if own.all():
-                live[tick + 1] = every[tick]
+        size, entered, used = len(self._places), entering & ~if_moved, lanes >= 0
+        words = apart.view(np.uint64)  # eight lanes each
+        every = np.bitwise_or.reduce(words[:, :, :size], axis=1).any(axis=2)  # where all that are run have slopes
+        live = np.vstack([self._live, every])
+        have = np.column_stack([live[:-1], entered])[:, lanes]
+        all_have = have[:, used].all(axis=1)
+        first = len(apart) if all_have.all() else int(np.argmin(all_have))
+        for tick in range(first, len(apart)):
+            own = np.append(live[tick], entered[tick])[lanes] & used
+            if (own == used).all():
                 continue
-            by_column = entries.transpose(1, 0, 2).reshape(len(self._wanted), -1)[:, used]
             for event in np.flatnonzero(if_moved[tick]).tolist():
-                if (by_column[size + event] & own).any():
+                if (apart[tick, :, size + event] & own).any():
                     entered[tick, event] = True
-                    own |= columns == size + event
-            live[tick + 1] = (by_column[:size] & own).any(axis=1)
+                    own |= lanes == size + event
+            reached = words[tick, :, :size] & own.view(np.uint64)[:, None]
+            live[tick + 1] = np.bitwise_or.reduce(reached, axis=0).any(axis=1)
         return live, entered
 
     def _found(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, entered: AnyArray) -> Found:
         """Return the slopes that are `apart` from nothing, by numbers that had slopes and by what has entered."""
         own = np.column_stack([live, entered])[:, lanes]
         if not own[:, lanes >= 0].all():
-            apart &= own[:, :, None]
+            words = apart.view(np.uint64)
+            words &= np.ascontiguousarray(own).view(np.uint64)[:, :, None]
         tick, group, row, lane = np.unravel_index(np.flatnonzero(apart), apart.shape)
         values, column = slopes[tick, group, row, lane], lanes[group, lane]
         undefined = np.unique(column[~np.isfinite(values)]).tolist()

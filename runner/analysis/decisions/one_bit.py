@@ -121,7 +121,7 @@ def with_spectra(whole: PeriodMap, noise: Noisy) -> PeriodMap:
                     for column, entry in enumerate(whole.inputs)
                     if entry[:2] == (name, ONE_BIT) and entry[2] % len(several) == number
                 ]
-                whole = _filtered(whole, own, one.shaping, name, number)
+                whole = _filtered(whole, own, one.shaping, name, number) if own else whole
     return whole
 
 

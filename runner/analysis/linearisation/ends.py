@@ -7,7 +7,7 @@ from typing import Any
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
-from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy, rounds
+from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.plan.planned import Plan
 
 
@@ -41,8 +41,7 @@ class Ends:
         states = [i for i, entry in enumerate(whole.states) if entry[0] in moving]
         entering = [i for i, entry in enumerate(whole.inputs) if entry[:2] in self.inputs or entry[0] in upstream]
         wanted = [i for i, entry in enumerate(whole.outputs) if entry[:2] in self.outputs]
-        quantised = [i for i, entry in enumerate(whole.outputs) if rounds(entry[1]) and entry[0] in upstream]
-        return whole.part(states, [*wanted, *quantised], entering)
+        return whole.part(states, wanted, entering)
 
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
         """Blocks that the outputs depend on, and those of them that the map has the states of."""
@@ -53,6 +52,6 @@ class Ends:
         return common_period(plan, self.inputs, self.outputs, self.everything, self.noise)
 
     def map(self, plan: Plan, **options: Any) -> PeriodMap:
-        """Return the map between them, with these options of `period_map`."""
-        options |= {"cut": self.cut, "everything": self.everything, "noise": self.noise}
+        """Return the map between them, with these options of `period_map`; what quantisers are given is left out."""
+        options = {"quantisers": ()} | options | {"cut": self.cut, "everything": self.everything, "noise": self.noise}
         return period_map(plan, self.inputs, self.outputs, **options)

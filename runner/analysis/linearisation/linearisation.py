@@ -14,6 +14,7 @@ unstable, and the answer is that of the first.
 from collections.abc import Callable, Hashable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from itertools import islice
 from typing import TypeVar
 
 import numpy as np
@@ -28,10 +29,11 @@ from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.map_changes import variation
+from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES, too_many
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch
-from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, too_many
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged
@@ -204,6 +206,11 @@ class OperatingPoints:
             except ModelError as error:
                 refused.append(error)
         raise [*refused[1:], *refused, *none][0]
+
+    def after_start(self, first: int) -> Linearisation:
+        """Return the first operating point after the start that there is, or the start; raises `ModelError`."""
+        about = [one for one in islice(self._about(first), 3) if isinstance(one, Linearisation)]
+        return about[:2][-1] if about else self.answered(lambda one: one, first)
 
     def memory_at(self, tick: int) -> Memory:
         """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""

@@ -34,10 +34,11 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     pole_rates,
     same_between,
 )
+from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES
 from proofmass.runner.analysis.linearisation.motion import INSTANTS, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text
 from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
-from proofmass.runner.analysis.linearisation.period_map import MOST_VALUES, PeriodMap, UnrepeatedError
+from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note

@@ -7,16 +7,18 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 22, 1975, 162).
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, period_of_blocks
+from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES, not_linear, too_many
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.analysis.linearisation.seeds import (
     NO_RINGS,
@@ -33,7 +35,7 @@ from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
 from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Followed, Noisy, NoisyTicks, one_model_each
 from proofmass.runner.derivatives.dual_plan import differentiated
-from proofmass.runner.derivatives.dual_ticks import DualTicks
+from proofmass.runner.derivatives.dual_ticks import DualTicks, LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import Indices, SteppedTicks, UndefinedSlopesError
 from proofmass.runner.host.arrays import Array, Truths
 from proofmass.runner.plan.memory import Memory, start
@@ -44,7 +46,6 @@ if TYPE_CHECKING:
     from proofmass.runner.targets.native_noise import CompiledNoise
     from proofmass.runner.targets.native_slopes import CompiledSlopes, SlopeCode
 
-MOST_VALUES = 4_096  # of a wire that is cut, in a map
 _MANY = 64  # from so many base ticks on the directions of noise are compressed
 
 
@@ -210,6 +211,7 @@ def period_map(
     span: int = 0,
     integrated: bool = False,
     drawn: bool = False,
+    quantisers: Collection[str] | None = None,
     slopes: "Callable[[int, bool], SlopeCode | None]" = lambda ticks, noise: None,
     later: Callable[[Memory, int], Memory] | None = None,
 ) -> PeriodMap:
@@ -223,15 +225,17 @@ def period_map(
 
     `inputs` are added to the signals of their wires, or replace them if `cut`. States are those of blocks on paths from
     inputs to outputs, or of `everything` that the outputs depend on. Of blocks with `noise` the
-    deviates and the errors of quantisers are further inputs, what these quantisers are given is a further output
-    (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run with
-    noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such; long periods want it.
+    deviates and the errors of quantisers are further inputs, what `quantisers` are given, or all of them, is a further
+    output (`NoisyTicks`), and the states are those of blocks on paths from there too. With `drawn` that is along a run
+    with noise. `slopes` returns the machine code of ticks with their slopes, if the plan has such: for long periods.
     With `later`, which runs a memory on by some ticks, a wire that holds its value counts once, where all of its values
     are held alike. The map then begins with a new value.
 
     Raises `ModelError` that names the block that cannot be linearised.
     """
-    upstream, moving = blocks_of_map(plan, inputs, outputs, everything, noise)
+    heard = [*outputs, *((name, "") for name in quantisers or ())]
+    upstream, moving = blocks_of_map(plan, inputs, heard, everything, noise)
+    quantisers = noise.keys() if quantisers is None else quantisers
     ticks = period_of_blocks(plan, moving, [*inputs, *outputs])
     ticks, memory = span or ticks * periods, memory or start(plan)
     if by_parameters:
@@ -250,16 +254,16 @@ def period_map(
         values = [held_in(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
         engine: DualTicks | CompiledSlopes | CompiledNoise = DualTicks(*given)
+        in_code: CompiledNoise | None = None
+        starts = {entry: place_of(memory, entry, rings) for entry in seeded}
         if noise and code is not None:
-            starts = {place_of(memory, entry, rings): entry for entry in seeded}
-            followed = Followed(upstream, moving, inputs, outputs, noise, drawn)
-            engine = _noise_in_code(code, plan, memory, followed, starts)
+            followed = Followed(upstream, moving, inputs, outputs, noise, drawn, quantisers)
+            engine = in_code = _noise_in_code(code, plan, memory, followed, {*starts.values()})
         elif noise:
             many = ticks > _MANY and not by_parameters
-            engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn)
+            engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
         elif code is not None:
-            places = {place_of(memory, entry, rings) for entry in seeded}
-            engine = code.ticks(memory, inputs[0], places, moving, plan.without_noise)
+            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, plan.without_noise)
         elif stepped:
             engine = SteppedTicks(*given)
         try:
@@ -274,13 +278,12 @@ def period_map(
         except TickError as error:
             name, _, what = error.at.rpartition(".")
             if name in counted or name not in moving:
-                raise plan.graph.placed(_not_linear(name, what, str(error.value))).error from error
+                raise plan.graph.placed(not_linear(name, what, str(error.value))).error from error
             counted.add(name)
             continue
         maps, each = None, 1
         if not (noise or isinstance(engine, DualTicks)) or isinstance(engine, SteppedTicks):
             end = engine.memory()
-            starts = {entry: place_of(memory, entry, rings) for entry in seeded}
             ends = {entry: place for entry in seeded if (place := place_of(end, entry, rings)) in engine.live}
             maps = maps_of_ticks(engine.slopes(), starts, ends)  # type: ignore[union-attr]
             first, each = maps.holds() if maps and later else (0, 1)
@@ -296,7 +299,9 @@ def period_map(
             stepped = False
             continue
         return replace(
-            _read(engine, seeded, values, inputs, outputs, ticks * plan.period, rings, maps, each, by_parameters),
+            _read(
+                engine, starts, values, inputs, outputs, ticks * plan.period, rings, in_code, maps, each, by_parameters
+            ),
             tick=memory.tick,
             time=memory.tick * plan.period,
             end=without_slopes(engine.memory()),
@@ -304,7 +309,9 @@ def period_map(
         )
 
 
-def _noise_in_code(code: "SlopeCode", plan: Plan, memory: Memory, followed: Followed, starts: Any) -> "CompiledNoise":
+def _noise_in_code(
+    code: "SlopeCode", plan: Plan, memory: Memory, followed: Followed, starts: AbstractSet[LastingPlace]
+) -> "CompiledNoise":
     # start-up time: short periods need no compiler
     from proofmass.runner.targets.native_noise import CompiledNoise
 
@@ -319,18 +326,20 @@ def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -
 
 def _read(
     engine: "DualTicks | CompiledSlopes | CompiledNoise",
-    seeded: list[Entry],
+    starts: Mapping[Entry, LastingPlace],
     values: list[Any],
     inputs: Sequence[Endpoint],
     outputs: Sequence[Endpoint],
     period: float,
     rings: Rings,
+    in_code: "CompiledNoise | None" = None,
     ticks: TickMaps | None = None,
     each: int = 1,
     by_parameters: bool = False,
 ) -> PeriodMap:
     """The map from what the dual numbers are after a period, or from the maps of its ticks; a value is held `each`."""
-    memory, recorded = engine.memory(), {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
+    seeded, memory = [*starts], engine.memory()
+    recorded = {node: of_wire[::each] for node, of_wire in engine.recorded.items()}
     rows = [held_in(memory, entry, rings) for entry in seeded]
     rows += [value for node in outputs for value in recorded[node]]
     rows += engine.quantised.values()
@@ -360,40 +369,20 @@ def _read(
             continue
         for key, slope in () if ticks else slopes_of(value, SIGNALS).items():
             put(row, columns[key], slope)
+    if in_code:
+        ends = [place_of(memory, entry, rings) for entry in seeded]
+        matrix[:, :-1] = in_code.matrix(ends, [*starts.values()], injected)
     if ticks:
         own = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
         matrix[np.ix_(own, own)] = ticks.lifted([*ticks.places])
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
         name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
-        raise engine.plan.graph.placed(_not_linear(name, what, NO_SLOPE)).error
-    ends = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
-    ends += tuple(engine.quantised)
+        raise engine.plan.graph.placed(not_linear(name, what, NO_SLOPE)).error
+    made = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
+    made += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
     slopes = {name: slope for name, slope in slopes.items() if name not in undefined}
     point = tuple(float(value_of(value)) for value in values)
     return PeriodMap(
-        tuple(seeded), tuple(injected), ends, matrix, slopes, period, undefined=undefined, point=point, ticks=ticks
-    )
-
-
-def too_many(node: Endpoint, values: int) -> Problem:
-    """Return the problem of a wire with so many values in a map."""
-    signal = ".".join(node)
-    return Problem(
-        message=f"the loop has too many values of {signal} in its common period",
-        key=signal,
-        got=f"{values:,}",
-        expected=f"at most {MOST_VALUES:,}",
-        hint="open the loop at its slowest wire, where a period has few values",
-        path=("blocks", node[0]),
-    )
-
-
-def _not_linear(name: str, what: str, got: str) -> Problem:
-    return Problem(
-        message=f"cannot be linearised: {what} has no derivative here",
-        got=got,
-        expected="arithmetic, comparisons and functions of math on values that signals change",
-        hint="open the loop so that this block lies outside, or linearise at another time",
-        path=("blocks", name),
+        tuple(seeded), tuple(injected), made, matrix, slopes, period, undefined=undefined, point=point, ticks=ticks
     )

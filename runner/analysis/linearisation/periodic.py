@@ -34,7 +34,7 @@ _SPANS = (100, 2000)  # common periods of the two runs in which an orbit is look
 _LONG, _FEW = 100, 4  # beyond so many common periods only the closest orbit is tried, in so few steps
 _SETTLING = 20_000  # base ticks of a run before the search, at most
 _LOOKS = 500  # most comparisons over the longest run, for slow movements
-_STEPS = 30  # of Newton's method
+_STEPS, _NO_NEARER = 30, 10  # of Newton's method, in all and one after the other without coming nearer than before
 _NULL = 1e-11  # part of the largest singular value: a direction on which nothing depends, as a phase
 _FAR = 0.1  # of its size, by which a state may differ from that of a run
 _SAME = 1e-8  # relative difference allowed between the maps of two periods
@@ -128,7 +128,7 @@ class _Shooting:
 
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
         """Return the point over so many common periods, or None and what is in its way."""
-        memory, worst = self._start.copy(), before
+        memory, worst, nearest, at = self._start.copy(), before, math.inf, 0
         for steps in range(1, (_STEPS if periods <= _LONG else _FEW) + 1):
             try:
                 whole = self.map(memory, periods)
@@ -141,6 +141,9 @@ class _Shooting:
             if not np.isfinite(change).all():
                 return None, before
             worst = _worst(whole, drift, scale) or worst
+            nearest, at = (misfit, steps) if misfit < nearest else (nearest, at)
+            if steps - at >= _NO_NEARER:
+                break
             if misfit <= CLOSED:
                 wrong = self._wrong(whole, memory, scale, periods)
                 return (

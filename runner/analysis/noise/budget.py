@@ -29,7 +29,8 @@ from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, 
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
-from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounds
+from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
+from proofmass.runner.derivatives.noise_paths import reached_by_noise
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
@@ -115,7 +116,7 @@ def budgets_at(
     Where there is none since the orbit does not come back, the budgets are those along the run.
     """
     answers = list[NoiseBudget | ModelError]()
-    beside = _beside(points.plan, outputs, input) if len(outputs) > 1 else {}
+    beside = _beside(points, outputs, input) if len(outputs) > 1 else {}
     for output in outputs:
         try:
             answers.append(_budget_about(points, output, input, band, frequencies, derivatives, beside.get(output, ())))
@@ -129,16 +130,19 @@ def budgets_at(
     return answers
 
 
-def _beside(planned: Plan, outputs: Sequence[str], input: str) -> dict[str, list[Endpoint]]:
+def _beside(points: OperatingPoints, outputs: Sequence[str], input: str) -> dict[str, list[Endpoint]]:
     """Return the outputs whose maps have the period of that of each output, and blocks of it, where they are several.
 
     Maps that share no block are taken apart: together they would be mostly zeros.
     """
-    groups, drawing = list[tuple[int, set[str], list[str]]](), noise_blocks(planned)
+    planned, groups = points.plan, list[tuple[int, set[str], list[str]]]()
+    drawing = noise_blocks(planned)
     sources = [node_of(planned, input)] if input else []
     for output in outputs:
         with suppress(ModelError):  # its own budget says so
             target, own = [node_of(planned, output)], [output]
+            if target[0] not in _reached(points, drawing):
+                continue
             period = common_period(planned, sources, target, noise=drawing)
             blocks = blocks_of_map(planned, sources, target, False, drawing)[1]
             joined = [group for group in groups if group[0] == period and not group[1].isdisjoint(blocks)]
@@ -171,19 +175,22 @@ def _budget_about(
         _refuse_silence(about, target, to_output, noisy)
         return about, noisy, whole, to_output
 
-    drawing = noise_blocks(planned)
-    if drawing.keys().isdisjoint(blocks_of_map(planned, (), [target], False)[0]):
+    drawing, upstream = noise_blocks(planned), blocks_of_map(planned, (), [target], False)[0]
+    if drawing.keys().isdisjoint(upstream):
         raise _no_noise(planned, output, 0)
     first = common_period(planned, sources, [target], noise=drawing)  # in tick 0 processes start
+    if target not in _reached(points, drawing):
+        raise _silence(points.after_start(first), target, len(drawing.keys() & upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
     limits = _band(to_output, band)
     squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)
-    sources_made = _sources(planned, to_output.sources, squares, densities, list(dithers(whole, about.course.kept)))
+    ends = Ends(tuple(sources), (target,), noise=noisy, beside=tuple(beside))
+    moved = list(dithers(_to_quantisers(about, ends), about.course.kept))
+    sources_made = _sources(planned, to_output.sources, squares, densities, moved)
     total = float(np.sum(squares))
-    ends = Ends((), (target,), noise=noisy, beside=tuple(beside))
     note = "" if isinstance(about.point, PeriodicPoint) else strained(about, ends, target, whole, to_output)
     strain = (note,) if note else ()
     budget = NoiseBudget(
@@ -219,6 +226,20 @@ def _budget_about(
         derivatives=rms_sensitivity(planned, output, budget.unit, to_output, counted, budget.rms, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
+
+
+def _to_quantisers(about: Linearisation, ends: Ends) -> PeriodMap:
+    """Return the map to what quantisers upstream of an output are given, over the period of the map to the output."""
+    point, kept = about.point_of(ends), about.course.kept
+    upstream = ends.blocks(about.plan)[0]
+    quantisers = tuple(sorted(rounding_blocks(about.plan) & ends.noise.keys() & upstream))
+    key = "to quantisers", quantisers, point.map.tick, point.ticks, tuple(ends.noise.items())
+    if key not in kept:
+        own = Ends((), (), noise=ends.noise)
+        whole = own.map(about.plan, **point.where, quantisers=quantisers, slopes=about.course.slopes)
+        kept[key] = with_spectra(whole, ends.noise)
+    whole_map: PeriodMap = kept[key]
+    return whole_map
 
 
 def _sources(
@@ -313,11 +334,24 @@ def _refuse_silence(about: Linearisation, target: Endpoint, to_output: NoiseMap,
     drawn = [column for column, variance in enumerate(to_output.variances) if variance]
     _, b, _, d = to_output.matrices
     if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
-        output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick)
-        if lost:
-            message = f"noise reaches {output} by truth values alone, which have no slope"
-            raise _refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
-        raise _no_noise(about.plan, output, len(to_output.sources), "; ".join(_locked(noisy)), about.tick)
+        raise _silence(about, target, len(to_output.sources), noisy)
+
+
+def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:
+    """Return the outputs that noise may reach at some operating point: of any other all points would be silent."""
+    kept = points.course.kept
+    if "reached" not in kept:
+        kept["reached"] = reached_by_noise(points.plan, drawing)
+    reached: set[Endpoint] = kept["reached"]
+    return reached
+
+
+def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:
+    output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick)
+    if lost:
+        message = f"noise reaches {output} by truth values alone, which have no slope"
+        return _refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
+    return _no_noise(about.plan, output, sources, "; ".join(_locked(noisy)), about.tick)
 
 
 def _no_noise(planned: Plan, output: str, sources: int, hint: str = "", tick: int = 0) -> ModelError:

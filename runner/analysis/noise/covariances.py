@@ -35,7 +35,7 @@ class Stretch:
 
     def __init__(self, window: Array, first: int, turns: Array) -> None:
         self.window, self._first, self._turns = window, first, turns
-        self._shared: dict[str, Any] = {}  # E[Z x']
+        self._shared: dict[str, Array] = {}  # E[Z x'], of the real part of Z and below of the imaginary one
         self.powers, self.squares = dict[str, Array](), dict[str, Array]()
 
     def moved(self, number: int, slopes: "GroupSlopes", rows: range, covariances: Mapping[str, Array]) -> None:
@@ -45,7 +45,8 @@ class Stretch:
         if not self._shared and not inside.any():
             return
         weights = np.where(inside, self.window[np.clip(numbers, 0, len(self.window) - 1)], 0.0)
-        turns = np.exp(-2j * np.pi * np.outer(self._turns, numbers)) * weights
+        angles = 2.0 * np.pi * np.outer(self._turns, numbers)
+        turns = np.concatenate([np.cos(angles), -np.sin(angles)]) * weights
         own, after = slice(rows.start, rows.stop), slopes.memory
         early = 2 * numbers < len(self.window)
         halves = np.array([early, ~early]) * weights**2
@@ -57,8 +58,8 @@ class Stretch:
             new = turns @ slopes.fresh[own, columns] if len(columns) else np.zeros((len(turns), 0))
             by = old @ covariance if covariance is not None else np.zeros_like(old)
             shared = self._shared.get(name, np.zeros_like(old))
-            power = 2.0 * np.sum(old * shared.conj(), axis=1).real + np.sum(by * old.conj(), axis=1).real
-            self.powers[name] = self.powers.get(name, 0.0) + power + np.sum(np.abs(new) ** 2, axis=1)
+            power = np.einsum("ij,ij->i", old, 2.0 * shared + by) + np.einsum("ij,ij->i", new, new)
+            self.powers[name] = self.powers.get(name, 0.0) + power.reshape(2, -1).sum(axis=0)
             self._shared[name] = (shared + by) @ slopes.lasting[after:].T + new @ slopes.fresh[after:, columns].T
 
 

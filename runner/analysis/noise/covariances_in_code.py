@@ -2,8 +2,6 @@
 
 import math
 
-import numpy as np
-
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.noise.covariances import Covariances, GroupSlopes
 from proofmass.runner.analysis.noise.noise_map import variance
@@ -11,8 +9,10 @@ from proofmass.runner.derivatives.dual_noise import Followed
 from proofmass.runner.plan.memory import Memory, Rows
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.events import WIRE
-from proofmass.runner.targets.native_noise import NoiseInCode, TickGroup
+from proofmass.runner.targets.native_noise import NoiseInCode, TicksDone
 from proofmass.runner.targets.native_slopes import SlopeCode
+
+_EVERY = 64  # ticks that are composed at a time
 
 
 class CovarianceInCode(NoiseInCode):
@@ -25,27 +25,30 @@ class CovarianceInCode(NoiseInCode):
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
         sound = super().advance(last, rows)
-        for group in self.groups() if sound else ():
-            self._covariances.moved(*self._moves(group))
+        if sound:
+            done = self.done()
+            for first in range(0, done.number, _EVERY):
+                self._covariances.moved(*self._moves(done, range(first, min(first + _EVERY, done.number))))
         return sound
 
-    def _moves(self, group: TickGroup) -> tuple[dict[Endpoint, list[float]], GroupSlopes]:
+    def _moves(self, done: TicksDone, ticks: range) -> tuple[dict[Endpoint, list[float]], GroupSlopes]:
         """Return the values of outputs in some ticks, and the slopes of these and of what lasts after them."""
-        recorded: dict[Endpoint, list[float]] = {node: [] for node in self._of.outputs}
-        rows: dict[Endpoint, list[int]] = {node: [] for node in self._of.outputs}
-        columns, owners = dict[int, int](), dict[str, list[int]]()
-        for event in group.events:
-            if event.kind == WIRE:
-                node = self.wire_nodes[event.source]
-                recorded[node].append(event.value)
-                rows[node].append(group.size + event.row)
-            elif event.entered and event.like == event.row:
-                columns[event.row] = len(columns)
-                owners.setdefault(self.block_names[event.source], []).append(columns[event.row])
-        fresh = np.zeros((len(group.entering), len(columns)))
-        for event in group.events:
-            if event.entered and event.kind != WIRE:
-                deviation = math.sqrt(variance(self.part(event)))
-                fresh[:, columns[event.like]] += deviation * group.entering[:, event.row]
-        order = [*(row for of in rows.values() for row in of), *range(group.size)]
-        return recorded, GroupSlopes(group.lasting[order], fresh[order], owners, len(order) - group.size)
+        events = done.events.of_rows(ticks.start * done.most, ticks.stop * done.most)
+        heard = {
+            node: events.source == number for number, node in enumerate(self.wire_nodes) if node in self._of.outputs
+        }
+        heard = {node: (events.kind == WIRE) & heard[node] for node in self._of.outputs}
+        asked = [row for of in heard.values() for row in events.row[of].tolist()]
+        columns, owners, deviations = dict[int, int](), dict[str, list[int]](), list[float]()
+        entering = events.entered & (events.kind != WIRE)
+        of_events = (events.row, events.kind, events.source, events.like, events.part)
+        for row, kind, source, like, part in zip(*(each[entering].tolist() for each in of_events), strict=True):
+            if like == row:
+                columns[row] = len(deviations)
+                owners.setdefault(self.block_names[source], []).append(columns[row])
+                deviations.append(math.sqrt(variance(self.part(kind, part))))
+            columns[row] = columns[like]
+        lasting, fresh = done.back(ticks, asked, columns, range(done.size))
+        order = [*range(done.size, done.size + len(asked)), *range(done.size)]  # outputs first
+        slopes = GroupSlopes(lasting.T[order], (fresh.T * deviations)[order], owners, len(asked))
+        return {node: events.value[of].tolist() for node, of in heard.items()}, slopes

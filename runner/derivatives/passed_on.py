@@ -1,0 +1,141 @@
+"""Paths through a function: from which of its arguments each part of its result follows, by its text.
+
+An expression follows from all that it names. A condition chooses, and passes nothing on; nor does a comparison. So what
+does not follow has no slope wherever the function is called, and what follows may have one.
+"""
+
+import ast
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from functools import cache
+from typing import Any
+
+from proofmass.blocks.declaration.source import SourceError, tree_of
+
+Arguments = frozenset[str]  # names of arguments, "x.field" for a field of one
+RESULT = "result"  # instead of a field, of a function with another result
+_HIDING = ast.FunctionDef | ast.Lambda | ast.Match | ast.Starred | ast.List | ast.ListComp | ast.Dict | ast.DictComp
+
+
+@cache
+def passed_on(
+    function: Callable[..., Any], fields: tuple[str, ...], lists: tuple[str, ...]
+) -> Mapping[str, Arguments] | None:
+    """Return from what each field of the result follows, and each list among the arguments; None if that is not known.
+
+    Without fields it is the whole of the result, `RESULT`. A record that is an argument has the same fields.
+    """
+    try:
+        tree = tree_of(function)  # type: ignore[arg-type]
+    except (SourceError, AttributeError):
+        return None
+    if any(_hides(node) for statement in tree.body for node in ast.walk(statement)):
+        return None
+    return _Text(tree, fields, lists).read()
+
+
+def _hides(node: ast.AST) -> bool:
+    """Return whether a part of a function may pass on what it does not name, as a list of its own does."""
+    if isinstance(node, ast.Name):
+        return node.id in ("list", "dict", "set", "bytearray")
+    return isinstance(node, _HIDING) and not isinstance(getattr(node, "ctx", None), ast.Store)
+
+
+class _Text:
+    """Reads one function, again and again until nothing more follows."""
+
+    def __init__(self, tree: ast.FunctionDef, fields: Sequence[str], lists: Sequence[str]) -> None:
+        self._tree, self._fields, self._lists = tree, fields, lists
+        arguments = [argument.arg for argument in tree.args.args]
+        self._names = {name: frozenset([name]) for name in arguments}
+        self._found = dict.fromkeys([*(fields or [RESULT]), *lists], Arguments())
+        set_again = {
+            node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
+        }
+        self._whole = {*arguments} - set_again  # what is the argument itself wherever it is named
+
+    def read(self) -> Mapping[str, Arguments]:
+        """Return what follows from what."""
+        before = None
+        while before != (before := (dict(self._names), dict(self._found))):
+            for statement in self._tree.body:
+                self._statement(statement)
+        return self._found
+
+    def _statement(self, node: ast.stmt) -> None:
+        for part in ast.walk(node):
+            match part:
+                case ast.Assign(targets, value):
+                    for target in targets:
+                        self._set(target, self._of(value))
+                case ast.AnnAssign(target, _, value) | ast.AugAssign(target, _, value) | ast.NamedExpr(target, value):
+                    self._set(target, self._of(value))
+                case ast.For(target, reach) | ast.comprehension(target, reach):
+                    self._set(target, self._of(reach))
+                case ast.Return(value):
+                    self._returned(value)
+                case ast.Call(_, arguments, keywords):  # may write to a list
+                    for each in (*arguments, *(keyword.value for keyword in keywords)):
+                        self._set(each, self._of(part), lists=True)
+
+    def _set(self, target: ast.expr, follows: Arguments, lists: bool = False) -> None:
+        match target:
+            case ast.Name(name) if lists:
+                for known in self._names.get(name, Arguments()).intersection(self._lists):
+                    self._found[known] |= follows
+            case ast.Name(name):
+                self._names[name] = self._names.get(name, Arguments()) | follows
+            case ast.Subscript(value, index):
+                self._set(value, follows | self._of(index), lists=True)
+            case ast.Tuple(parts) | ast.List(parts):
+                for part in parts:
+                    self._set(part, follows, lists)
+
+    def _returned(self, value: ast.expr | None) -> None:
+        """Count a result: its fields one by one where they are written down."""
+        match value:
+            case ast.IfExp(_, one, other):
+                self._returned(one)
+                self._returned(other)
+            case ast.Name(name) if self._fields and name in self._whole:
+                self._add({field: frozenset([f"{name}.{field}"]) for field in self._fields})
+            case ast.Call(ast.Attribute(ast.Name(name), "_replace"), [], keywords) if name in self._whole:
+                changed = {each.arg: self._of(each.value) for each in keywords}
+                self._add({field: changed.get(field, frozenset([f"{name}.{field}"])) for field in self._fields})
+            case ast.Call(ast.Name(name), arguments, keywords) if self._fields and name[:1].isupper():
+                parts = dict(zip(self._fields, arguments, strict=False))
+                parts |= {each.arg: each.value for each in keywords if each.arg}
+                if {*parts} == {*self._fields}:
+                    self._add({field: self._of(part) for field, part in parts.items()})
+                else:
+                    self._add(dict.fromkeys(self._fields, self._of(value)))
+            case None:
+                pass
+            case _:
+                self._add(dict.fromkeys(self._fields or [RESULT], self._of(value)))
+
+    def _add(self, more: Mapping[str, Arguments]) -> None:
+        for part, follows in more.items():
+            self._found[part] |= follows
+
+    def _of(self, node: ast.expr | None) -> Arguments:
+        """Return what an expression follows from."""
+        match node:
+            case ast.Name(name):
+                known = self._names.get(name, Arguments())
+                return known.union(*(self._found[of] for of in known.intersection(self._lists)))
+            case ast.Attribute(ast.Name(name), field) if name in self._whole:
+                return frozenset([f"{name}.{field}"])
+            case ast.Compare() | ast.UnaryOp(ast.Not()) | None:
+                return Arguments()
+            case ast.IfExp(_, one, other):
+                return self._of(one) | self._of(other)
+            case _:
+                return Arguments().union(*map(self._of, _expressions(node)))
+
+
+def _expressions(node: ast.AST) -> Iterator[ast.expr]:
+    for child in ast.iter_child_nodes(node):
+        if isinstance(child, ast.expr):
+            yield child
+        elif isinstance(child, ast.keyword | ast.comprehension):
+            yield from _expressions(child)
