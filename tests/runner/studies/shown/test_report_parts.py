@@ -272,6 +272,9 @@ def test_runs_to_look_at_begin_with_those_that_failed_and_what_misses_a_limit() 
         ["noise", "0", "0 h", "1", "0.25 from the median", f"{replay} 0"],
         ["noise", "1", "0 h", "1.5", "0.25 from the median", f"{replay} 1"],
     ]
+    many = study_result("", {"bias": [[float(k)] for k in range(8)]})
+    rows = rows_of(report._worst(replace(many, faults={(k, 0): "" for k in range(12)})))
+    assert [row[0] for row in rows[1:]] == ["failed"] * 10 + ["bias"] * 5
     nothing = {name: np.full((2, 2), np.nan) for name in values}
     assert report._worst(replace(result, values=nothing, faults={})) == "<p>No runs.</p>"
 
