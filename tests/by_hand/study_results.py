@@ -14,7 +14,7 @@ from tests.by_hand.study_texts import STUDY
 HEAD = STUDY.partition("[study]")[0] + "[study]\nseed = 11\n"
 SWEPT = 'sweep = { "filter.corner_frequency" = ["100 Hz", "200 Hz"] }\n'
 AGED = 'epochs = { ages = ["0 h", "1 year", "3 year"] }\n'
-LIMITED = 'limits = { bias = { at_least = -2, at_most = 3 }, noise = { at_most = 8 } }\n'
+LIMITED = "limits = { bias = { at_least = -2, at_most = 3 }, noise = { at_most = 8 } }\n"
 
 
 def measure(name: str, unit: str = "1", shown_in: str = "") -> PlannedMeasure:

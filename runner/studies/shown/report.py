@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
-from proofmass.blocks.declaration.shown_units import in_print, pretty, relative_text
+from proofmass.blocks.declaration.shown_units import in_print, in_table, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import Limit
@@ -117,7 +117,7 @@ def _tables(result: StudyResult) -> str:
     rows = []
     shown = some_of(result.study.epochs)
     for row in (row for row in result.summary() if row["age_s"] in shown):
-        unit, cells = "" if row["unit"] == "1" else pretty(row["unit"]), (_with_interval(row, key) for key in keys)
+        unit, cells = in_table(row["unit"]), (_with_interval(row, key) for key in keys)
         rows.append((broken(row["measure"]), unit, age_text(row["age_s"]), f"{row['runs']:,}", *cells))
     heads = ("measure", "unit", "age", "runs", *keys)
     return table(heads, rows, numbers=range(2, len(heads)))

@@ -97,7 +97,9 @@ def test_influences_at_an_epoch_are_those_of_the_first_runs_on_what_varies(monke
     bias = np.column_stack([np.zeros(6), np.append(3.0 * x + 1.0, 99.0), np.zeros(6)])
     result = study_result(AGED, {"noise": np.ones((6, 3)), "bias": bias})
     since = np.zeros(5, dtype=int)
-    drawn: Any = SimpleNamespace(runs=range(5), factors=lambda epoch: Factors({"x": x}, {"x": "m"}), since=lambda e: since)
+    drawn: Any = SimpleNamespace(
+        runs=range(5), factors=lambda epoch: Factors({"x": x}, {"x": "m"}), since=lambda e: since
+    )
     (one,) = influences.influences_at(result, drawn, 1)
     assert (one.measure.name, one.epoch, one.values.tolist()) == ("bias", 1, [4.0, 7.0, 13.0, 16.0, 22.0])
     assert one.since is since

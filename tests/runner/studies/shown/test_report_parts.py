@@ -45,9 +45,7 @@ def opened(points: int, intervals: int, epochs: tuple[float, ...], runs: int, pl
         recalibration=SimpleNamespace(every=(1.0,) * intervals),
         seed=7,
     )
-    result: Any = SimpleNamespace(
-        study=study, numbers=range(runs), planned_runs=planned, interrupted=runs < planned
-    )
+    result: Any = SimpleNamespace(study=study, numbers=range(runs), planned_runs=planned, interrupted=runs < planned)
     return report._opening(result)
 
 
@@ -69,7 +67,9 @@ def test_the_opening_counts_what_was_tried(points: int, intervals: int, epochs: 
 
 def test_yields_stand_beside_their_limits() -> None:
     """2 of 3 and 1 of 3: exact ends 9.43 to 99.16 and 0.84 to 90.57 %; a change is counted from the first year on."""
-    limits = 'limits = { bias = { at_least = -2, at_most = 3, change = "100 ppm", from = "1 year" }, noise.at_most = 8 }'
+    limits = (
+        'limits = { bias = { at_least = -2, at_most = 3, change = "100 ppm", from = "1 year" }, noise.at_most = 8 }'
+    )
     bias, noise = [[9, 1, 1], [9, 1, 1], [0, 1, 2]], [[5, 6, 7], [5, 6, 9], [8, 8, 8.5]]
     result = study_result(AGED + limits, {"bias": bias, "noise": noise}, {"bias": "V"})
     assert numbers_of(report._yield(result)) == [2, 3]
@@ -144,7 +144,9 @@ def test_an_effect_has_its_interval_below() -> None:
 
 def test_the_three_strongest_factors_are_told_at_each_age() -> None:
     study: Any = SimpleNamespace(epochs=(0.0, YEAR))
-    strongest = tuple(influence(1.0, name, share=share) for name, share in zip("abcd", (0.4, 0.3, 0.2, 0.1), strict=True))
+    strongest = tuple(
+        influence(1.0, name, share=share) for name, share in zip("abcd", (0.4, 0.3, 0.2, 0.1), strict=True)
+    )
     tables: Any = [SimpleNamespace(epoch=epoch, regression=Regression(strongest, 0.9, 0.8, 9)) for epoch in (0, 1)]
     text = report._leading(study, tables)
     told = "a 40.0 %, b 30.0 %, c 20.0 %"
@@ -202,10 +204,14 @@ def test_the_sections_of_a_report(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     sections = saved(result, tmp_path / "a.html")
     assert list(sections) == ALWAYS
     assert sections["Distributions"] == '<div class="wide">distribution of bias</div>'
-    assert f"<footer>proofmass 0.1.0, 2026-01-02" in (tmp_path / "a.html").read_text()
+    assert "<footer>proofmass 0.1.0, 2026-01-02" in (tmp_path / "a.html").read_text()
     given = StudyInfluences(result)
     bound = ProvedBound("bias", "a bias", 0.5, "1 %", ())
-    assert list(saved(result, tmp_path / "b.html", influences=given, proved=[bound])) == ["Measures", "Proved", *ALWAYS[1:]]
+    assert list(saved(result, tmp_path / "b.html", influences=given, proved=[bound])) == [
+        "Measures",
+        "Proved",
+        *ALWAYS[1:],
+    ]
     assert known[0] is not given
     assert known[1] is given
     small = study_result(LIMITED, {"bias": [[1e-6], [2e-6]], "noise": [[1], [1]]}, {"bias": "V"})
@@ -222,7 +228,9 @@ def worst(*runs: tuple[int, int, float, str]) -> list[report.WorstRun]:
 
 def test_the_worst_runs_by_their_distance_beyond_a_limit() -> None:
     """Bias may be from -2 to 3: 5 is 2 beyond; -1 is 1 within, and farther than 2.5, which is 0.5 within."""
-    result = study_result(AGED + LIMITED, {"bias": [[-1, 1, 1], [1, 2.5, 1], [1, 3, 5], [-2, 0, 0]], "noise": [[1] * 3] * 4})
+    result = study_result(
+        AGED + LIMITED, {"bias": [[-1, 1, 1], [1, 2.5, 1], [1, 3, 5], [-2, 0, 0]], "noise": [[1] * 3] * 4}
+    )
     result = replace(result, numbers=np.array([10, 11, 12, 13]))
     assert report.worst_runs(result, "bias", 3) == worst(
         (12, 2, 5.0, "2 beyond its limit"), (13, 0, -2.0, "0 within its limit"), (11, 1, 2.5, "0.5 within its limit")
