@@ -163,7 +163,7 @@ def _scatter_table(named: dict[str, StudyResult]) -> str:
     first = next(iter(named.values()))
     rows = [(broken(m.name), in_table(m.unit), *cells(m.name)) for m in first.measures]
     heads = (f"standard deviation at {age_text(first.study.epochs[-1])}", "unit", *named)
-    return table(heads, rows, numbers=range(2, 2 + len(named)))
+    return table(heads, rows, numbers=range(2, len(heads)))
 
 
 def _interval(result: StudyResult, place: int) -> StudyResult:

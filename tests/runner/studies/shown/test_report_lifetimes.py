@@ -57,9 +57,10 @@ def test_a_limit_that_sensors_leave_is_told_in_words_with_a_table(
     text = report_lifetimes._of_limit(lives)
     words = text.partition('</p>\n<div class="wide"><svg>lifetimes of bias</svg></div>')[0]
     expected = (
-        "<p>bias: 1 % of the sensors left it between 0 h and 1 year; 10 % and then 50 % of the sensors left it between 1"
-        " year and 3 years. On average a sensor is out of it for 25.0 % of the time (0 % to 30.5 %). Weibull&#x27;s law"
-        " has shape 2.00(25) and scale 2 years (1.5 to 2.5); by it 1 % have left at 0.5 years (0.25 to 1)."
+        "<p>bias: 1 % of the sensors left it between 0 h and 1 year;"
+        " 10 % and then 50 % of the sensors left it between 1 year and 3 years."
+        " On average a sensor is out of it for 25.0 % of the time (0 % to 30.5 %)."
+        " Weibull&#x27;s law has shape 2.00(25) and scale 2 years (1.5 to 2.5); by it 1 % have left at 0.5 years (0.25 to 1)."
     )
     assert words == expected + (f"{more}: it leaves the band of the survival curve." if more else "")
     assert numbers_of(text) == [0, 1, 2]
@@ -69,6 +70,23 @@ def test_a_limit_that_sensors_leave_is_told_in_words_with_a_table(
         ["1 year", "90.0 % (85.0 % to 95.0 %)", "95.0 % (89.0 % to 98.0 %)"],
         ["3 years", "40.0 % (30.0 % to 50.0 %)", "40.0 % (30.0 % to 50.0 %)"],
     ]
+
+
+def test_ages_of_the_law_are_in_years_if_the_oldest_sensor_is_a_year_old(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(report_lifetimes, "picture", lambda figure, title: "")
+    monkeypatch.setattr(report_lifetimes, "plot_lifetimes", lambda lives: None)
+    for oldest, scale in ((1.0, "2 years (1.5 to 2.5)"), (0.75, "17500 h (13100 to 21900)")):
+        lives = replace(FATES, law=LAW, ages=(0.0, 0.5 * YEAR, oldest * YEAR))
+        assert f"scale {scale};" in report_lifetimes._of_limit(lives)
+
+
+def test_intervals_between_calibrations_are_compared_by_when_the_first_sensors_leave(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """1 % have left by the first year, 10 % not."""
+    monkeypatch.setattr(report_lifetimes, "lifetimes", lambda part: [FATES])
+    _, row = rows_of(report_lifetimes._lives_table({"never": study_result(AGED, {"bias": [[1, 2, 3]]})}))
+    assert row == ["never", "bias", "40.0 % (30.0 % to 50.0 %)", "between 0 h and 1 year", "25.0 % (0 % to 30.5 %)", ""]
 
 
 def test_of_many_ages_some_are_in_the_table(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -135,6 +153,8 @@ def test_an_interval_without_runs_and_a_single_sensor_are_left_out_of_what_is_co
     result = study_result(AGED + CALIBRATED, {"bias": [[1, 2, 3]] * 2})
     head, row = rows_of(calibrations_section(result))
     assert (head[2:], row) == (["never recalibrated", "recalibrated every year"], ["bias", "", "", ""])
+    two = study_result(AGED + CALIBRATED, {"bias": [[1, 2, 3], [1, 2, 4], [1, 2, 5], [1, 2, 7]]})
+    assert rows_of(calibrations_section(two))[1][2:] == ["1.41421", "2.12132"]
     one = result.some(result.numbers == 1)
     assert rows_of(calibrations_section(one))[0][2:] == ["recalibrated every year"]
     never = study_result(AGED + CALIBRATED.replace(', "1 year"', ""), {"bias": [[1, 2, 3]] * 2})
