@@ -10,7 +10,7 @@ from matplotlib.figure import Figure
 from matplotlib.layout_engine import ConstrainedLayoutEngine
 
 from proofmass.graphs.studies.ages import YEAR
-from proofmass.runner.output.pictures import BLUE, INK, ORANGE
+from proofmass.runner.output.pictures import BLUE, GREEN, INK, ORANGE
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown import plot
 from proofmass.runner.studies.shown.plot import (
@@ -24,12 +24,13 @@ from proofmass.runner.studies.shown.plot import (
     save_study_plots,
     whole,
 )
-from tests.by_hand.study_results import AGED, LIMITED, SWEPT, measure, study_result
+from tests.by_hand.study_results import AGED, SWEPT, measure, study_result
 from tests.runner.studies.shown.test_plot import influence, influences
 
 # 0, 1 ... 100, ten times that a year later, and minus it after three
 LINE = np.arange(101.0)
 THREE = np.column_stack([LINE, 10.0 * LINE, -LINE])
+TWO = 'epochs = { ages = ["0 h", "1 year"] }\n'
 
 
 def one_point(tables: str = AGED, values: Any = THREE, unit: str = "V") -> StudyResult:
@@ -127,16 +128,16 @@ def test_few_epochs_have_dots(epochs: int, marker: str) -> None:
 
 
 def test_points_have_fans_of_their_own_colour() -> None:
-    """The third point has no values at all."""
+    """The second point has no values at all."""
     sweep = 'sweep = { "filter.corner_frequency" = [1, 2, 3] }\n'
-    rows = np.array([[1, 1, 1], [3, 3, 5], [np.nan] * 3, [1, 1, 1], [3, 3, 5], [np.nan] * 3])
+    rows = np.array([[1, 1, 1], [np.nan] * 3, [3, 3, 5], [1, 1, 1], [np.nan] * 3, [3, 3, 5]])
     result = one_point(AGED + sweep, rows)
     panel: Any = Figure().subplots()
     plot._fans(panel, result, aged(result, result.measures[0])[0])
-    names = [f"filter.corner_frequency = {k} Hz" for k in (1, 2)]
+    names = [f"filter.corner_frequency = {k} Hz" for k in (1, 3)]
     assert [(line.get_label(), line.get_color(), line.get_ydata()[-1]) for line in panel.lines] == [
         (names[0], BLUE, 1.0),
-        (names[1], ORANGE, 5.0),
+        (names[1], GREEN, 5.0),
     ]
     assert {band.get_label() for band in panel.collections} <= {""} | {f"_child{k}" for k in range(20)}
 
@@ -174,17 +175,17 @@ def test_one_epoch_has_one_histogram_without_a_name_and_a_constant_its_number() 
     assert len(other.get_xticks()) > 1
 
 
-@pytest.mark.parametrize(("tables", "label"), [(AGED, "bias [V] at 3 years"), ("", "bias [V]")])
+@pytest.mark.parametrize(("tables", "label"), [(TWO, "bias [V] at 1 year"), ("", "bias [V]")])
 def test_points_have_histograms_of_the_last_epoch(tables: str, label: str) -> None:
-    """The last point has no values."""
+    """The second point has no values."""
     sweep = 'sweep = { "filter.corner_frequency" = [1, 2, 3] }\n'
-    last = np.array([0.0, 10.0, np.nan, 4.0, 30.0, np.nan])
-    values = np.column_stack([last * 7.0, last * 3.0, last]) if tables else last[:, None]
+    last = np.array([0.0, np.nan, 10.0, 4.0, np.nan, 30.0])
+    values = np.column_stack([last * 7.0, last]) if tables else last[:, None]
     panel: Any = Figure().subplots()
     result = one_point(tables + sweep, values)
     plot._histograms(panel, result, result.measures[0])
     found = [(name, edges[0], edges[-1], sum(counts)) for name, counts, edges in bars(panel)]
-    names = [f"filter.corner_frequency = {k} Hz" for k in (1, 2)]
+    names = [f"filter.corner_frequency = {k} Hz" for k in (1, 3)]
     assert found == [(names[0], 0.0, 4.0, 2), (names[1], 10.0, 30.0, 2)]
     assert panel.get_xlabel() == label
     assert [patch.get_fill() for patch in panel.patches] == [True, True]
@@ -213,6 +214,7 @@ def legend(labels: list[str]) -> tuple[list[str], int] | None:
         (["a", "b", "c"], (["a", "b", "c"], 3)),
         (["a" * 48, "b" * 48], (["a" * 48, "b" * 48], 2)),  # 48 + 7 letters each: just 110
         (["a" * 49, "b" * 48], (["a" * 49, "b" * 48], 1)),
+        (["a" * 49, "b" * 20, "c" * 20], (["a" * 49, "b" * 20, "c" * 20], 3)),
         (["a" * 30, "b" * 20, "c" * 20, "d" * 20], (["a" * 30, "b" * 20, "c" * 20, "d" * 20], 2)),
         (["a" * 200, "b"], (["a" * 200, "b"], 1)),
     ],
@@ -240,7 +242,7 @@ def test_of_many_points_there_is_one_column(points: int, columns: int) -> None:
 def test_the_title_has_the_yield_of_one_point() -> None:
     """2 of 3 runs are within all limits; fans of values and of a change each have a row."""
     limits = 'limits = { bias = { at_most = 9, change = "5 %" } }\n'
-    figure = plot_study(one_point(AGED + limits, [[1, 1, 1], [8, 8, 8], [1, 1, 2]]))
+    figure = plot_study(one_point(TWO + limits, [[1, 1], [8, 8], [1, 2]]))
     assert figure.get_suptitle() == "a converter that ages: 3 runs, yield 66.67 %"
     assert [panel.get_ylabel() for panel in figure.axes] == ["bias [V]", "change of bias [%]"]
     assert plot_study(one_point("", [[1.0]])).get_suptitle() == "a converter that ages: 1 run"
@@ -266,9 +268,9 @@ def test_a_distribution_has_what_is_proved_and_fans() -> None:
     assert [(line.get_xdata()[0], line.get_label()) for line in alone.axes[0].lines] == [
         (0.5, "proved within tolerances")
     ]
-    several = plot_distribution(one_point(), measure("bias", "V"))
+    several = plot_distribution(one_point(TWO, THREE[:, :2]), measure("bias", "V"))
     assert [panel.get_ylabel() for panel in several.axes] == ["runs", "bias [V]"]
-    assert [text.get_text() for text in several.legends[0].get_texts()][:2] == ["0 h", "3 years"]
+    assert [text.get_text() for text in several.legends[0].get_texts()][:2] == ["0 h", "1 year"]
 
 
 def test_names_of_a_curve_without_others() -> None:

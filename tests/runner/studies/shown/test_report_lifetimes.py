@@ -60,7 +60,8 @@ def test_a_limit_that_sensors_leave_is_told_in_words_with_a_table(
         "<p>bias: 1 % of the sensors left it between 0 h and 1 year;"
         " 10 % and then 50 % of the sensors left it between 1 year and 3 years."
         " On average a sensor is out of it for 25.0 % of the time (0 % to 30.5 %)."
-        " Weibull&#x27;s law has shape 2.00(25) and scale 2 years (1.5 to 2.5); by it 1 % have left at 0.5 years (0.25 to 1)."
+        " Weibull&#x27;s law has shape 2.00(25) and scale 2 years (1.5 to 2.5);"
+        " by it 1 % have left at 0.5 years (0.25 to 1)."
     )
     assert words == expected + (f"{more}: it leaves the band of the survival curve." if more else "")
     assert numbers_of(text) == [0, 1, 2]
