@@ -52,7 +52,7 @@ def test_small_numbers_have_finer_units(unit: str, largest: float, factor: float
 
 
 def test_ages_are_drawn_in_years_from_the_first_year_on() -> None:
-    assert plot._scale([0.0, YEAR]) == (YEAR, "years")
+    assert plot._scale([0.0, 3600.0, YEAR]) == (YEAR, "years")
     assert plot._scale([YEAR, 0.5 * YEAR]) == (3600.0, "hours")
 
 
@@ -183,6 +183,10 @@ def test_points_have_histograms_of_the_last_epoch(tables: str, label: str) -> No
     values = np.column_stack([last * 7.0, last]) if tables else last[:, None]
     panel: Any = Figure().subplots()
     result = one_point(tables + sweep, values)
+    two = result.some(result.numbers % 3 != 1)
+    few: Any = Figure().subplots()
+    plot._histograms(few, two, two.measures[0])
+    assert len(few.patches) == 2
     plot._histograms(panel, result, result.measures[0])
     found = [(name, edges[0], edges[-1], sum(counts)) for name, counts, edges in bars(panel)]
     names = [f"filter.corner_frequency = {k} Hz" for k in (1, 3)]
