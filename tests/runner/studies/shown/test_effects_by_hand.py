@@ -65,7 +65,7 @@ def test_factors_prepared_once_serve_where_no_value_is_missing() -> None:
     some = regression({"a": X}, y, prepared)
     assert some is not None
     assert some.runs == 15
-    assert regression({"a": X[6:10]}, Z[6:10] + X[6:10]) is not None, "a line, its scatter and one more"
+    assert regression({"a": X[6:10]}, W[6:10] + X[6:10]) is not None, "a line, its scatter and one more"
     assert regression({"a": X[6:9]}, X[6:9]) is None
     assert regression({"a": X[:0]}, X[:0]) is None
 
