@@ -18,7 +18,7 @@ SIZE = math.sqrt(16.0 / 15.0)  # standard deviation of each
 def test_effects_of_factors_at_right_angles() -> None:
     """Of y = x - 6 z + 2 u, with half u as factor c: slopes 1 and -6, the strongest first; 41 squares, 37 explained."""
     y = X - 6.0 * Z + 2.0 * U
-    found = regression({"a": X, "b": 2.0 * Z, "w": W}, y)
+    found = regression({"a": X, "b": 2.0 * Z, "w": 0.25 * W}, y)
     assert found is not None
     b, a, w = found.influences
     assert [one.parameters for one in (b, a)] == [("b",), ("a",)]
