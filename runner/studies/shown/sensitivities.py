@@ -15,6 +15,7 @@ Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A
 parameter i, which is taken from B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -241,7 +242,7 @@ def _grouped(fit: _Fit, y: AnyArray, groups: list[list[int]]) -> tuple[Any, Any,
     for group in groups:
         column = fit.scaled[:, group] @ coefficients[group]
         along = float(fit.scaled[:, group[0]] @ column)
-        columns.append(fit.scaled[:, group[0]] if along == 0.0 else column * np.sign(along))
+        columns.append(fit.scaled[:, group[0]] if along == 0.0 else math.copysign(1.0, along) * column)
     return _Fit(np.column_stack(columns)).standardised(y)
 
 

@@ -44,9 +44,7 @@ def test_claims_about_loops_with_what_came_of_them() -> None:
         proof("gain margin", PROVED, 6.0, least=least),
         proof("phase margin", OPEN, 45.0),
         proof("decay rate", LOST, 50.0, at="dac.code", continuous=True),
-        proof(
-            "disk margin", REFUTED, 0.5, at="dac.code", continuous=True, shown="disk margin 0.4", counterexample=breaks
-        ),
+        proof("disk margin", REFUTED, 0.5, at="dac.code", continuous=True, shown="0.4", counterexample=breaks),
         interrupted=True,
         left_out={"slow": "it has no point of rest"},
         lost_workers=2,
