@@ -65,7 +65,7 @@ def _about(claim: Claim) -> str:
 
 def _box(proofs: Proofs) -> str:
     rest = {one.claim.at_rest or one.claim.kind == BIAS for one in proofs.proofs}
-    where = {True: "at rest", False: "at the start of the run"}.get(min(rest), "") if len(rest) == 1 else _EITHER
+    where = _EITHER if len(rest) > 1 else "at rest" if True in rest else "at the start of the run"
     if not proofs.ranges:
         return f"{where}; {_NOTHING_VARIES}"
     rates = proofs.rates or (0.0,) * len(proofs.ranges)

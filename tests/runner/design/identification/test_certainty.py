@@ -29,8 +29,8 @@ def test_nothing_left_is_white() -> None:
 
 
 def test_standard_errors_are_too_small_by_the_sum_of_all_correlations() -> None:
-    positive, negative = np.array([0.75, 0.25]), np.array([-0.75, -0.25])
-    assert Whiteness(positive, 0.0099).widening == pytest.approx(math.sqrt(3.0))
+    positive, negative = np.array([0.75, 0.75]), np.array([-0.75, -0.25])
+    assert Whiteness(positive, 0.0099).widening == 2.0
     assert Whiteness(negative, 0.0099).widening == 1.0
     assert Whiteness(positive, 0.01).widening == 1.0, "white at the level itself"
 

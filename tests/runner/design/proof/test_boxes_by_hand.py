@@ -152,7 +152,7 @@ def test_the_shorter_way_out_counts_and_what_stays_is_left_by_no_end() -> None:
 @pytest.mark.parametrize(
     ("radius", "within", "growth", "soon"),
     [
-        (0.5, 1.0, 15.9, False),  # 15.9 / 2^4 < 1
+        (0.5, 1.0, 15.999, False),  # 15.999 / 2^4 < 1
         (0.5, 1.0, 16.0, True),
         (0.25, 0.5, 16.0, True),
         (0.25, 0.5, 15.9, False),
@@ -165,6 +165,15 @@ def test_a_region_is_followed_too_soon_if_others_lengthen_more_than_it_shortens(
     other = region(((1.0, 2.0), ONE), ((1.0, 2.0), ONE), ((1.0 / growth,),), 1e-9)
     one = region(LEFT.core, LEFT.box, ((1.0,),), radius)
     assert too_soon([one, other], (0.125,), within) == ([(one, other)] if soon else [])
+
+
+def test_rounding_counts_over_many_periods() -> None:
+    """In 1e8 periods a part of 2^-50 adds up to 9e-8: what shortens by 5e-8 only may lengthen."""
+    for left, soon in ((5e-8, True), (2e-7, False)):
+        growth = math.exp(-1e8 * math.log(1.0 - 1e-7) - left)
+        other = region(((1.0, 2.0), ONE), ((1.0, 2.0), ONE), ((1.0 / growth,),), 1e-9)
+        one = region(LEFT.core, LEFT.box, ((1.0,),), 1.0 - 1e-7)
+        assert too_soon([one, other], (0.5e-8,), 1.0) == ([(one, other)] if soon else [])
 
 
 def test_the_larger_core_of_a_passage_is_halved_along_the_side_that_parts_both() -> None:

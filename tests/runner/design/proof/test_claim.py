@@ -160,5 +160,6 @@ def test_what_a_claim_is_about() -> None:
     assert claim("stable").about == "main"
     assert claim("peak").about == "main to error"
     assert Claim("", "error", "noise", 1.0).about == "error"
+    assert Claim("", "error", "noise", 1.0).period == 0.0
     assert claim("gain margin").shown(6.78901) == "6.789 dB"
     assert claim("delay margin").shown(0.0123456) == "12.35 ms"

@@ -15,7 +15,7 @@ from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.design.worst.ranges import Range
 
-MASS = Range("sensor.mass", "sensor.mass", "kg", 5e-8, 4.5e-8, 5.5e-8)
+MASS = Range("sensor.mass", "sensor.mass", "kg", 5e-8, 4.51234567e-8, 5.51234567e-8)
 GAIN = Range("gain.gain", "gain.gain", "1", 2.0, 2.0, 2.0)
 PROVED = Searched("proved", (), 1, 1.0)
 OPEN = Searched("open", (), 1200, 0.12345, why="there was no time left")
@@ -33,7 +33,7 @@ def text(*proofs: MarginProof, **more: Any) -> list[str]:
     return proofs_text(Proofs(proofs=proofs, **{**facts, **more})).splitlines()  # type: ignore[arg-type]
 
 
-SENSORS = "for every sensor, at the start of the run, with sensor.mass from 45 \N{MICRO SIGN}g to 55 \N{MICRO SIGN}g"
+SENSORS = "for every sensor, at the start of the run, with sensor.mass from 45.1235 \N{MICRO SIGN}g to 55.1235 \N{MICRO SIGN}g"
 
 
 def test_claims_about_loops_with_what_came_of_them() -> None:
@@ -87,7 +87,7 @@ def test_claims_about_outputs_at_rest() -> None:
         lost_workers=1,
     )
     assert lines[0] == (
-        "for every sensor, at rest, with sensor.mass from 45 \N{MICRO SIGN}g to 55 \N{MICRO SIGN}g, which changes by at"
+        "for every sensor, at rest, with sensor.mass from 45.1235 \N{MICRO SIGN}g to 55.1235 \N{MICRO SIGN}g, which changes by at"
         " most 1 \N{MICRO SIGN}g in a second, source.value from 250 mV to 500 mV"
     )
     assert lines[1] == "at out.output"
@@ -125,7 +125,7 @@ def test_where_sensors_are_and_that_nothing_varies() -> None:
 
 
 def test_claims_about_the_digital_part() -> None:
-    given = DigitalInput(("adc", "code"), "sensor.voltage", -1.0, 2.5, "V", True, (-8, 7), (-8, 7), True)
+    given = DigitalInput(("adc", "code"), "sensor.voltage", -1.00000049, 2.5, "V", True, (-8, 7), (-8, 7), True)
     run: Any = SimpleNamespace(ticks=12, overflows={"filter.sum": 3, "gain.output": 1}, refused="")
     refused: Any = SimpleNamespace(ticks=2, overflows={}, refused="a number is too large")
     kept = DigitalProof(NO_OVERFLOW, "", 0.0, "", "proved", "it is so", inputs=(given,))

@@ -6,10 +6,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.colors import to_hex
 from matplotlib.figure import Figure
 
 from proofmass.graphs.model.quantities import LoopFigure, MeasureOf
 from proofmass.graphs.tuning.tuning import Goal
+from proofmass.runner.design.tune import plot
 from proofmass.runner.design.tune.plot import _draw_goals, _draw_loop, plot_tuned
 from proofmass.runner.design.tune.tune import TunedGoal
 from proofmass.runner.output.pictures import BLUE, ORANGE
@@ -23,13 +25,8 @@ def bars(*goals: TunedGoal) -> list[tuple[str, float, bool]]:
     panel: Any = Figure().subplots()
     _draw_goals(tuned(*goals), panel)
     names = [label.get_text() for label in panel.get_yticklabels()]
-    colours = {tuple(bar.get_facecolor()): bar for bar in panel.patches}
-    assert len(colours) <= 2
-    blue = [
-        tuple(int(BLUE[k : k + 2], 16) / 255 for k in (1, 3, 5)),
-        tuple(int(ORANGE[k : k + 2], 16) / 255 for k in (1, 3, 5)),
-    ]
-    found = [(round(bar.get_width(), 9), blue.index(tuple(bar.get_facecolor()[:3])) == 0) for bar in panel.patches]
+    found = [(round(bar.get_width(), 9), to_hex(bar.get_facecolor()) == BLUE) for bar in panel.patches]
+    assert {to_hex(bar.get_facecolor()) for bar in panel.patches} <= {BLUE, ORANGE}
     assert [bar.get_y() + 0.5 * bar.get_height() for bar in panel.patches] == pytest.approx([*range(len(names))])
     assert [line.get_xdata()[0] for line in panel.lines] == [0.0]
     return [(name, *pair) for name, pair in zip(names, found, strict=True)]
@@ -124,13 +121,9 @@ def test_a_loop_before_and_after() -> None:
 
 def test_two_loops_are_drawn_and_the_title_says_whether_goals_are_met(monkeypatch: pytest.MonkeyPatch) -> None:
     drawn: list[tuple[str, Any, Any]] = []
-    monkeypatch.setattr(
-        "proofmass.runner.design.tune.plot._draw_loop",
-        lambda tuned, loop, size, phase: drawn.append((loop, size, phase)),
-    )
-    goals = [
-        replace(PHASE_MET, goal=replace(HARD, quantity=LoopFigure(loop, "phase_margin", "deg"))) for loop in "abac"
-    ]
+    monkeypatch.setattr(plot, "_draw_loop", lambda tuned, loop, size, phase: drawn.append((loop, size, phase)))
+    figures = [LoopFigure(loop, "phase_margin", "deg") for loop in "abac"]
+    goals = [replace(PHASE_MET, goal=replace(HARD, quantity=figure)) for figure in figures]
     figure = plot_tuned(tuned(SHORT, *goals))
     assert [loop for loop, _, _ in drawn] == ["a", "b"]
     assert figure.get_suptitle() == "all hard goals are met"
