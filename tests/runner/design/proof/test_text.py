@@ -33,7 +33,8 @@ def text(*proofs: MarginProof, **more: Any) -> list[str]:
     return proofs_text(Proofs(proofs=proofs, **{**facts, **more})).splitlines()  # type: ignore[arg-type]
 
 
-SENSORS = "for every sensor, at the start of the run, with sensor.mass from 45.1235 \N{MICRO SIGN}g to 55.1235 \N{MICRO SIGN}g"
+WITH = "with sensor.mass from 45.1235 \N{MICRO SIGN}g to 55.1235 \N{MICRO SIGN}g"
+SENSORS = f"for every sensor, at the start of the run, {WITH}"
 
 
 def test_claims_about_loops_with_what_came_of_them() -> None:
@@ -87,8 +88,8 @@ def test_claims_about_outputs_at_rest() -> None:
         lost_workers=1,
     )
     assert lines[0] == (
-        "for every sensor, at rest, with sensor.mass from 45.1235 \N{MICRO SIGN}g to 55.1235 \N{MICRO SIGN}g, which changes by at"
-        " most 1 \N{MICRO SIGN}g in a second, source.value from 250 mV to 500 mV"
+        f"for every sensor, at rest, {WITH}, which changes by at most 1 \N{MICRO SIGN}g in a second,"
+        " source.value from 250 mV to 500 mV"
     )
     assert lines[1] == "at out.output"
     assert lines[4] == "from in.output to out.output"
