@@ -126,7 +126,10 @@ def test_what_has_no_transfer_function(given: dict[str, Any], key: str, expected
     assert (refused.value.key, refused.value.expected) == (key, expected)
 
 
-@pytest.mark.parametrize("given", [{"order": 8}, {"order": 1, "oversampling": 2.0}, {"order": 2, "centre": 0.008}])
+@pytest.mark.parametrize(
+    "given",
+    [{"order": 8}, {"order": 1, "oversampling": 2.0}, {"order": 2, "centre": 0.008}, {"order": 2, "centre": 0.492}],
+)
 def test_bounds_are_allowed(given: dict[str, Any]) -> None:
     assert synthesised(**{"oversampling": 32.0, "gain": 1.3, **given}).poles
 
