@@ -62,7 +62,15 @@ def test_a_value_of_zero_is_measured_by_the_scale_of_its_unknown() -> None:
     [
         ([[10.0, 0.0], [0.0, 0.0]], [0.1, math.inf], "b! changes nothing in these recordings"),
         ([[10.0, 0.0], [0.0, 1.5]], [0.1, math.inf], "b! is known to 67 % of its size only in these recordings"),
+        ([[10.0, 0.0], [0.0, 0.5]], [0.1, math.inf], "b! is known to 2e+02 % of its size only in these recordings"),
         ([[10.0, 0.0], [0.0, 2.1]], [0.1, 1.0 / 2.1], ""),
+        ([[1e5, 0.0], [0.0, 5.0]], [1e-5, 0.2], ""),
+        ([[1e12, 0.0], [0.0, 50.0]], [1e-12, math.inf], "b! is known to 2 % of its size only in these recordings"),
+        (
+            [[9.58, -10.0]],  # parts of 0.722 and 0.692 differ by 0.03
+            [math.inf] * 2,
+            "a! and b! together; changing a! by +100 %, b! by +96 % changes nothing",
+        ),
         ([[10.0, 10.0]], [math.inf] * 2, "raising a! and lowering b! by the same factor changes nothing"),
         (
             [[10.0, -10.0]],
