@@ -17,13 +17,13 @@ def rows(*numbers: Any) -> list[list[Fraction]]:
 
 def test_what_a_decaying_number_reaches() -> None:
     """Of h = 1, -1/2, 1/4 ...: 4/3 of the upper end and -2/3 of the lower one, and the other way round."""
-    entering = Entering(rows([1], [0]), [(Fraction(-1), Fraction(2))])
+    entering = Entering(rows([1], [0]), [(Fraction(-1, 2), Fraction(2))])
     found = extremes(Powers(rows([-0.5, 0], [0, 0.25])), entering, rows([1, 0], [-3, 0], [0, 1]))
     assert found is not None
-    assert found.high == pytest.approx([10.0 / 3.0, 8.0, 0.0], abs=1e-8)
-    assert found.low == pytest.approx([-8.0 / 3.0, -10.0, 0.0], abs=1e-8)
-    assert (found.high[:2] >= [10.0 / 3.0, 8.0]).all()
-    assert (found.low[:2] <= [-8.0 / 3.0, -10.0]).all()
+    assert found.high == pytest.approx([3.0, 6.0, 0.0], abs=1e-8)
+    assert found.low == pytest.approx([-2.0, -9.0, 0.0], abs=1e-8)
+    assert (found.high[:2] > [3.0, 6.0]).all()
+    assert (found.low[:2] < [-2.0, -9.0]).all()
 
 
 def test_two_inputs_add_up_and_each_has_its_ends() -> None:
@@ -34,7 +34,9 @@ def test_two_inputs_add_up_and_each_has_its_ends() -> None:
     assert (found.low[0], found.high[0]) == pytest.approx((0.0, 28.0), abs=1e-8)
     assert found.low_at.tolist() == [0]
     assert found.high_at[0] > 30
-    assert Entering(rows([1, 3]), ends).sizes() == pytest.approx([2.0, 4.0])
+    sizes = Entering(rows([1, 3]), [(Fraction(-3), Fraction(2)), ends[1]]).sizes()
+    assert sizes == pytest.approx([3.0, 4.0])
+    assert (sizes > [3.0, 4.0]).all()
     nothing = extremes(Powers(rows([1])), Entering(rows([]), []), rows([1], [2]))
     assert nothing is not None
     assert (nothing.low.tolist(), nothing.high.tolist()) == ([0.0, 0.0], [0.0, 0.0])
@@ -48,6 +50,22 @@ def test_a_pulse_that_is_over_counts_once() -> None:
     assert found is not None
     assert (found.low[0], found.high[0]) == pytest.approx((-1.0, 2.0), abs=1e-9)
     assert (found.low_at.tolist(), found.high_at.tolist()) == ([2], [2])
+
+
+def test_what_decays_slowly_is_added_up_over_several_chunks() -> None:
+    """100 times 2, last reached where the powers end; 0.999^63 is 0.94, more than 0.9: no bound of the rest."""
+    entering = Entering(rows([1]), [(Fraction(-1, 2), Fraction(2))])
+    found = extremes(Powers(rows([0.99])), entering, rows([1]))
+    assert found is not None
+    assert (found.low[0], found.high[0]) == pytest.approx((-50.0, 200.0))
+    assert found.high_at.item() > 2000
+
+
+def test_powers_that_are_too_many_to_become_small(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(reach, "MOST_POWERS", 64)
+    for pole, known in ((0.99, True), (0.999, False)):
+        assert sum(map(len, Powers(rows([pole])).chunks())) == 64
+        assert (Powers(rows([pole])).sums is not None) is known
 
 
 def test_sums_of_powers() -> None:
@@ -70,14 +88,13 @@ def test_sums_of_powers() -> None:
 
 
 def test_responses_of_some_powers(monkeypatch: pytest.MonkeyPatch) -> None:
-    powers, entering = Powers(rows([0.5, 1], [0, 0.25])), Entering(rows([1], [2]), [(Fraction(0), Fraction(1))])
-    a = np.array([[0.5, 1.0], [0.0, 0.25]])
+    powers, entering = Powers(rows([0.9, 1], [0, 0.25])), Entering(rows([1], [2]), [(Fraction(0), Fraction(1))])
+    a = np.array([[0.9, 1.0], [0.0, 0.25]])
     wanted = [float(np.array([3.0, 5.0]) @ np.linalg.matrix_power(a, m) @ [1.0, 2.0]) for m in range(200)]
     for most in (1, 5, 64, 70):
         parts = list(responses(powers, entering, rows([3, 5]), most))
         found = np.concatenate(parts).ravel()
-        assert found == pytest.approx(wanted[: min(most, len(found))], rel=1e-12)
-        assert len(found) == min(most, sum(map(len, powers.chunks())))
+        assert found == pytest.approx(wanted[:most], rel=1e-12)
     monkeypatch.setattr(reach, "_NUMBERS", 3)
     assert [len(part) for part in responses(powers, entering, rows([3, 5]), 8)] == [3, 3, 2]
 
