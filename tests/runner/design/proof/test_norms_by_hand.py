@@ -337,8 +337,11 @@ def test_half_planes_are_moved_and_sampled() -> None:
 def test_a_tilted_half_plane_of_complex_poles() -> None:
     """(1 + j r) (s - c) of s = -2 + 0 j, c = -1 + 0.5 j and r = 0.25, as real and imaginary part."""
     plane = HalfPlane(-1.0, 0.5, 0.25)
-    rates = plane.moved(family(-2.0 * np.eye(2)), 2).rates
+    share = np.array([[0.125, 0.0], [0.0, 0.0]])
+    rates = plane.moved(family(-2.0 * np.eye(2), shares={3: share}), 2).rates
     assert rates is not None
+    assert rates.shares[3] == pytest.approx(np.array([[0.125, 0.0], [0.03125, 0.0]]))
+    assert (rates.shares[3][:, 0] > [0.125, 0.03125]).all()
     found = (1.0 + 0.25j) * (-2.0 - (-1.0 + 0.5j))
     assert rates.corners.middle[0] == pytest.approx(np.array([[found.real, -found.imag], [found.imag, found.real]]))
     assert plane.as_data() == {"half_plane": [-1.0, 0.5, 0.25]}

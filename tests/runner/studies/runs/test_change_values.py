@@ -16,8 +16,8 @@ from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.draws.factors import Drawn
 from proofmass.runner.studies.kept import ledger as ledgers
 from proofmass.runner.studies.kept.ledger import Ledger, repair
-from proofmass.runner.studies.outcome.outcomes import Outcomes
-from proofmass.runner.studies.runs.sensor_runs import change_measures, change_values, noise_run
+from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun
+from proofmass.runner.studies.runs.sensor_runs import SensorRuns, change_measures, change_values, noise_run
 from proofmass.runner.studies.whole import study as whole
 from proofmass.runner.studies.workers.chunks import chunk_size
 from tests.by_hand.study_results import measure
@@ -33,14 +33,14 @@ STUDY: Any = SimpleNamespace(changes=CHANGES, epochs=AGES)
 
 
 def test_changes_since_an_age_and_since_the_last_calibration() -> None:
-    """Calibrated at the second and the third epoch: there the run that follows counts from the next epoch on."""
+    """Calibrated at the first three epochs: there the run that follows counts from the next epoch on."""
     bias, noise = [1.0, 2.0, 5.0, 8.0], [10.0, 20.0, 40.0, 80.0]
     values = np.array([np.column_stack([noise, bias])] * 2)
-    calibrated = np.array([[False, True, True, False], [False] * 4])
+    calibrated = np.array([[True, True, True, False], [False] * 4])
     after = np.full((2, 4, 2), np.nan)
-    after[0, 1:3, 0] = [21.0, 43.0]
+    after[0, :3, 0] = [12.0, 21.0, 43.0]
     found = change_values(STUDY, ["noise", "bias"], values, calibrated, after)
-    assert found[0].T.tolist() == [[0.0, 1.0, 4.0, 7.0], [-0.5, 0.0, 1.5, 3.0], [0.0, 10.0, 19.0, 37.0]]
+    assert found[0].T.tolist() == [[0.0, 1.0, 4.0, 7.0], [-0.5, 0.0, 1.5, 3.0], [0.0, 8.0, 19.0, 37.0]]
     assert found[1, :, 2].tolist() == [0.0, 10.0, 30.0, 70.0]
     zero = change_values(STUDY, ["noise", "bias"], 0.0 * values, calibrated, after)
     assert np.isnan(zero[0, :, 1]).all(), "of nothing there is no part"
@@ -70,6 +70,27 @@ def test_the_last_calibration_before_an_epoch_by_run() -> None:
     drawn: Any = SimpleNamespace(study=study, runs=np.array([0, 1, 2, 3]))
     found = [Drawn.since(drawn, epoch).tolist() for epoch in range(4)]
     assert found == [[0, 0, 0, 0], [0, 0, 0, 0], [0, 0, 0, 0], [0, 2, 0, 2]]
+
+
+def test_calibrations_store_what_was_measured_where_all_of_it_is_known() -> None:
+    """Of four sensors the first does not calibrate, and one of the measures of the third has no value."""
+    carried = {"gain": "a", "offset": "c"}
+    study = SimpleNamespace(recalibration=SimpleNamespace(carried=carried))
+    sensors: Any = SimpleNamespace(_carried=[0, 2], study=study)
+    values = np.array([[[9.0] * 3, [10.0 * k + 1, 10.0 * k + 2, 10.0 * k + 3]] for k in range(4)])
+    values[2, 1, 2] = np.nan
+    measured = Outcomes(np.arange(4), values, {})
+    left = {"gain": np.array([-1.0, -2.0, -3.0, -4.0]), "offset": np.array([-5.0, -6.0, -7.0, -8.0])}
+    done = SensorRuns._carry(sensors, measured, 1, np.array([False, True, True, True]), left)
+    assert done.tolist() == [False, True, False, True]
+    assert {name: found.tolist() for name, found in left.items()} == {
+        "gain": [-1.0, 11.0, -3.0, 31.0], "offset": [-5.0, 13.0, -7.0, 33.0]
+    }  # fmt: skip
+    names = [SimpleNamespace(name=name) for name in "abc"]
+    places: Any = SimpleNamespace(own_measures=names, study=sensors.study)
+    assert vars(SensorRuns)["_carried"].func(places) == [0, 2]
+    for row, expected in (((1.0, 2.0, 3.0), {"gain": 1.0, "offset": 3.0}), ((1.0, 2.0, math.nan), {}), (None, {})):
+        assert SensorRuns._left_by(sensors, SensorRun(0, 0, row)) == expected
 
 
 @pytest.mark.parametrize(
@@ -111,6 +132,7 @@ def test_a_ledger_keeps_each_run_once_in_the_order_of_numbers(tmp_path: Path) ->
     book.keep([outcomes(2, 3, 5, 8, faults={(3, 0): "again", (8, 0): "late"})])
     assert kept(book) == ([0, 2, 3, 4, 5, 7, 8], {(4, 1): "lost", (8, 0): "late"})
     assert kept(book, 5) == ([0, 2, 3, 4], {(4, 1): "lost"})
+    assert kept(book, 4) == ([0, 2, 3], {})
     book.keep([outcomes()])
     book.close()
     again = Ledger(tmp_path / "a.sqlite", ["bias"], 2, {"seed": "1"})
@@ -124,19 +146,19 @@ def test_a_ledger_keeps_each_run_once_in_the_order_of_numbers(tmp_path: Path) ->
 def test_a_row_that_was_changed_is_found_and_the_others_are_kept(tmp_path: Path) -> None:
     path = tmp_path / "a.sqlite"
     book = Ledger(path, ["bias"], 2, FACTS)
-    book.keep([outcomes(0, 1), outcomes(5, 6, faults={(6, 0): "lost"})])
-    book._data.execute("UPDATE stretches SET faults = '[[1, 0, \"x\"]]' WHERE first = 0")
+    book.keep([outcomes(0, 1, faults={(1, 0): "lost"}), outcomes(5, 6)])
+    book._data.execute("UPDATE stretches SET faults = '[[5, 0, \"x\"]]' WHERE first = 5")
     with pytest.raises(ModelError, match="is damaged") as refused:
         book.outcomes(9)
-    assert refused.value.problems[0].got == "the row of the runs from 0 on differs from its check sum"
+    assert refused.value.problems[0].got == "the row of the runs from 5 on differs from its check sum"
     book.close()
     repair(path, ["bias"], 2, FACTS, 9)
     anew = Ledger(path, ["bias"], 2, FACTS)
-    assert kept(anew) == ([5, 6], {(6, 0): "lost"})
+    assert kept(anew) == ([0, 1], {(1, 0): "lost"})
     anew.close()
     assert (tmp_path / "a.damaged").exists()
     with pytest.raises(ModelError, match="holds no whole run"):
-        repair(path, ["bias"], 2, FACTS, 5)
+        repair(path, ["bias"], 2, FACTS, 0)
 
 
 def test_lines_that_differ_are_told_up_to_six() -> None:

@@ -13,7 +13,6 @@ from proofmass.runner.run.faults import RunError
 from proofmass.runner.studies.workers import chunks
 from proofmass.runner.studies.workers.chunks import _Chunks
 
-
 WORKER: Any = SimpleNamespace(address="tcp://w:1")
 
 
