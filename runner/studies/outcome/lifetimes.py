@@ -83,7 +83,7 @@ def _of(result: StudyResult, name: str, first: int, good: AnyArray) -> Lifetimes
     runs, sensors = len(good), result.sensors
     alive = never_left.sum(axis=0)
     edges, left = ages, (-np.diff(alive)).tolist()
-    if ages[0] > 0.0:  # a sensor that is bad when new has no lifetime; all others leave after that
+    if ages[0]:  # a sensor that is bad when new has no lifetime; all others leave after that
         edges, left = (0.0, *ages), [runs - int(alive[0]), *left]
     spans = np.diff(ages)
     out = (~good[:, :-1] @ spans) / spans.sum() if len(ages) > 1 else np.zeros(runs)

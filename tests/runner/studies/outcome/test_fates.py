@@ -50,7 +50,8 @@ def test_a_limit_from_an_age_on_counts_who_has_left_by_then(asked: list[Any]) ->
 
 def test_there_are_no_lifetimes_without_two_epochs_limits_and_runs() -> None:
     limit = "limits = { bias = { at_most = 1 } }\n"
-    assert len(list(lifetimes(study_result(TWO + limit, {"bias": [[0, 1]]})))) == 1
+    (lives,) = lifetimes(study_result(TWO + limit, {"bias": [[9, 0], [0, 9], [0, 0], [0, 0]]}))
+    assert lives.time_out == 0.25, "from the first age to the second one of four is out"
     assert list(lifetimes(study_result(limit, {"bias": [[0]]}))) == []
     assert list(lifetimes(study_result(TWO, {"bias": [[0, 1]]}))) == []
     made = study_result(TWO + limit, {"bias": [[0, 1]]})
