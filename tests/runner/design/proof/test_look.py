@@ -10,7 +10,7 @@ import pytest
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners
 from proofmass.runner.design.proof.contraction import Norm
 from proofmass.runner.design.proof.enclosed import Enclosed
-from proofmass.runner.design.proof.look import _halves, _norm, _weights, halved, widths
+from proofmass.runner.design.proof.look import BoxLook, _halves, _norm, _weights, halved, widths
 from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners, with_noise
 from proofmass.runner.design.proof.rest_norm import Start
 
@@ -116,3 +116,22 @@ def test_a_family_with_noise() -> None:
     assert (found.still, found.limit, found.factors) == (1, 7.0, 1)
     assert found.beyond_noise is not None
     assert found.beyond_noise.tolist() == [[0.0], [0.0]]
+
+
+@pytest.mark.parametrize(
+    ("in_one_norm", "worst", "noise", "whole", "sides"),
+    [
+        (False, None, None, True, [0, 1, 2]),
+        (True, 0.9, None, True, [0, 1, 2]),  # the norm serves the corners: parameters, and the factor of the whole
+        (True, 0.9, None, False, [0, 1]),
+        (True, 1.0, None, True, [2]),
+        (True, 1.0, None, False, []),
+        (True, 0.9, "noise", True, [2]),
+        (True, None, None, True, [2]),
+    ],
+)
+def test_sides_that_may_be_halved(in_one_norm: bool, worst: Any, noise: Any, whole: bool, sides: list[int]) -> None:
+    look: Any = SimpleNamespace(claim=SimpleNamespace(in_one_norm=in_one_norm), whole=WHOLE)
+    norm: Any = SimpleNamespace(family=SimpleNamespace(noise=noise), worst=lambda: worst)
+    box = (*WHOLE[:2], (0.5, 1.0)) if whole else BOX
+    assert [*BoxLook._sides(look, None if worst is None else norm, box)] == sides
