@@ -115,6 +115,8 @@ def test_a_box_has_room_where_its_parameters_move() -> None:
     core = ((1.0, 2.0), (4.0, 6.0), (3.0, 5.0), ONE)
     whole = ((0.0, 8.0), (0.0, 6.5), (2.5, 9.0), ONE)
     assert widened(core, whole, (0.1, 0.1, 0.1)) == ((0.5, 2.5), (3.0, 6.5), (2.5, 6.0), ONE)
+    factor = (0.75, 1.0)  # which stays, though it has a width
+    assert widened((*core[:3], factor), (*whole[:3], (0.5, 2.0)), (0.1, 0.1, 0.1))[3] == factor
     assert widened(core, whole, (0.0, 0.1, 0.0)) == ((1.0, 2.0), (3.0, 6.5), (3.0, 5.0), ONE)
 
 

@@ -146,3 +146,10 @@ def test_deviations_by_bonett(count: int) -> None:
         error = c * math.sqrt(max(g - (count - 3.0) / count, 0.0) / (count - 1.0))
         squared = math.exp(math.log(c * values.var(ddof=1)) + sign * student * error)
         assert found == pytest.approx(math.sqrt(squared), rel=1e-9)
+
+
+def test_a_deviation_has_bounds_of_five_values_that_differ() -> None:
+    assert deviation_interval(np.full(5, 2.0)) == (0.0, math.inf)
+    assert deviation_interval(np.array([1.0, 2.0, 3.0, 4.0])) == (0.0, math.inf)
+    low, high = deviation_interval(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+    assert 0.0 < low < np.std([0.0, 0.25, 0.5, 0.75, 1.0], ddof=1) < high < math.inf
