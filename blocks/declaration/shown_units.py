@@ -115,6 +115,15 @@ def pretty(unit: str) -> str:
     return re.sub(r"\bu(?=[A-ZΩagms])", "µ", re.sub(r"\bdeg\b", "°", unit))
 
 
+def in_table(unit: str) -> str:
+    """Return a unit in print for a column of units; empty for a plain number.
+
+    >>> in_table("m/s^2"), in_table("1")
+    ('m/s²', '')
+    """
+    return "" if unit == "1" else pretty(unit)
+
+
 def _parts(name: str) -> tuple[int, str] | None:
     """Return power of ten and base unit of a name such as kHz; None for a unit that takes no prefix."""
     if name in _PREFIXED:

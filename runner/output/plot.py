@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.shown_units import display, prefix, pretty
+from proofmass.blocks.declaration.shown_units import display, in_table, prefix, pretty
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import split
 from proofmass.runner.host.arrays import AnyArray
@@ -153,7 +153,11 @@ def _draw(
     if trace.values.dtype == bool:
         panel.set_yticks([0, 1], ["false", "true"])
         panel.set_ylim(-0.15, 1.15)
-    less = f"− {away * (factor if trace.shown_in else 1.0):.12g} {_offset_unit(trace)}".strip() if away else ""
+    less = (
+        f"− {away * (factor if trace.shown_in else 1.0):.12g} {in_table(trace.shown_in or trace.unit)}".strip()
+        if away
+        else ""
+    )
     _name(panel, trace, unit, less)
     if band and detail is not None:
         _draw_end(detail, trace, away, factor)
@@ -199,11 +203,6 @@ def _draw_end(panel: "Axes", trace: Trace, away: float, factor: float) -> None:
     panel.margins(x=0.02)
     panel.set_xlabel(f"the last {rows * float(trace.period) * length:.3g} {unit}", fontsize=9)
     panel.set_xticks([])
-
-
-def _offset_unit(trace: Trace) -> str:
-    unit = trace.shown_in or trace.unit
-    return "" if unit == "1" else pretty(unit)
 
 
 def _draw_vector(panel: "Axes", trace: Trace) -> None:

@@ -2,7 +2,7 @@
 
 from html import escape
 
-from proofmass.blocks.declaration.shown_units import prefix, pretty
+from proofmass.blocks.declaration.shown_units import in_table, prefix
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.plot import plot_noise
@@ -35,5 +35,5 @@ def _coefficients(budget: NoiseBudget) -> str:
     if levels.misfit > _SMALL_MISFIT:
         return ""
     known = ((level.name, in_field_unit(level.name, level.value, unit)) for level in levels.levels if level.value)
-    rows = [(name, word_of(name, unit), f"{value:.5g}", pretty(field_unit(name, unit))) for name, value in known]
+    rows = [(name, word_of(name, unit), f"{value:.5g}", in_table(field_unit(name, unit))) for name, value in known]
     return table(("", f"at {broken(budget.input or budget.output)}", "value", "unit"), rows, numbers=(2,))

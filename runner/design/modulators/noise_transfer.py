@@ -94,7 +94,7 @@ def _half(oversampling: float, centre: float) -> float:
 
 def _spread(count: int, zeros: str) -> Array:
     """Return zeros between -1 and 1: the polynomial x^m p(x^2) of least power has p Jacobi's of weight t^(m - 1/2)."""
-    middle = count if zeros == "none" else count % 2 or (2 if zeros == "centred" and count > 1 else 0)
+    middle = count if zeros == "none" else count % 2 or (2 if zeros == "centred" else 0)
     pairs = (count - middle) // 2
     if not pairs:
         return np.zeros(count)

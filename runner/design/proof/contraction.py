@@ -240,6 +240,8 @@ def growth_of(of: Array, to: Array) -> float:
     norm = Norm(to, empty)
     mixed = Enclosed(norm.inverse[None], np.zeros_like(to)[None]) @ Enclosed(of[None], np.zeros_like(of)[None])
     size = float(np.linalg.norm(mixed.middle[0], 2)) * (1.0 + 1e-12)
+    if not math.isfinite(size * size):  # the squares of its entries show nothing
+        return math.inf
     while not _shorter_than(mixed.middle, size):
         size *= 1.0 + 1e-10
     return (size + bound_of(mixed.radius[0])) / norm.room * UP if norm.room > 0.0 else math.inf

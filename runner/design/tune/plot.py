@@ -74,7 +74,7 @@ def _draw_goals(tuned: Tuned, panel: "Axes") -> None:
             sign, limit = min(goal.goal.limits, key=lambda pair: pair[0] * (goal.after - pair[1]))  # type: ignore[operator]
             value = 100.0 * sign * (goal.after - limit) / (abs(limit) or 1.0)
         elif goal.before:
-            value = 100.0 * (goal.after / goal.before - 1.0) * (-1.0 if goal.goal.minimise else 1.0)
+            value = 100.0 * (goal.after - goal.before) / abs(goal.before) * (-1.0 if goal.goal.minimise else 1.0)
         else:
             continue
         names.append(f"{goal.name}{' (binds)' if goal.binds else ''}")

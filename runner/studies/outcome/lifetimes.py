@@ -98,7 +98,7 @@ def _of(result: StudyResult, name: str, first: int, good: AnyArray) -> Lifetimes
         surviving_intervals=tuple(part_interval(number / runs * sensors, sensors) for number in alive.tolist()),
         good_at_last=good[:, -1],
         band=math.sqrt(math.log(2.0 / (1.0 - LEVEL)) / (2.0 * sensors)),
-        law=weibull(edges, left, int(alive[-1])) if len(edges) > 1 else None,
+        law=weibull(edges, left, int(alive[-1])),
         time_out=float(out.mean()),
         time_out_interval=result.mean_of_sensors(out),
     )

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from proofmass.blocks.declaration.libraries import need
-from proofmass.blocks.declaration.shown_units import display, long_time, prefix, pretty
+from proofmass.blocks.declaration.shown_units import display, in_table, long_time, prefix
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.arrays import AnyArray
@@ -165,7 +165,7 @@ class StudyResult(Plotted):
         for row in as_shown(self).summary():
             numbers = [f"{row[key]:.6g}" if key in row else "" for key in heads[4:]]
             age = long_time(row["age_s"]) if row["age_s"] >= 3600.0 else f"{row['age_s']:g} s"
-            rows.append([row["measure"], "" if row["unit"] == "1" else pretty(row["unit"]), age, row["runs"], *numbers])
+            rows.append([row["measure"], in_table(row["unit"]), age, row["runs"], *numbers])
         below = [f"yield, {name}: {100.0 * part:.2f} %" for name, part in self.yields().items()]
         return html_table(heads, rows, repr(self)[1:-1], below)
 

@@ -119,7 +119,7 @@ def _rows(part: StudyResult, found: Sequence[Influences]) -> Iterator[dict[str, 
                 point
                 | {"measure": influences.measure.name, "epoch": influences.epoch, "age_s": ages[influences.epoch]}
                 | {"unit": influences.measure.unit}
-                | {"since_s": _one_age(ages, influences.since), "factor": influence.parameter}
+                | {"since_s": one_age(ages, influences.since), "factor": influence.parameter}
                 | {"change": all(name.startswith(CHANGE) for name in influence.parameters)}
                 | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
                 | {"effect": influence.effect, "effect_half": influence.effect_half, "share": influence.share}
@@ -146,6 +146,7 @@ def point_columns(part: StudyResult) -> dict[str, Any]:
     return named | (every if study.recalibration.carried else {})
 
 
-def _one_age(ages: tuple[float, ...], since: AnyArray) -> float:
-    """Return the age of the last calibration if it is the same for all runs."""
-    return ages[int(since[0])] if (since == since[0]).all() else math.nan
+def one_age(ages: Sequence[float], since: AnyArray) -> float:
+    """Return the age at the epoch `since` of each run if it is the same for all of them, else NaN."""
+    found = {ages[epoch] for epoch in since.tolist()}
+    return found.pop() if len(found) == 1 else math.nan

@@ -202,11 +202,11 @@ def plot_lifetimes(lives: Lifetimes) -> "Figure":
     with sheet(_WIDTH, _HEIGHT) as figure:
         good, survival = figure.subplots(1, 2)
         low, high = (100.0 * np.array(row) for row in zip(*lives.good_intervals, strict=True))
-        _band(good, at, low, high, 0.25, "95 % at each age")
+        _band(good, at, low, high, "95 % at each age", alpha=0.25)
         good.plot(at, 100.0 * lives.good, color=BLUE, label="within limits")
         good.set_ylabel(literal(f"within {lives.limit} [%]"))
         low, high = np.maximum(shares - half, 0.0), np.minimum(shares + half, 100.0)
-        _band(survival, at, low, high, 0.12, "95 % at all ages together")
+        _band(survival, at, low, high, "95 % at all ages together", alpha=0.12)
         survival.plot(at, shares, color=BLUE, label="never out of tolerance")
         survival.set_ylabel(literal(f"never out of {lives.limit} [%]"))
         if lives.law is not None:
@@ -228,7 +228,7 @@ def plot_curves(curves: Mapping[str, Points], x_label: str, measure: PlannedMeas
             at = [x for x, _ in points]
             if len(known) <= _FEW:
                 low, high = np.transpose([np.percentile(column, (1.0, 99.0)) for _, column in points])
-                _band(panel, at, low, high, 0.15, "" if name else "1 to 99 %", colour)
+                _band(panel, at, low, high, "" if name else "1 to 99 %", colour, alpha=0.15)
             panel.plot(at, [float(column.mean()) for _, column in points], color=colour, label=literal(name) or "mean")
         panel.set(xlabel=x_label, ylabel=label_of(measure))
         _legend(figure)
@@ -259,8 +259,8 @@ def _legend(figure: "Figure") -> None:
         figure.legend(entries.values(), entries, loc="outside lower center", ncols=columns, fontsize=8)
 
 
-def _band(panel: Any, at: Any, low: AnyArray, high: AnyArray, strength: float, label: str, colour: str = BLUE) -> None:
-    panel.fill_between(at, low, high, color=colour, alpha=strength, linewidth=0.0, label=label)
+def _band(panel: Any, at: Any, low: AnyArray, high: AnyArray, label: str, colour: str = BLUE, *, alpha: float) -> None:
+    panel.fill_between(at, low, high, color=colour, alpha=alpha, linewidth=0.0, label=label)
 
 
 def _fans(panel: Any, result: StudyResult, fan: Aged) -> None:
@@ -283,7 +283,7 @@ def _fan(panel: Any, ages: tuple[float, ...], values: Any, color: str, ink: str,
     at, through = np.array(ages) / size, 1.0
     for low, high, strength in FAN:
         below, above = np.percentile(values, (low, high), axis=0)
-        _band(panel, at, below, above, strength, "", color)
+        _band(panel, at, below, above, "", color, alpha=strength)
         through *= 1.0 - strength  # bands lie above each other: the legend shows the last one as it looks
         panel.fill_between([], [], color=color, alpha=1.0 - through, linewidth=0.0, label=edges.format(low, high))
     marker = "o" if len(at) <= MARKED else ""

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.shown_units import in_table
 from proofmass.graphs.studies.ages import recalibration_text
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.studies.outcome.intervals import mean_interval
@@ -34,8 +34,8 @@ def differences(first: StudyResult, other: StudyResult) -> Iterator[dict[str, An
 
     The same sensors are at both points: what they have in common falls out of the interval.
     """
-    sensors = (part.numbers // part.study.points for part in (first, other))
-    _, *places = np.intersect1d(*sensors, assume_unique=True, return_indices=True)  # type: ignore[call-overload]
+    sensors, others = (part.numbers // part.study.points for part in (first, other))
+    _, *places = np.intersect1d(sensors, others, return_indices=True)
     for measure in first.measures:
         before, after = (part[measure.name][at] for part, at in zip((first, other), places, strict=True))
         for epoch, age in enumerate(first.study.epochs):
@@ -71,15 +71,10 @@ def point_text(study: Study, point: int) -> str:
 def _swept_text(study: Study, point: int) -> str:
     swept = study.point(point) if study.points > len(study.recalibration.every) else {}
     return ", ".join(
-        f"{study.name_of(name)} = {value:g} {_unit(study, name)}".rstrip() for name, value in swept.items()
+        f"{study.name_of(name)} = {value:g} {in_table(study.unit_of(name))}".rstrip() for name, value in swept.items()
     )
 
 
 def all_points_text(study: Study) -> str:
     """Return the text for points that have no tables of their own."""
     return f"all {study.points:,} points of the sweep together; study.nc has them one by one"
-
-
-def _unit(study: Study, parameter: str) -> str:
-    unit = pretty(study.unit_of(parameter))
-    return "" if unit == "1" else unit

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from proofmass.blocks.declaration.catalog import own_file
-from proofmass.blocks.declaration.shown_units import in_print, pretty, relative_text
+from proofmass.blocks.declaration.shown_units import in_print, in_table, relative_text
 from proofmass.graphs.studies.ages import age_text, some_of
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_tables import Limit
@@ -23,7 +23,7 @@ from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult, as_shown
 from proofmass.runner.studies.shown.curves import sweep_picture
-from proofmass.runner.studies.shown.influences import Influences, StudyInfluences
+from proofmass.runner.studies.shown.influences import Influences, StudyInfluences, one_age
 from proofmass.runner.studies.shown.plot import plot_distribution, plot_influences, plot_shares
 from proofmass.runner.studies.shown.points import first_point, parts, swept_parts
 from proofmass.runner.studies.shown.proved import ProvedBound, bounds_of, proved_section
@@ -117,9 +117,10 @@ def _tables(result: StudyResult) -> str:
     rows = []
     shown = some_of(result.study.epochs)
     for row in (row for row in result.summary() if row["age_s"] in shown):
-        unit, cells = "" if row["unit"] == "1" else pretty(row["unit"]), (_with_interval(row, key) for key in keys)
+        unit, cells = in_table(row["unit"]), (_with_interval(row, key) for key in keys)
         rows.append((broken(row["measure"]), unit, age_text(row["age_s"]), f"{row['runs']:,}", *cells))
-    return table(("measure", "unit", "age", "runs", *keys), rows, numbers=range(2, 4 + len(keys)))
+    heads = ("measure", "unit", "age", "runs", *keys)
+    return table(heads, rows, numbers=range(2, len(heads)))
 
 
 def _measures(result: StudyResult) -> str:
@@ -210,11 +211,10 @@ def _since_text(study: Study, influences: Influences) -> str:
     """Return since when changes are counted, if parameters drift."""
     if not study.drift or influences.epoch == 0:
         return ""
-    first = influences.since[0]
-    same = (influences.since == first).all()
-    what = "calibration" if study.recalibration.carried else "age"
-    at = f", at {age_text(study.epochs[int(first)])}" if same and study.recalibration.carried else ""
-    return f" Changes are those since the {'last' if study.recalibration.carried else 'first'} {what}{at}."
+    if not study.recalibration.carried:
+        return " Changes are those since the first age."
+    age = one_age(study.epochs, influences.since)
+    return f" Changes are those since the last calibration{'' if math.isnan(age) else f', at {age_text(age)}'}."
 
 
 def _leading(study: Study, tables: Sequence[Influences]) -> str:

@@ -5,7 +5,7 @@ from html import escape
 
 import numpy as np
 
-from proofmass.blocks.declaration.shown_units import pretty
+from proofmass.blocks.declaration.shown_units import in_table
 from proofmass.graphs.studies.ages import HOUR, YEAR, age_text, recalibration_text, some_of
 from proofmass.runner.output.page import broken, picture, table
 from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, concise, deviation_interval, mean_interval
@@ -161,9 +161,9 @@ def _scatter_table(named: dict[str, StudyResult]) -> str:
             yield concise(float(values.std(ddof=1)), deviation_interval(values)) if len(values) > 1 else ""
 
     first = next(iter(named.values()))
-    rows = [(broken(m.name), pretty(m.unit), *cells(m.name)) for m in first.measures]
+    rows = [(broken(m.name), in_table(m.unit), *cells(m.name)) for m in first.measures]
     heads = (f"standard deviation at {age_text(first.study.epochs[-1])}", "unit", *named)
-    return table(heads, rows, numbers=range(2, 2 + len(named)))
+    return table(heads, rows, numbers=range(2, len(heads)))
 
 
 def _interval(result: StudyResult, place: int) -> StudyResult:

@@ -15,6 +15,7 @@ Sobol indices: first order S_i = mean f_B (f_i - f_A) / V, total T_i = mean (f_A
 parameter i, which is taken from B (Saltelli et al., Computer Physics Communications 181 (2010), table 2, b and f).
 """
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
@@ -75,10 +76,12 @@ class Columns:
     """Factors of some runs that differ among them, prepared for regressions on several measures."""
 
     def __init__(self, parameters: Mapping[str, AnyArray]) -> None:
-        columns = {name: column for name, column in parameters.items() if _differ(column)}
-        self.names = list(columns)
-        self.x = np.column_stack(list(columns.values())) if columns else np.empty((0, 0))
-        self.runs = len(self.x)
+        self._columns = {name: column for name, column in parameters.items() if _differ(column)}
+
+    @cached_property
+    def x(self) -> AnyArray:
+        """A row for each run; only if there are factors."""
+        return np.column_stack(list(self._columns.values()))
 
     @cached_property
     def groups(self) -> list[list[int]]:
@@ -97,14 +100,15 @@ class Columns:
 
     def regression(self, values: AnyArray) -> Regression | None:
         """Return the influences on values, none of which is missing; None if runs are too few or nothing varies."""
-        if not self.names or self.runs < len(self.names) + 3 or not _differ(values):
+        names, runs = list(self._columns), len(values)
+        if not names or runs < len(names) + 3 or not _differ(values):
             return None
         standardised, halves, correlations, explained = _grouped(self.plain, values, self.groups)
         rank, _, _, explained_of_ranks = _grouped(self.ranked, _ranks(values[:, None])[:, 0], self.groups)
         deviation = float(values.std(ddof=1))
         influences = [
             Influence(
-                tuple(self.names[place] for place in group),
+                tuple(names[place] for place in group),
                 float(b * deviation / self.x[:, group[0]].std(ddof=1)),
                 float(b * deviation),
                 float(half * deviation),
@@ -115,7 +119,7 @@ class Columns:
             for group, b, half, r, rank_b in zip(self.groups, standardised, halves, correlations, rank, strict=True)
         ]
         influences.sort(key=lambda influence: -abs(influence.effect))
-        return Regression(tuple(influences), explained, explained_of_ranks, self.runs)
+        return Regression(tuple(influences), explained, explained_of_ranks, runs)
 
 
 def regression(
@@ -238,7 +242,7 @@ def _grouped(fit: _Fit, y: AnyArray, groups: list[list[int]]) -> tuple[Any, Any,
     for group in groups:
         column = fit.scaled[:, group] @ coefficients[group]
         along = float(fit.scaled[:, group[0]] @ column)
-        columns.append(fit.scaled[:, group[0]] if len(group) == 1 or along == 0.0 else column * np.sign(along))
+        columns.append(fit.scaled[:, group[0]] if along == 0.0 else math.copysign(1.0, along) * column)
     return _Fit(np.column_stack(columns)).standardised(y)
 
 

@@ -111,7 +111,7 @@ def run_sensors(
             keep_study(study, Path(folder))
         kept, means = ledger.outcomes(total), RunningMeans(study, sensors.measures)
         means.add(kept)
-        left = np.setdiff1d(np.arange(total), kept.numbers, assume_unique=True)
+        left = np.setdiff1d(np.arange(total), kept.numbers)
         if dask is None:
             source = functools.partial(_in_threads, sensors, threads or processors())
         else:

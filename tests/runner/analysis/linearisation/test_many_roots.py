@@ -9,7 +9,14 @@ import flint
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.many_roots import PolynomialValues, _are_apart, _is_told, many_roots
+from proofmass.runner.analysis.linearisation.many_roots import (
+    PolynomialValues,
+    _are_apart,
+    _is_told,
+    _starts,
+    _turns_up,
+    many_roots,
+)
 from proofmass.runner.analysis.linearisation.rational import BITS, precise
 
 Root = tuple[Fraction, Fraction]  # real part, and imaginary part above zero, which stands for a pair
@@ -241,3 +248,21 @@ def test_newton_steps(name: str) -> None:
             assert 2.0 * rounding < error < 8.0 * rounding
         largest = max(largest, error)
     assert largest > 0.0
+
+
+def test_roots_are_looked_for_on_the_circles_of_newtons_polygon() -> None:
+    """Of 100 - 101 x + x^2 at 100 / 101 and 101; of -8 + x^3 at three places of the size 2; a small x counts not."""
+    first, second = _starts([100, -101, 1])
+    assert (abs(first), abs(second)) == pytest.approx((100.0 / 101.0, 101.0))
+    assert (np.angle(first), np.angle(second)) == pytest.approx((0.7, 1.1))
+    three = _starts([-8, 0, 0, 1])
+    assert np.abs(three) == pytest.approx([2.0] * 3)
+    turns = np.mod(np.angle(three), 2.0 * math.pi)
+    assert turns == pytest.approx([(0.7 + 2.0 * math.pi * k) / 3.0 for k in range(3)])
+    assert np.abs(_starts([-800, 1, 0, 100])) == pytest.approx([2.0] * 3)
+
+
+def test_a_corner_of_the_polygon_lies_above_the_line_past_it() -> None:
+    assert _turns_up((2, 3.0), (3, 3.5), (5, 5.0))
+    assert not _turns_up((2, 3.0), (3, 4.0), (5, 5.0))
+    assert _turns_up((2, 3.0), (3, 3.75), (6, 6.0)), "on the line"

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.poles import _vectors, characteristic, parts_of, roots
+from proofmass.runner.analysis.linearisation.poles import _inexact, _vectors, characteristic, parts_of, roots
 
 
 def in_parts(seed: int) -> np.ndarray:  # type: ignore[type-arg]
@@ -25,3 +25,11 @@ def test_vectors_of_every_pole(seed: int) -> None:
         assert abs(a @ right - complex(root) * right).max() < 1e-12 * abs(right).max()
         assert abs(left @ a - complex(root) * left).max() < 1e-12 * abs(left).max()
         assert max(abs(right)) == pytest.approx(1.0)
+
+
+def test_numbers_of_twelve_bits_are_exact() -> None:
+    """Of any size and sign; what has more bits is the result of arithmetic."""
+    exact, more = 1.0 + 2.0**-11, 1.0 + 2.0**-12
+    matrix = np.array([[0.0, 1.0, -0.5, exact], [1e-3, 1.0 / 3.0, more, -more * 2.0**-40]])
+    assert _inexact(matrix).tolist() == [[0.0] * 4, [1.0] * 4]
+    assert _inexact(np.array([[exact * 2.0**60, more * 2.0**60]])).tolist() == [[0.0, 1.0]]

@@ -10,27 +10,35 @@ from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.design.quantities.evaluator import Evaluator
 from proofmass.runner.design.quantities.noise_figures import read_noise
+from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from tests.runner.analysis.noise.test_one_bit import modulator
 
 DENSITY, BEFORE, BEHIND = 0.02, 5.0, 3.0
-PLANNED = plan(
-    Graph(
-        name="",
-        rate=1000,
-        blocks={
-            "push": Constant(value=1.0),
-            "before": Gain(gain=BEFORE),
-            "hiss": WhiteNoise(density=DENSITY),
-            "noisy": Sum(),
-            "behind": Gain(gain=BEHIND),
-        },
-        wires=[
-            *("push.output -> before.input", "before.output -> noisy.first", "hiss.output -> noisy.second"),
-            "noisy.output -> behind.input",
-        ],
+
+
+def planned(before: float) -> Plan:
+    """A white noise between two gains."""
+    return plan(
+        Graph(
+            name="",
+            rate=1000,
+            blocks={
+                "push": Constant(value=1.0),
+                "before": Gain(gain=before),
+                "hiss": WhiteNoise(density=DENSITY),
+                "noisy": Sum(),
+                "behind": Gain(gain=BEHIND),
+            },
+            wires=[
+                *("push.output -> before.input", "before.output -> noisy.first", "hiss.output -> noisy.second"),
+                "noisy.output -> behind.input",
+            ],
+        )
     )
-)
+
+
+PLANNED = planned(BEFORE)
 PARAMETERS = {"before.gain": BEFORE, "behind.gain": BEHIND, "hiss.density": DENSITY}
 
 
@@ -54,6 +62,16 @@ def test_a_white_noise_behind_a_gain(source: str, band: tuple[float, float] | No
     slopes = {name: found.slopes.get(name, 0.0) for name in PARAMETERS}
     expected = dict(zip(PARAMETERS, (*by_gain, rms / DENSITY), strict=True))
     assert slopes == pytest.approx(expected, rel=1e-6, abs=1e-6 * rms)
+
+
+def test_a_small_gain_is_moved_by_a_part_of_itself() -> None:
+    """Rms n sqrt(width) / k at the input, of k = 1e-6: its derivative is minus that over k."""
+    small = 1e-6
+    noise_at = Noise("behind.output", "push.output", (20.0, 120.0), "1")
+    found = read_noise(OperatingPoints(planned(small)), noise_at, {"before.gain": small}, True)
+    assert found is not None
+    assert found.value == pytest.approx(DENSITY * 10.0 / small, rel=1e-9)
+    assert found.slopes["before.gain"] == pytest.approx(-DENSITY * 10.0 / small**2, rel=1e-6)
 
 
 @pytest.mark.parametrize("slopes", [False, True])

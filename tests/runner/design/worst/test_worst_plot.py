@@ -1,10 +1,26 @@
 """The picture of worst cases has a row for each parameter that can be seen, and names the others."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import pytest
 
 from proofmass import read_study, worst
 from proofmass.graphs.files.library import library_file
-from proofmass.runner.design.worst.plot import plot_worst
+from proofmass.runner.design.worst.plot import _bars, plot_worst
+from proofmass.runner.design.worst.worst import OneAtATime
+
+
+def test_bars_of_half_a_hundredth_of_the_longest_are_seen() -> None:
+    """Of 1000, or of all together: the longest first, and 15 of them."""
+    ends = {"a": (0.0, 6.0), "b": (0.0, 1000.0), "c": (-5.0, 0.0), "d": (0.0, None), "e": (3.0, 5.001)}
+    singles = [OneAtATime(name, low, high) for name, (low, high) in ends.items()]
+    case: Any = SimpleNamespace(one_at_a_time=singles, nominal=0.0, worst=None)
+    assert [single.parameter for single in _bars(case)] == ["d", "b", "a", "e"]
+    case.worst = -1100.0
+    assert [single.parameter for single in _bars(case)] == ["d", "b", "a"]
+    case.one_at_a_time = [OneAtATime(f"p{k}", 0.0, 100.0 - k) for k in range(20)]
+    assert [single.parameter for single in _bars(case)] == [f"p{k}" for k in range(15)]
 
 
 @pytest.mark.friendly(29, "worst cases have no empty rows")

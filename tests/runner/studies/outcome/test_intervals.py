@@ -119,6 +119,11 @@ def test_one_value_and_equal_values() -> None:
         (100.0, (90.0, 125.0), "100(25)"),
         (5e-15, (4e-15, 6e-15), "5.0(10)e-15"),
         (0.0, (-2e-12, 2e-12), "0.0(20)e-12"),
+        (1.25e-4, (1.2e-4, 1.3e-4), "0.0001250(50)"),
+        (1.25e-5, (1.2e-5, 1.3e-5), "1.250(50)e-05"),
+        (1.25e8, (1.2e8, 1.3e8), "125000000(5000000)"),
+        (1.25e9, (1.2e9, 1.3e9), "1.250(50)e+09"),
+        (0.5, (-4.5, 15.5), "0(15)"),
         (6.25e23, (6e23, 6.3e23), "6.25(25)e+23"),
         (7.5, (7.5, 7.5), "7.5"),
         (7.5, (-math.inf, 8.0), "7.5"),
@@ -141,3 +146,10 @@ def test_deviations_by_bonett(count: int) -> None:
         error = c * math.sqrt(max(g - (count - 3.0) / count, 0.0) / (count - 1.0))
         squared = math.exp(math.log(c * values.var(ddof=1)) + sign * student * error)
         assert found == pytest.approx(math.sqrt(squared), rel=1e-9)
+
+
+def test_a_deviation_has_bounds_of_five_values_that_differ() -> None:
+    assert deviation_interval(np.full(5, 2.0)) == (0.0, math.inf)
+    assert deviation_interval(np.array([1.0, 2.0, 3.0, 4.0])) == (0.0, math.inf)
+    low, high = deviation_interval(np.array([0.0, 0.25, 0.5, 0.75, 1.0]))
+    assert 0.0 < low < np.std([0.0, 0.25, 0.5, 0.75, 1.0], ddof=1) < high < math.inf

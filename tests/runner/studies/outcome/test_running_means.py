@@ -76,6 +76,13 @@ def test_sensors_that_are_all_alike_are_known_from_the_fewest(study: Study, toge
     assert (means.end, means.enough) == (FEWEST * study.points, True)
 
 
+def test_a_measure_without_values_that_stop_does_not_name_keeps_nothing_going(study: Study) -> None:
+    means = RunningMeans(study, SensorRuns(study, "python").plan.measures)
+    count = FEWEST * study.points
+    means.add(outcomes_of((SensorRun(run, epoch, (math.nan, 5.0)) for run in range(count) for epoch in range(3)), 3, 2))
+    assert (means.end, means.enough) == (count, True)
+
+
 def test_what_it_shows(study: Study) -> None:
     means = RunningMeans(study, SensorRuns(study, "python").plan.measures)
     assert means.text() == ""

@@ -1,5 +1,7 @@
 """Rows of exported answers, from lifetimes and values that were written by hand."""
 
+import math
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,6 +11,7 @@ import pytest
 from proofmass.runner.studies.outcome.lifetimes import Lifetimes
 from proofmass.runner.studies.outcome.result import StudyResult
 from proofmass.runner.studies.shown import export_answers
+from tests.by_hand.study_results import study_result
 
 
 def test_a_row_of_each_age_has_its_own_parts_and_their_intervals(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -58,3 +61,30 @@ def test_a_row_of_a_limit_has_the_law_with_its_intervals_or_nothing(monkeypatch:
     assert [row[f"left_1_percent_{of}_s"] for of in ("after", "by", "low", "high")] == [0.01, 0.02, 0.005, 0.03]
     none = whole(None, SimpleNamespace(law=None, **facts))
     assert all(np.isnan(value) for name, value in none.items() if name.startswith("weibull") and name != "weibull_fits")
+
+
+def test_tables_that_have_rows_are_written_in_every_form(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    result = study_result("", {"bias": [[1.0]]})
+    monkeypatch.setattr(export_answers, "index_rows", lambda result: [])
+    monkeypatch.setattr(export_answers, "yield_rows", lambda result: [{"limit": "bias", "good": 0.5}])
+    monkeypatch.setattr(export_answers, "lifetime_rows", lambda result: [{"a": 1.5}, {"a": math.nan}])
+    known: Any = SimpleNamespace(result=result, rows=list)
+    assert export_answers.save_answers(known, tmp_path, ("csv",)) == [
+        "yields.json", "yields.csv", "lifetimes.json", "lifetimes.csv"
+    ]  # fmt: skip
+    assert (tmp_path / "yields.csv").read_text().split() == ["limit,good", "bias,0.5"]
+    assert (tmp_path / "lifetimes.csv").read_text().split() == ["a", "1.5", "nan"]
+    about = "When parts of the sensors have left each limit, Weibull's law, and the time out of tolerance."
+    assert (tmp_path / "lifetimes.json").read_text() == (
+        f'{{\n "about": "{about}",\n "digest": "{result.digest}",\n'
+        ' "rows": [\n  {\n   "a": 1.5\n  },\n  {\n   "a": null\n  }\n ]\n}\n'
+    )
+    assert sorted(path.name for path in tmp_path.iterdir()) == sorted(
+        ["yields.json", "yields.csv", "lifetimes.json", "lifetimes.csv"]
+    )
+
+
+@pytest.mark.parametrize("rows", [1, 2])
+def test_columns_of_rows(rows: int) -> None:
+    made = [{"a": place, "b": 10 * place} for place in range(rows)]
+    assert export_answers._columns(made) == {"a": [*range(rows)], "b": [10 * place for place in range(rows)]}
