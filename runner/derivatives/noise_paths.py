@@ -10,7 +10,7 @@ from typing import TypeAlias
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
-from proofmass.runner.derivatives.passed_on import RESULT, Arguments, passed_on
+from proofmass.runner.derivatives.passed_on import RESULT, ArgumentNames, passed_on
 from proofmass.runner.plan.bindings import Binding, BufferBinding, Out, StateBinding, WireBinding
 from proofmass.runner.plan.planned import Plan
 
@@ -59,7 +59,7 @@ def _of_function(
     found = None if whole else passed_on(behaviour.function, () if is_output else fields, lists)
     every = {number for of in given.values() for number in _numbers(of, fields)} | {(_CONSTANTS, name, "")}
 
-    def numbers(follows: Arguments) -> set[_Number]:
+    def numbers(follows: ArgumentNames) -> set[_Number]:
         own = set[_Number]()
         for each in follows:
             argument, _, field = each.partition(".")
@@ -74,7 +74,7 @@ def _of_function(
             yield (_STATE, name, field), every if found is None else numbers(found[field])
     elif whole or kind.outputs[port].dtype is not bool:
         written = [RESULT, *(argument for argument, of in given.items() if isinstance(of, Out))]
-        follows = every if found is None else numbers(Arguments().union(*(found[each] for each in written)))
+        follows = every if found is None else numbers(ArgumentNames().union(*(found[each] for each in written)))
         yield (_WIRE, name, port), follows
     for argument in lists:
         of = given[argument]

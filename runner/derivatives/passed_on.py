@@ -11,7 +11,7 @@ from typing import Any
 
 from proofmass.blocks.declaration.source import SourceError, tree_of
 
-Arguments = frozenset[str]  # names of arguments, "x.field" for a field of one
+ArgumentNames = frozenset[str]  # names of arguments, "x.field" for a field of one
 RESULT = "result"  # instead of a field, of a function with another result
 _HIDING = ast.FunctionDef | ast.Lambda | ast.Match | ast.Starred | ast.List | ast.ListComp | ast.Dict | ast.DictComp
 
@@ -19,7 +19,7 @@ _HIDING = ast.FunctionDef | ast.Lambda | ast.Match | ast.Starred | ast.List | as
 @cache
 def passed_on(
     function: Callable[..., Any], fields: tuple[str, ...], lists: tuple[str, ...]
-) -> Mapping[str, Arguments] | None:
+) -> Mapping[str, ArgumentNames] | None:
     """Return from what each field of the result follows, and each list among the arguments; None if that is not known.
 
     Without fields it is the whole of the result, `RESULT`. A record that is an argument has the same fields.
@@ -47,13 +47,13 @@ class _Text:
         self._tree, self._fields, self._lists = tree, fields, lists
         arguments = [argument.arg for argument in tree.args.args]
         self._names = {name: frozenset([name]) for name in arguments}
-        self._found = dict.fromkeys([*(fields or [RESULT]), *lists], Arguments())
+        self._found = dict.fromkeys([*(fields or [RESULT]), *lists], ArgumentNames())
         set_again = {
             node.id for node in ast.walk(tree) if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store)
         }
         self._whole = {*arguments} - set_again  # what is the argument itself wherever it is named
 
-    def read(self) -> Mapping[str, Arguments]:
+    def read(self) -> Mapping[str, ArgumentNames]:
         """Return what follows from what."""
         before = None
         while before != (before := (dict(self._names), dict(self._found))):
@@ -77,13 +77,13 @@ class _Text:
                     for each in (*arguments, *(keyword.value for keyword in keywords)):
                         self._set(each, self._of(part), lists=True)
 
-    def _set(self, target: ast.expr, follows: Arguments, lists: bool = False) -> None:
+    def _set(self, target: ast.expr, follows: ArgumentNames, lists: bool = False) -> None:
         match target:
             case ast.Name(name) if lists:
-                for known in self._names.get(name, Arguments()).intersection(self._lists):
+                for known in self._names.get(name, ArgumentNames()).intersection(self._lists):
                     self._found[known] |= follows
             case ast.Name(name):
-                self._names[name] = self._names.get(name, Arguments()) | follows
+                self._names[name] = self._names.get(name, ArgumentNames()) | follows
             case ast.Subscript(value, index):
                 self._set(value, follows | self._of(index), lists=True)
             case ast.Tuple(parts) | ast.List(parts):
@@ -113,24 +113,24 @@ class _Text:
             case _:
                 self._add(dict.fromkeys(self._fields or [RESULT], self._of(value)))
 
-    def _add(self, more: Mapping[str, Arguments]) -> None:
+    def _add(self, more: Mapping[str, ArgumentNames]) -> None:
         for part, follows in more.items():
             self._found[part] |= follows
 
-    def _of(self, node: ast.expr | None) -> Arguments:
+    def _of(self, node: ast.expr | None) -> ArgumentNames:
         """Return what an expression follows from."""
         match node:
             case ast.Name(name):
-                known = self._names.get(name, Arguments())
+                known = self._names.get(name, ArgumentNames())
                 return known.union(*(self._found[of] for of in known.intersection(self._lists)))
             case ast.Attribute(ast.Name(name), field) if name in self._whole:
                 return frozenset([f"{name}.{field}"])
             case ast.Compare() | ast.UnaryOp(ast.Not()) | None:
-                return Arguments()
+                return ArgumentNames()
             case ast.IfExp(_, one, other):
                 return self._of(one) | self._of(other)
             case _:
-                return Arguments().union(*map(self._of, _expressions(node)))
+                return ArgumentNames().union(*map(self._of, _expressions(node)))
 
 
 def _expressions(node: ast.AST) -> Iterator[ast.expr]:
