@@ -100,15 +100,15 @@ class _Written(Builder):
 
     def _entry(self, to: Operand, source: Operand, value: Operand) -> None:
         with self.when(self.compute("less_integers", source, self._size)):
-            self._rows(
-                (self._made, to), lambda i: self._added(to, i, self.load(self._carried, self._at(source, i)), value)
-            )
+            self._rows((self._made, to), lambda i: self._added(to, i, self._times_carried(value, source, i)))
         with self.otherwise():
             asked = self._less(source, self._size)
             self.store(self._made, self._at(to, asked), self._added(to, asked, value))
 
-    def _added(self, to: Operand, i: Operand, *factors: Operand) -> Operand:
-        more = self.compute("multiply", *factors) if len(factors) > 1 else factors[0]
+    def _times_carried(self, value: Operand, row: Operand, i: Operand) -> Operand:
+        return self.compute("multiply", self.load(self._carried, self._at(row, i)), value)
+
+    def _added(self, to: Operand, i: Operand, more: Operand) -> Operand:
         return self.compute("add", self.load(self._made, self._at(to, i)), more)
 
     def _rows(self, to: tuple[Storage, Operand], value: Callable[[Operand], Operand] | None) -> None:

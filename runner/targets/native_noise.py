@@ -219,11 +219,11 @@ class CompiledNoise(NoiseInCode):
         for row, kind, source, value, enters, like, part in zip(*(each.tolist() for each in events), strict=True):
             node = self.wire_nodes[source] if kind == WIRE else None
             if enters and like == row:
-                owner = node or (self.block_names[source], self.part(kind, part))
-                key = entered[row] = *owner, counts[owner]
-                counts[owner] += 1
+                name, what = node or (self.block_names[source], self.part(kind, part))
+                key = entered[row] = name, what, counts[name, what]
+                counts[name, what] += 1
                 (self.injected if node else self.sources).append(key)
-                if kind in (ROUNDED, DROPPED) and key[0] in self._of.quantisers:
+                if kind in (ROUNDED, DROPPED) and name in self._of.quantisers:
                     self.quantised[key] = value
                     self._given.append(row)
             if enters:

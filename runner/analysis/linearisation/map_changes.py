@@ -68,7 +68,8 @@ def _responses(of: PeriodMap, angles: Array) -> Complex:
     """Return the responses of a map at angles of the unit circle."""
     a, b, c, d = of.parts()
     z = np.exp(1j * angles)[:, None, None]
-    return np.asarray(d + c @ np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(z), *b.shape))))
+    inside = np.linalg.solve(z * np.eye(len(a)) - a, np.broadcast_to(b, (len(z), *b.shape)))
+    return np.asarray(d + c @ inside, dtype=np.complex128)
 
 
 def effect(first: PeriodMap, second: PeriodMap, z: Complex) -> float:

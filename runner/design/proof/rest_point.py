@@ -177,7 +177,7 @@ class RestRun:
             images.append([at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries])
             if number < self.periods:
                 self._put(memory, values, number)
-        if changed := self._unlike(begin, memory):
+        if changed := self._unlike(begin, engine.memory()):
             raise UndecidedError(f"{changed[0]} counts on")
         image = [value for one in (images[-1], *images[:-1]) for value in one]
         return image, [value for node in self._outputs for value in engine.recorded[node]]
