@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.graphs.files.toml_writer import write_graph
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.measuring import Measured
@@ -224,10 +224,11 @@ class Result(Plotted):
     memory: Memory | None = None  # of an interrupted run, to go on from
     measures: Mapping[str, Measured] = field(default_factory=dict)  # by name, each with value and unit
 
-    def __getitem__(self, signal: str) -> Trace:
-        if signal not in self.traces:
-            raise NoSuchSignal(did_you_mean(signal, self.traces, "the probes"), signal)
-        return self.traces[signal]
+    def __getitem__(self, signal: str | Probe) -> Trace:
+        name = signal.signal if isinstance(signal, Probe) else signal
+        if name not in self.traces:
+            raise NoSuchSignal(did_you_mean(str(name), self.traces, "the probes"), name)
+        return self.traces[name]
 
     def __iter__(self) -> Iterator[str]:
         return iter(self.traces)

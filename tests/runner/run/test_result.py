@@ -226,6 +226,14 @@ def test_a_signal_that_was_not_recorded_names_the_nearest_one() -> None:
     assert str(caught.value) == "'adc.cod' was not recorded; did you mean adc.code?"
 
 
+@pytest.mark.defect("C822", before="AttributeError in the search for the nearest name", after="the trace of the probe")
+def test_a_probe_of_the_graph_has_a_trace_and_a_number_has_none() -> None:
+    found: Any = mixed_result()
+    assert found[Probe("adc.code", every=7)] is found["adc.code"]
+    with pytest.raises(KeyError, match="0 was not recorded"):
+        found[0]
+
+
 @pytest.mark.parametrize("signal", ["sine.output", "cells.sums"])
 def test_mantissas_are_those_of_fixed_point_signals_alone(signal: str) -> None:
     with pytest.raises(ValueError, match=rf"{signal} is not a fixed-point signal of up to \d+ bits"):
