@@ -15,7 +15,8 @@ from proofmass.runner.plan.planned import Plan
 class Ends:
     """Wires that a map leads from and to, cut or not, with `everything` upstream and the blocks whose noise enters.
 
-    Maps from the same inputs to the outputs `beside` are asked for too, and repeat in the same period.
+    Maps from the same inputs to the outputs `beside` are asked for too, and repeat in the same period. Derivatives by
+    parameters are those of `whole_turns` of all sources.
     """
 
     inputs: tuple[Endpoint, ...]
@@ -24,11 +25,12 @@ class Ends:
     everything: bool = False
     noise: Noisy = field(default_factory=lambda: NOTHING)
     beside: tuple[Endpoint, ...] = ()
+    whole_turns: bool = False
 
     @property
     def key(self) -> Hashable:
         """A value that equal ends share."""
-        return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items())
+        return self.inputs, self.outputs, self.cut, self.everything, tuple(self.noise.items()), self.whole_turns
 
     @property
     def together(self) -> "Ends":

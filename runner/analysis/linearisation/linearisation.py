@@ -88,7 +88,8 @@ class Linearisation:
 
         See `period_map`. Of the outputs `beside`, whose maps are asked for too, it is computed together.
         """
-        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside))
+        turns = by_parameters and not cut
+        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside), turns)
         point = self.point_of(ends)
         notes, exact, later = point.notes, point.map, point.later
         if by_parameters:

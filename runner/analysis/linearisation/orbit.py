@@ -102,7 +102,7 @@ class OrbitSearch:
 
     def point(self) -> OrbitPoint:
         """Return the map with the memory that it starts from and the ticks that it covers; raises `ModelError`."""
-        point = self._point()
+        point = self._over_turns(self._point()) if self._ends.whole_turns else self._point()
         memory = self._run.memories[0]
         if point.map.tick != memory.tick:
             memory = self._run.later(memory, point.map.tick - memory.tick)
@@ -163,12 +163,15 @@ class OrbitSearch:
         return closed
 
     def _at_rest(self, first: PeriodMap) -> OrbitPoint:
-        """Return the map of a period that is that of the next one, with that one.
-
-        It may differ in its last digits: a pole on the boundary of stability is known as well as an orbit that still
-        turns repeats.
-        """
+        """Return the map of a period that is that of the next one, with that one, which may differ in last digits."""
         return OrbitPoint(first, 1, later=(self._run.map(1),))
+
+    def _over_turns(self, point: OrbitPoint) -> OrbitPoint:
+        """Return the map over whole turns of all sources: what parameters do differs where periods are alike."""
+        periods = math.lcm(point.periods, *self._repetition())
+        if not point.periods < periods <= self._longest:
+            return point
+        return replace(point, map=self._run.map(0, periods), periods=periods, later=(self._run.map(periods, periods),))
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
         """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
@@ -277,13 +280,10 @@ class OrbitSearch:
 
     def _repetition(self) -> list[int]:
         """Return the number of periods after which all switches do as before, if there is one."""
-        if len(self._run.memories) not in self._repetitions:
-            self._repetitions[len(self._run.memories)] = self._switches_return()
-        return self._repetitions[len(self._run.memories)]
-
-    def _switches_return(self) -> list[int]:
-        found = self._waiting.repetition(min(self._longest, MOST_SWITCHED), self._run.memories)
-        return [found] if found else []
+        if (known := len(self._run.memories)) not in self._repetitions:
+            found = self._waiting.repetition(min(self._longest, MOST_SWITCHED), self._run.memories)
+            self._repetitions[known] = [found] if found else []
+        return self._repetitions[known]
 
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return self._compared.change(first, after) <= SAME

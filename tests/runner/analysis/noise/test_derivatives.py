@@ -18,6 +18,7 @@ from proofmass.blocks import (
     Power,
     Product,
     Sine,
+    Sum,
     WhiteNoise,
 )
 from proofmass.graphs.model.changes import with_parameters
@@ -207,3 +208,25 @@ def test_a_carrier_in_steps_scales_no_noise(bits: int) -> None:
     found = {effect.parameter: effect.derivative * effect.value for effect in budget.derivatives.effects}
     assert found["w.density"] == pytest.approx(budget.rms)
     assert found["gain.gain"] == pytest.approx(budget.rms)
+
+
+@pytest.mark.defect("S823", before="those of one tick: -1 by a phase, 1.41 by an offset", after="of a whole turn: none")
+def test_two_carriers_whose_squares_add_up_have_the_derivatives_of_a_whole_turn() -> None:
+    """sin^2 + cos^2 is one in each tick. A phase or an offset makes it more in some ticks and less in others."""
+    sine, cosine = (Sine(frequency=125.0, amplitude=1.0, phase=phase) for phase in (0.0, 0.5 * math.pi))
+    blocks = {
+        "w": WhiteNoise(density=0.1), "sine": sine, "cosine": cosine, "a": Product(), "b": Product(), "c": Product(),
+        "d": Product(), "sum": Sum(),
+    }  # fmt: skip
+    wires = [
+        "w.output -> a.first", "sine.output -> a.second", "a.output -> b.first", "sine.output -> b.second",
+        "w.output -> c.first", "cosine.output -> c.second", "c.output -> d.first", "cosine.output -> d.second",
+        "b.output -> sum.first", "d.output -> sum.second",
+    ]  # fmt: skip
+    budget = noise(Graph(name="two", rate=RATE, blocks=blocks, wires=wires, samples=64), "sum.output", derivatives=True)
+    assert budget.derivatives is not None
+    found = {effect.parameter: effect.derivative for effect in budget.derivatives.effects}
+    assert found["sine.amplitude"] == pytest.approx(budget.rms)
+    assert found["cosine.amplitude"] == pytest.approx(budget.rms)
+    for name in ("sine.phase", "cosine.phase", "sine.offset", "cosine.offset"):
+        assert found.get(name, 0.0) == pytest.approx(0.0, abs=1e-9 * budget.rms)
