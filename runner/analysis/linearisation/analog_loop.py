@@ -19,6 +19,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, plan_graph
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
+from proofmass.runner.analysis.linearisation.map_problems import not_linear
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -38,6 +39,7 @@ from proofmass.runner.plan.stages import StageContext
 from proofmass.runner.reference.interpret import TickError
 
 _MOVED = 1e-6  # relative change of a linearisation from one tick to the next that gets a note
+_AT_ANOTHER_TIME = "linearise at another time"
 
 
 def analog_group(plan: Plan, node: Endpoint) -> Group | None:
@@ -154,7 +156,7 @@ def analog_map_at(
     try:
         moving, rows = analog_rates(plan, group, nodes, begin, by_parameters)
     except TickError as error:
-        raise plan.graph.placed(_not_linear(error.at, str(error.value))).error from error
+        raise plan.graph.placed(not_linear(error.at, str(error.value), _AT_ANOTHER_TIME)).error from error
     columns, time = (*moving, *range(len(group.states), len(group.states) + len(nodes))), memory.tick * plan.period
     matrix = np.zeros((len(rows), len(moving) + len(nodes) + 1))
     by_name: dict[str, Array] = {}
@@ -166,8 +168,9 @@ def analog_map_at(
             for name, slope in slopes_of(entry, PARAMETERS).items():
                 by_name.setdefault(str(name), np.zeros_like(matrix))[row, column] = slope
         if not np.isfinite(matrix[row]).all():
-            whose = group.states[moving[row]][0] + ".derivative" if row < len(moving) else ""
-            raise plan.graph.placed(_not_linear(whose or ".".join(nodes[row - len(moving)]), NO_SLOPE)).error
+            state = row < len(moving)
+            whose = group.states[moving[row]][0] + ".derivative" if state else ".".join(nodes[row - len(moving)])
+            raise plan.graph.placed(not_linear(whose, NO_SLOPE, _AT_ANOTHER_TIME)).error
     undefined = tuple(sorted(name for name, slope in by_name.items() if not np.isfinite(slope).all()))
     return PeriodMap(
         tuple((*group.states[j], -1) for j in moving),
@@ -231,15 +234,4 @@ def _within(node: Endpoint, tear: Endpoint) -> Problem:
         expected="an output that is not solved together with others",
         hint=f"open the loop elsewhere, or put a LowPass after {'.'.join(tear)}",
         path=("blocks", node[0]),
-    )
-
-
-def _not_linear(at: str, got: str) -> Problem:
-    name, _, what = at.rpartition(".")
-    return Problem(
-        message=f"cannot be linearised: {what} has no derivative here",
-        got=got,
-        expected="arithmetic, comparisons and functions of math on values that signals change",
-        hint="linearise at another time",
-        path=("blocks", name),
     )

@@ -4,6 +4,7 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import Endpoint
 
 MOST_VALUES = 4_096  # of a wire that is cut, in a map
+_OUTSIDE = "open the loop so that this block lies outside, or linearise at another time"
 
 
 def too_many(node: Endpoint, values: int) -> Problem:
@@ -19,12 +20,13 @@ def too_many(node: Endpoint, values: int) -> Problem:
     )
 
 
-def not_linear(name: str, what: str, got: str) -> Problem:
-    """Return the problem of a block that has no slope."""
+def not_linear(at: str, got: str, hint: str = _OUTSIDE) -> Problem:
+    """Return the problem of a function or a state of a block, "block.what", that has no slope."""
+    name, _, what = at.rpartition(".")
     return Problem(
         message=f"cannot be linearised: {what} has no derivative here",
         got=got,
         expected="arithmetic, comparisons and functions of math on values that signals change",
-        hint="open the loop so that this block lies outside, or linearise at another time",
+        hint=hint,
         path=("blocks", name),
     )

@@ -276,9 +276,9 @@ def period_map(
             code = code if bits else None
             continue
         except TickError as error:
-            name, _, what = error.at.rpartition(".")
+            name = error.at.rpartition(".")[0]
             if name in counted or name not in moving:
-                raise plan.graph.placed(not_linear(name, what, str(error.value))).error from error
+                raise plan.graph.placed(not_linear(error.at, str(error.value))).error from error
             counted.add(name)
             continue
         maps, each = None, 1
@@ -376,8 +376,8 @@ def _read(
         own = [*(columns[entry] for entry in ticks.places), *range(len(seeded), len(rows))]
         matrix[np.ix_(own, own)] = ticks.lifted([*ticks.places])
     for row in map(int, np.flatnonzero(~np.isfinite(matrix).all(axis=1))):
-        name, what = seeded[row][:2] if row < len(seeded) else outputs[0]
-        raise engine.plan.graph.placed(not_linear(name, what, NO_SLOPE)).error
+        at = ".".join(seeded[row][:2] if row < len(seeded) else outputs[0])
+        raise engine.plan.graph.placed(not_linear(at, NO_SLOPE)).error
     made = tuple((*node, number) for node in outputs for number in range(len(recorded[node])))
     made += tuple(engine.quantised)
     undefined = tuple(sorted(name for name, slope in slopes.items() if not np.isfinite(slope).all()))
