@@ -37,11 +37,15 @@ class TickSlopes(NamedTuple):
         """Return the slopes of the first half of the ticks, and of the second."""
         half = len(self.valued) // 2
         first = self.tick < half
-        one, other = ((self.row[k], self.column[k], self.value[k]) for k in (first, ~first))
+        one, other = ((self.row[k], self.column[k], self.value[..., k]) for k in (first, ~first))
         return (
             TickSlopes(self.places, self.tick[first], *one, self.valued[:half]),
             TickSlopes(self.places, self.tick[~first] - half, *other, self.valued[half:]),
         )
+
+    def structure(self) -> tuple[bytes, ...]:
+        """Return all but the values."""
+        return tuple(part.tobytes() for part in (self.tick, self.row, self.column, self.valued))
 
 
 class UndefinedSlopesError(ArithmeticError):

@@ -81,20 +81,35 @@ class CompiledLoop:
         self.plan, self.seed, self.run = plan, seed, run
         if compiled is None or not plan.same_sizes(compiled.plan):
             compiled = CompiledPlan(plan)
+        self._compiled, self._loop = compiled, compiled.loop
         written = self._written = compiled.written
-        self._loop = compiled.loop
         memory = memory or start(plan)
         self.tick = memory.tick
         self._counted = [name for name in plan.digital if name in memory.overflows]
-        self._constants = arrays_of(written.constants, compiled.constant_values(plan))
-        self._state = arrays_of(written.memory, {key: moving(memory, key) for key in written.memory.kinds})
-        self._vectors = {
-            node: compiled.vector(memory, node, kind)
-            for node, kind in zip(written.vectors, written.vector_kinds, strict=True)
-        }
+        self._constants, self._state, self._vectors = self._numbers(plan, memory)
         self._scratch = np.full(written.scratch + 1, np.nan)  # no number has been computed from it yet
         self._watched = finite_places(plan, written)
         self._refused = written.memory.counts[INTEGERS]  # place of `state_integers`
+
+    def again(self, plan: Plan, memory: Memory) -> None:
+        """Begin again, at the same addresses, a plan that differs in numbers alone and has no recordings."""
+        self.plan, self.tick = plan, memory.tick
+        for kept, given in zip((self._constants, self._state, self._vectors), self._numbers(plan, memory), strict=True):
+            for key, array in given.items():
+                kept[key][:] = array
+        self._scratch[:] = np.nan
+
+    def _numbers(
+        self, plan: Plan, memory: Memory
+    ) -> tuple[dict[str, AnyArray], dict[str, AnyArray], dict[VectorOf, AnyArray]]:
+        """Return the constants of a plan, and the numbers and the vectors that a run begins with."""
+        compiled, written = self._compiled, self._written
+        vectors = zip(written.vectors, written.vector_kinds, strict=True)
+        return (
+            arrays_of(written.constants, compiled.constant_values(plan)),
+            arrays_of(written.memory, {key: moving(memory, key) for key in written.memory.kinds}),
+            {node: compiled.vector(memory, node, kind) for node, kind in vectors},
+        )
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; false when a number was not finite or did not fit its format."""

@@ -114,12 +114,13 @@ class SlopesInCode(CompiledLoop):
         events = [of_wires, self._one_bit(code), self._state_of_events(), np.zeros(MOST * TOLD)]
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
-        in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
-        self._arrays = [*self.arrays(()), *events, *in_lanes, *before, lengths, kept, ends]  # addresses are passed
+        self._in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
+        self._arrays = [*self.arrays(()), *events, *self._in_lanes, *before, lengths, kept, ends]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
-        self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
+        self._seeded = self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run
         self._renewing = np.zeros(len(self._wanted), dtype=bool)  # of these, which may move matrices
+        self._chunk = 1  # ticks at once, until it is known which directions are wanted
 
     def _state_of_events(self) -> AnyArray:
         """Return the state of events: no deviate has a value."""
@@ -172,7 +173,7 @@ class SlopesInCode(CompiledLoop):
 
     def advance(self, last: int, rows: Rows) -> bool:
         """Run up to, not including, the tick `last`; raises `UndefinedSlopesError`."""
-        sound, chunk, size = True, 1, len(self._places)
+        sound, chunk, size = True, self._chunk, len(self._places)
         renewing = self._renewing.copy()  # directions that move matrices of groups
         before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
@@ -207,7 +208,7 @@ class SlopesInCode(CompiledLoop):
                 continue
             self._keep(self._found(slopes, apart, lanes, live[:-1], entered), counts, told, entered)
             self._live, self.tick, chunk = live[-1], until, most
-            self._renewing = renewing
+            self._renewing, self._chunk = renewing, 1 if renewing.any() else most
             sound = self.is_sound()
         return sound
 
@@ -310,6 +311,16 @@ class CompiledSlopes(SlopesInCode):
             self.injected.append((*self._node, len(self.injected)))
             self.recorded[self._node].append(value)
         self._kept.append((found, valued))
+
+    def again(self, plan: Plan, memory: Memory) -> None:
+        """Begin again as `CompiledLoop` does, in the directions that were wanted before."""
+        super().again(plan, memory)
+        self._first, self._live, self._kept = self.tick, self._seeded, []
+        self._renewing[:] = False
+        for rows in self._in_lanes:
+            rows.fill(0.0)
+        self.recorded[self._node].clear()
+        self.injected.clear()
 
     def slopes(self) -> TickSlopes:
         """Return the slopes of all ticks."""

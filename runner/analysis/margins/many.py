@@ -7,8 +7,9 @@ others makes no difference to its figures.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -33,7 +34,11 @@ from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import BufferBinding, StateBinding, Tick, Time
+from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
+
+if TYPE_CHECKING:
+    from proofmass.runner.targets.native_slopes import CompiledSlopes
 
 MarginValues = tuple[
     float, ...
@@ -49,7 +54,7 @@ class _Pattern:
     node: Endpoint
     ticks: int
     states: tuple[Entry, ...]  # between wire and wire
-    seeded: tuple[Entry, ...]
+    places: Mapping[Entry, LastingPlace]  # of all states that have slopes
     moving: frozenset[str]
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
     kind: LoopKind
@@ -83,7 +88,7 @@ class ManyMargins:
 
     def _common(self) -> list[_Pattern]:
         """Return what is common to the loops at each wire; nothing if one of them is not of a kind for this."""
-        patterns = []
+        patterns, memory = [], start(self._plan)
         for node in self._nodes.values():
             try:
                 about, system = OperatingPoints(self._plan, self._at).about_loop(node)
@@ -105,7 +110,7 @@ class ManyMargins:
                     node,
                     system.ticks,
                     system.map.states,
-                    whole.map.states,
+                    {entry: place_of(memory, entry, NO_RINGS) for entry in whole.map.states},
                     frozenset(moving),
                     frozenset((upstream - moving) & changing(self._plan, _OF_TIME)),
                     kind_of(first, gains, phases),
@@ -116,49 +121,77 @@ class ManyMargins:
 
     def _fast(self, pattern: _Pattern, sensors: Sequence[Plan]) -> list[MarginValues | None]:
         """Return the margins of the sensors at one wire, None for those that want the certified path."""
-        loops = {number: loop for number, sensor in enumerate(sensors) if (loop := self._loop(pattern, sensor))}
+        alike, engine = dict[tuple[bytes, ...], dict[int, TickSlopes]](), None
+        for number, sensor in enumerate(sensors):
+            ran = self._two_periods(pattern, Course(sensor, like=self._course), engine)
+            engine = ran or engine
+            if ran:
+                slopes = ran.slopes()
+                alike.setdefault(slopes.structure(), {})[number] = slopes
         values: list[MarginValues | None] = [None] * len(sensors)
-        if loops:
-            together = OpenLoops(*map(np.array, zip(*loops.values(), strict=True)))
-            found = amounts(together, pattern.kind)
-            for row, number in enumerate(loops):
-                known = found.certain[row] and (found.stable[row] or self._at != AUTO)
-                values[number] = _row(found, row, pattern.period) if known else None
+        for several in alike.values():
+            numbers, loops = _together(pattern, several)
+            if numbers:
+                found = amounts(loops, pattern.kind)
+                for row, number in enumerate(numbers):
+                    known = found.certain[row] and (found.stable[row] or self._at != AUTO)
+                    values[number] = _row(found, row, pattern.period) if known else None
         return values
 
-    def _loop(self, pattern: _Pattern, sensor: Plan) -> OpenLoops | None:
-        """Return A, b, c and d of a sensor's loop; None if it is not of the pattern, or the next period is another."""
-        if any(sensor.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):
+    def _two_periods(
+        self, pattern: _Pattern, course: Course, before: "CompiledSlopes | None"
+    ) -> "CompiledSlopes | None":
+        """Return two periods of a sensor's loop, run by the engine of one `before` if that serves; None if they fail."""
+        plan, code = course.plan, self._course.slopes()
+        assert code is not None
+        if any(plan.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):
             return None
-        course = Course(sensor, like=self._course)
         try:
-            tick = settled_tick(course) if self._at == SETTLED else tick_of_time(sensor, self._time)
+            tick = settled_tick(course) if self._at == SETTLED else tick_of_time(plan, self._time)
             memory = course.at(tick - tick % pattern.ticks)
-            places = [place_of(memory, entry, NO_RINGS) for entry in pattern.seeded]
-            code = self._course.slopes()
-            assert code is not None
-            ticks = code.ticks(memory, pattern.node, {*places}, pattern.moving, course.plan)
-            if not ticks.advance(memory.tick + 2 * pattern.ticks, ()):
-                return None
+            if before and course.like and not plan.recorded:
+                before.again(plan, memory)
+                engine = before
+            else:
+                engine = code.ticks(memory, pattern.node, {*pattern.places.values()}, pattern.moving, plan)
+            return engine if engine.advance(memory.tick + 2 * pattern.ticks, ()) else None
         except (ModelError, ArithmeticError):
             return None
-        both = [self._map(pattern, places, half) for half in ticks.slopes().halves()]
-        if both[0] is None or both[1] is None:
-            return None
-        apart = np.abs(both[1] - both[0])
-        if not np.all(apart <= SAME * np.abs(both[0])):
-            return None
-        n = len(pattern.states)
-        whole = both[0]
-        return OpenLoops(whole[:n, :n], whole[:n, n], -whole[n, :n], -whole[n, n])
 
-    def _map(self, pattern: _Pattern, places: Sequence[LastingPlace], slopes: TickSlopes) -> Array | None:
-        """Return [A b] and below it [c d] of some ticks; None if other states lie between the ends of the wire."""
-        entries = dict(zip(pattern.seeded, places, strict=True))
-        maps = maps_of_ticks(slopes, entries, entries)
-        if maps is None or {*maps.places} != {*pattern.states} or len(maps.d) != 1:
-            return None
-        return maps.lifted(pattern.states)
+
+def _together(pattern: _Pattern, several: Mapping[int, TickSlopes]) -> tuple[list[int], OpenLoops]:
+    """Return which of some sensors have a loop of the pattern that the next period repeats, and these loops.
+
+    Their slopes have the same structure.
+    """
+    first = next(iter(several.values()))
+    of_pattern = all(_is_of(pattern, half) for half in first.halves())
+    both = first._replace(value=np.array([slopes.value for slopes in several.values()])).halves()
+    states = [first.places.index(pattern.places[state]) for state in pattern.states]
+    whole, after = (_period(half, states) for half in both)
+    same = of_pattern & np.all(np.abs(after - whole) <= SAME * np.abs(whole), axis=(1, 2))
+    n, whole = len(states), whole[same]
+    numbers = np.array([*several])[same].tolist()
+    return numbers, OpenLoops(whole[:, :n, :n], whole[:, :n, n], -whole[:, n, :n], -whole[:, n, n])
+
+
+def _is_of(pattern: _Pattern, slopes: TickSlopes) -> bool:
+    """Return whether a period has one value of the wire, and the states of the pattern between its ends."""
+    maps = maps_of_ticks(slopes, pattern.places, pattern.places)
+    return maps is not None and {*maps.places} == {*pattern.states} and len(maps.d) == 1
+
+
+def _period(slopes: TickSlopes, states: Sequence[int]) -> Array:
+    """Return [A b] and below it [c d] of a period with one value of the wire, for each of several sensors."""
+    size, bounds = len(slopes.places), np.searchsorted(slopes.tick, np.arange(len(slopes.valued) + 1))
+    moved, read = np.eye(size, size + 1)[None], np.zeros((len(slopes.value), 1, size + 1))
+    for valued, first, last in zip(slopes.valued, bounds, bounds[1:], strict=False):
+        maps = np.zeros((len(slopes.value), size + 1, size + 1))
+        maps[:, slopes.row[first:last], slopes.column[first:last]] = slopes.value[:, first:last]
+        after = maps[:, :, :size] @ moved
+        after[:, :, size] += maps[:, :, size]
+        moved, read = after[:, :size], after[:, size:] if valued else read
+    return np.concatenate([moved[:, states], read], axis=1)[:, :, [*states, size]]
 
 
 def margins_alone(sensor: Plan, at: str, like: Course | None = None) -> MarginValues | ModelError:

@@ -46,7 +46,7 @@ class Screen(io.StringIO):
 def test_what_is_drawn_and_left(columns: int, monkeypatch: pytest.MonkeyPatch) -> None:
     screen, clock = Screen(), iter(range(100))
     monkeypatch.setattr(sys, "stderr", screen)
-    monkeypatch.setattr(shutil, "get_terminal_size", lambda: os.terminal_size((columns, 30)))
+    monkeypatch.setattr(shutil, "get_terminal_size", lambda **_: os.terminal_size((columns, 30)))
     monkeypatch.setattr(progress.time, "monotonic", lambda: float(next(clock)))
     screen.write("$ proofmass montecarlo\n")
     with ProgressBar("run") as bar:
