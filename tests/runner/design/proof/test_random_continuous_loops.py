@@ -28,7 +28,8 @@ def _figures(loop: AnalogLoop, values: Mapping[str, float]) -> dict[str, float]:
     system = control.ss(a, b[:, None], -c[None], [[0.0]])
     sizes = np.abs(np.linalg.eigvals(np.block([[a, np.zeros_like(a)], [np.zeros_like(a), loop.closed(values)]])))
     w = np.geomspace(1e-2 * max(sizes[sizes > 0.0].min(), 1e-3), 1e3 * sizes.max(), 6000)
-    open_loop = np.array([c @ np.linalg.solve(1j * x * np.eye(len(a)) - a, b) for x in w]) * -1.0
+    resolvents = 1j * w[:, None, None] * np.eye(len(a)) - a
+    open_loop = -np.linalg.solve(resolvents, np.broadcast_to(b[:, None], (len(w), len(b), 1)))[..., 0] @ c
     disk = 2.0 / np.abs((1.0 - open_loop) / (1.0 + open_loop)).max()
     gains, phases, _, _, crossings, _ = control.stability_margins(system, returnall=True)
     gain = min((abs(20.0 * math.log10(g)) for g in gains if g > 0.0), default=math.inf)
