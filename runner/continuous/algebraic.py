@@ -12,7 +12,7 @@ Plain Python runs `solve` on lists, the compiled loop on arrays, both to the sam
 
 import math
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 from proofmass.runner.continuous.linear_equations import Flat, factorise, substitute
 
@@ -33,6 +33,18 @@ class NoSolutionError(ArithmeticError):
         self.at = at
 
 
+class _Loop(NamedTuple):
+    """Equations, present values and sizes of the unknowns, g of them, and other values with theirs."""
+
+    equations: Any
+    context: Any
+    unknown: Flat
+    image: Flat
+    size: Flat
+    ahead: Flat
+    image_ahead: Flat
+
+
 def scratch(n: int) -> tuple[int, ...]:
     """Return the lengths of the sequences that `solve` works on, for n unknowns."""
     return (n, n, n, n, n, n * n, n)
@@ -44,8 +56,8 @@ def solve(equations: Any, context: Any, unknown: Flat, work: Any) -> None:
     `equations(context, unknown, image)` writes g of the unknowns, or something not finite where g has no value;
     `work` is scratch.
     """
-    image, nudged, nudged_image, size, change, matrix, order = work
-    n = len(unknown)
+    image, ahead, image_ahead, size, change, matrix, order = work
+    loop, n = _Loop(equations, context, unknown, image, size, ahead, image_ahead), len(unknown)
     for i in range(n):
         size[i] = 0.0
     equations(context, unknown, image)
@@ -54,30 +66,22 @@ def solve(equations: Any, context: Any, unknown: Flat, work: Any) -> None:
         if possible and not solved:
             for i in range(n):
                 size[i] = max(size[i], abs(unknown[i]), abs(image[i]))
-            _differentiate(equations, context, unknown, image, nudged, nudged_image, size, matrix)
+            _differentiate(loop, matrix)
             for i in range(n):
                 matrix[i * n + i] -= 1.0
                 change[i] = unknown[i] - image[i]
             possible = factorise(matrix, n, order)
             if possible:
                 substitute(matrix, n, order, change)
-                solved, possible = _stepped(equations, context, unknown, image, nudged, nudged_image, size, change)
+                solved, possible = _stepped(loop, change)
     if not solved:
         for i in range(n):
             unknown[i] = math.nan
 
 
-def _differentiate(
-    equations: Any,
-    context: Any,
-    unknown: Flat,
-    image: Flat,
-    nudged: Flat,
-    nudged_image: Flat,
-    size: Flat,
-    jacobian: Flat,
-) -> None:
+def _differentiate(loop: _Loop, jacobian: Flat) -> None:
     """Derivatives of g. The nudge has the sign of the values, and the size of others where there is none yet."""
+    equations, context, unknown, image, size, nudged, nudged_image = loop
     n = len(unknown)
     largest = 0.0
     for i in range(n):
@@ -93,17 +97,9 @@ def _differentiate(
             jacobian[i * n + j] = (nudged_image[i] - image[i]) / nudge if nudge != 0.0 else 0.0
 
 
-def _stepped(
-    equations: Any,
-    context: Any,
-    unknown: Flat,
-    image: Flat,
-    ahead: Flat,
-    image_ahead: Flat,
-    size: Flat,
-    change: Flat,
-) -> tuple[bool, bool]:
+def _stepped(loop: _Loop, change: Flat) -> tuple[bool, bool]:
     """Go as far along the change as the distance gets less; whether the solution is reached, and whether it may be."""
+    equations, context, unknown, image, size, ahead, image_ahead = loop
     n = len(unknown)
     small = True
     for i in range(n):

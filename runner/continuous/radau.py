@@ -10,7 +10,7 @@ Plain Python runs these functions on lists, the compiled loop on arrays, both to
 """
 
 import math
-from typing import Any
+from typing import Any, NamedTuple
 
 from proofmass.runner.continuous.linear_equations import Flat, factorise, substitute
 
@@ -28,6 +28,18 @@ CONVERGED = 1e-12  # change of the stages, of the largest value that a state eve
 NUDGE = 1e-7  # for the derivatives, of that value
 
 
+class _Step(NamedTuple):
+    """A step of h seconds, as `radau_step` is given it."""
+
+    rates: Any
+    context: Any
+    time: float
+    h: float
+    x: Flat
+    moved: Flat
+    largest: Flat
+
+
 def scratch(n: int) -> tuple[int, ...]:
     """Return the lengths of the sequences that `radau_step` works on, for n states."""
     return (n, n, n * n, n * n, 9 * n * n, 3 * n, 3 * n, 3 * n)
@@ -41,9 +53,9 @@ def radau_step(
     `rates(context, time, x, out)` writes the derivatives; `largest` is what each state ever was; `work` is scratch.
     """
     slope, there, jacobian, filtered, matrix, z, change, order = work
-    n = len(x)
+    step, n = _Step(rates, context, time, h, x, moved, largest), len(x)
     rates(context, time, x, slope)
-    _differentiate(rates, context, time, h, x, there, slope, change, jacobian, largest)
+    _differentiate(step, there, slope, change, jacobian)
     for row in range(3 * n):
         z[row] = 0.0
         for column in range(3 * n):
@@ -53,7 +65,7 @@ def radau_step(
     settled = False
     for _ in range(ITERATIONS):
         if regular and not settled:
-            settled = _iterate(rates, context, time, h, x, there, z, change, matrix, order, moved, largest)
+            settled = _iterate(step, there, z, change, matrix, order)
     for i in range(n):
         moved[i] = x[i] + z[2 * n + i]
         error[i] = slope[i] + (E1 * z[i] + E2 * z[n + i] + E3 * z[2 * n + i]) / h
@@ -67,61 +79,37 @@ def radau_step(
             error[i] = math.inf
 
 
-def _differentiate(
-    rates: Any,
-    context: Any,
-    time: float,
-    h: float,
-    x: Flat,
-    there: Flat,
-    slope: Flat,
-    nudged: Flat,
-    jacobian: Flat,
-    largest: Flat,
-) -> None:
+def _differentiate(step: _Step, there: Flat, slope: Flat, nudged: Flat, jacobian: Flat) -> None:
     """Derivatives of the rates; zero for a state that never moved and does not now."""
-    n = len(x)
+    x, n = step.x, len(step.x)
     for i in range(n):
         there[i] = x[i]
     for j in range(n):
-        there[j] = x[j] + NUDGE * max(largest[j], abs(x[j]), abs(h * slope[j]))
+        there[j] = x[j] + NUDGE * max(step.largest[j], abs(x[j]), abs(step.h * slope[j]))
         nudge = there[j] - x[j]
-        rates(context, time, there, nudged)
+        step.rates(step.context, step.time, there, nudged)
         there[j] = x[j]
         for i in range(n):
             jacobian[i * n + j] = (nudged[i] - slope[i]) / nudge if nudge > 0.0 else 0.0
 
 
-def _iterate(
-    rates: Any,
-    context: Any,
-    time: float,
-    h: float,
-    x: Flat,
-    there: Flat,
-    z: Flat,
-    change: Flat,
-    matrix: Flat,
-    order: Flat,
-    slope: Flat,
-    largest: Flat,
-) -> bool:
+def _iterate(step: _Step, there: Flat, z: Flat, change: Flat, matrix: Flat, order: Flat) -> bool:
     """One step of Newton's method for the stages z; whether they have settled."""
-    n = len(x)
+    x, slope, n = step.x, step.moved, len(step.x)
     for row in range(3 * n):
         change[row] = -z[row]
     for stage in range(3):
         for i in range(n):
             there[i] = x[i] + z[stage * n + i]
-        rates(context, time + _node(stage) * h, there, slope)
+        step.rates(step.context, step.time + _node(stage) * step.h, there, slope)
         for other in range(3):
             for i in range(n):
-                change[other * n + i] += h * _weight(other, stage) * slope[i]
+                change[other * n + i] += step.h * _weight(other, stage) * slope[i]
     substitute(matrix, 3 * n, order, change)
     settled = True
     for row in range(3 * n):
         z[row] += change[row]
-        size = max(largest[row % n], abs(x[row % n]), abs(z[row]))
+        size = max(step.largest[row % n], abs(x[row % n]), abs(z[row]))
         settled = settled and abs(change[row]) <= CONVERGED * size
     return settled
 

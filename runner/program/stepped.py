@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from proofmass.blocks.declaration.behaviour import Behaviour
-from proofmass.runner.continuous.integrate import integrate
+from proofmass.runner.continuous.integrate import GroupTick, integrate
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
 from proofmass.runner.plan.groups import state_fields
@@ -76,8 +76,9 @@ class SteppedGroup(GroupWriter):
         else:
             accuracy = (self.length, self.tolerance, operand(self.solver.order), self.precision)
             arrays = (self.x, self.moved, self.error, self.largest, self.begun, self.clear, self.side)
-            given = (step, *events, context, time, self.writer.period, *accuracy, *arrays)
-            status = call(builder, integrate, (*given, operand(len(self.group.events)), operand(self.group.counts)))
+            numbers = operand(len(self.group.events)), operand(self.group.counts)
+            given = (step, *events, context, time, self.writer.period, *accuracy, *arrays, *numbers)
+            status = call(builder, integrate, (GroupTick._make(given),))
             large = builder.compute("multiply", 1e308, builder.compute("multiply", 10.0, status))
             self.writer.lose(builder.compute("multiply", 0.0, large))  # NaN where it failed
         self.keep([builder.load(self.x, i) for i in range(len(self.group.states))])

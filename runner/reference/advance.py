@@ -16,6 +16,7 @@ from proofmass.runner.continuous.integrate import (
     SHORT,
     STEPS_TOO_MANY,
     STEPS_TOO_SHORT,
+    GroupTick,
     integrate,
 )
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
@@ -71,9 +72,14 @@ class PlainAdvance(Advance):
     def __init__(self, plan: Plan, solver: Solver, largest: Sequence[float]) -> None:
         self.solver, self.period, self.largest = solver, plan.period, largest
         self.stages = Stages(plan.blocks, plan.schedule, solver.group, plan.block_period)
-        size = len(solver.group.states)
-        self._moved, self._error, self._begun = [0.0] * size, [0.0] * size, [0.0] * (2 * size)
-        self._clear, self._side = [0.0] * solver.group.watched, [0.0] * solver.group.watched
+        group, size = solver.group, len(solver.group.states)
+        self._error = [0.0] * size
+        functions = self._step, self.stages.clearances, self.stages.then
+        numbers = plan.period / solver.substeps, solver.allowed, solver.order, solver.precision
+        sides = [0.0] * group.watched, [0.0] * group.watched
+        arrays = [0.0] * size, self._error, largest, [0.0] * (2 * size), *sides
+        counts = len(group.events), group.counts
+        self._tick = GroupTick._make((*functions, None, 0.0, plan.period, *numbers, [], *arrays, *counts))
         self._work = tuple([0.0] * length for length in scratch(size))
         self._matrices: tuple[Matrix, Matrix] = [], []
         self._assembled_from: list[Any] | None = None
@@ -149,27 +155,7 @@ class PlainAdvance(Advance):
                 if not all(map(math.isfinite, x)):  # nor will it be after the steps that are left
                     break
             return DONE
-        return integrate(
-            self._step,
-            self.stages.clearances,
-            self.stages.then,
-            context,
-            context.start,
-            self.period,
-            length,
-            solver.allowed,
-            solver.order,
-            solver.precision,
-            x,
-            self._moved,
-            self._error,
-            self.largest,
-            self._begun,
-            self._clear,
-            self._side,
-            len(solver.group.events),
-            solver.group.counts,
-        )
+        return integrate(self._tick._replace(context=context, start=context.start, x=x))
 
     def _check(self, status: float, x: Sequence[float]) -> None:
         """Raise what kept the group from the next tick."""

@@ -5,7 +5,7 @@ import math
 
 import pytest
 
-from proofmass.runner.continuous.integrate import DONE, integrate
+from proofmass.runner.continuous.integrate import DONE, GroupTick, integrate
 
 RATE, CORNER, TOLERANCE = 50.0, 0.31, 1e-4
 
@@ -33,25 +33,9 @@ def test_a_step_up_to_a_jump_keeps_the_tolerance_too(first: float) -> None:
     """A first step of any length passes the jump, and the step up to it is as wrong as one that is not allowed."""
     x, largest = [1.0], [1.0]
     flat = [[0.0] for _ in range(4)]
-    status = integrate(
-        heun,
-        passed,
-        never,
-        [],
-        0.0,
-        1.0,
-        first,
-        TOLERANCE,
-        2,
-        1e-12,
-        x,
-        *flat[:2],
-        largest,
-        [0.0, 0.0],
-        *flat[2:],
-        0,
-        0,
-    )
+    numbers = 0.0, 1.0, first, TOLERANCE, 2, 1e-12
+    group = GroupTick(heun, passed, never, [], *numbers, x, *flat[:2], largest, [0.0, 0.0], *flat[2:], 0, 0)
+    status = integrate(group)
     assert status == DONE
     assert largest == [1.0]  # it never leaves the way from 1 down to 0 and up to 1 again
     assert x[0] == pytest.approx(1.0 - math.exp(-RATE * (1.0 - CORNER)), abs=100.0 * TOLERANCE)
@@ -70,7 +54,8 @@ def test_an_error_that_only_seemed_small_is_made_again(tolerance: float) -> None
 
     x, flat = [0.0], [[0.0] for _ in range(5)]
     numbers = 0.0, 1.0, 1.0, tolerance, 2, 1e-12
-    status = integrate(pulse, lambda *_: None, never, [], *numbers, x, *flat[:3], [0.0, 0.0], *flat[3:], 0, 0)
+    group = GroupTick(pulse, lambda *_: None, never, [], *numbers, x, *flat[:3], [0.0, 0.0], *flat[3:], 0, 0)
+    status = integrate(group)
     rate = complex(-5.0, 15.0)
     assert status == DONE
     assert x[0] == pytest.approx(((cmath.exp(rate) - 1.0) / rate).real, rel=tolerance)
