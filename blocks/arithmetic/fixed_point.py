@@ -10,7 +10,8 @@ reference, or a `Mantissa` such as the signal of a trace, from which the compile
 lines. A mantissa has no unit; a port's unit belongs to the value.
 """
 
-from collections.abc import Iterator
+import operator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from contextvars import ContextVar
 from fractions import Fraction
@@ -70,6 +71,16 @@ def counting_overflows(*, refusals: bool = False) -> Iterator[OverflowCount]:
         yield count
     finally:
         _counting.reset(token)
+
+
+def _comparison(compare: Callable[[Any, Any], Any]) -> Any:
+    """Return the operator that compares mantissas at one fraction."""
+
+    def compared(self: "FixedValue", other: Any) -> Any:
+        a, b, _ = _aligned(self, other)
+        return compare(a, b)
+
+    return compared
 
 
 class FixedValue:
@@ -133,30 +144,9 @@ class FixedValue:
         """Divided by 2**places: the binary point moves, the mantissa stays, nothing is lost."""
         return FixedValue(self.mantissa, self.fraction + _constant_shift(places))
 
-    def __lt__(self, other: Any) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a < b
-
-    def __le__(self, other: Any) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a <= b
-
-    def __gt__(self, other: Any) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a > b
-
-    def __ge__(self, other: Any) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a >= b
-
-    def __eq__(self, other: object) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a == b
-
-    def __ne__(self, other: object) -> Any:
-        a, b, _ = _aligned(self, other)
-        return a != b
-
+    __lt__, __le__ = _comparison(operator.lt), _comparison(operator.le)
+    __gt__, __ge__ = _comparison(operator.gt), _comparison(operator.ge)
+    __eq__, __ne__ = _comparison(operator.eq), _comparison(operator.ne)
     __hash__ = None  # type: ignore[assignment]  # equal values may have different mantissas
 
     def __bool__(self) -> bool:

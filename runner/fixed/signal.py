@@ -23,6 +23,11 @@ _MACHINERY = {module.__file__ for module in (fixed_point, mantissa, pipeline)} |
 )
 
 
+def _operators(kind: OperationName) -> tuple[Any, Any]:
+    """Return the operator of an operation, and the same with its operands turned round."""
+    return lambda self, other: self._made(kind, self, other), lambda self, other: self._made(kind, other, self)
+
+
 class Signal(Mantissa):
     """A number of a step that is traced: an integer by its operators, an operation of the program by its nature."""
 
@@ -38,40 +43,23 @@ class Signal(Mantissa):
             return NotImplemented
         return Signal(self._tracer, self._tracer.apply(kind, *map(self._tracer.operation, operands)))
 
-    def __add__(self, other: Any) -> Any:
-        return self._made("add", self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._made("add", other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._made("subtract", self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._made("subtract", other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._made("multiply", self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._made("multiply", other, self)
+    __add__, __radd__ = _operators("add")
+    __sub__, __rsub__ = _operators("subtract")
+    __mul__, __rmul__ = _operators("multiply")
+    __and__, __rand__ = _operators("and")
+    __or__, __ror__ = _operators("or")
+    __xor__, __rxor__ = _operators("xor")
+    __lt__, __gt__ = _operators("less")
+    __le__, __ge__ = _operators("less_equal")
+    __eq__, _ = _operators("equal")
+    __ne__, _ = _operators("not_equal")
+    __hash__ = object.__hash__
 
     def __neg__(self) -> Any:
         return self._made("negate", self)
 
     def __abs__(self) -> Any:
         return (self < 0).select(-self, self)
-
-    def __and__(self, other: Any) -> Any:
-        return self._made("and", self, other)
-
-    def __or__(self, other: Any) -> Any:
-        return self._made("or", self, other)
-
-    def __xor__(self, other: Any) -> Any:
-        return self._made("xor", self, other)
-
-    __rand__, __ror__, __rxor__ = __and__, __or__, __xor__
 
     def __lshift__(self, places: Any) -> Any:
         return self._shifted("shift_left", self, places)
@@ -87,26 +75,6 @@ class Signal(Mantissa):
 
     def __rrshift__(self, value: Any) -> Any:
         return self._shifted("shift_right", value, self)
-
-    def __lt__(self, other: Any) -> Any:
-        return self._made("less", self, other)
-
-    def __le__(self, other: Any) -> Any:
-        return self._made("less_equal", self, other)
-
-    def __gt__(self, other: Any) -> Any:
-        return self._made("less", other, self)
-
-    def __ge__(self, other: Any) -> Any:
-        return self._made("less_equal", other, self)
-
-    def __eq__(self, other: object) -> Any:
-        return self._made("equal", self, other)
-
-    def __ne__(self, other: object) -> Any:
-        return self._made("not_equal", self, other)
-
-    __hash__ = object.__hash__
 
     def __bool__(self) -> bool:
         return self._tracer.decide(self.operation)

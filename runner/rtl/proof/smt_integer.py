@@ -5,6 +5,7 @@ of `Mantissa` and shares nothing with the tracer: it has its own bounds, branche
 fault of the tracer and does not repeat it. A plain `if` is followed both ways, and the results are merged.
 """
 
+import operator
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, NoReturn
 
@@ -96,6 +97,37 @@ class Specification:
         return self._names[body]
 
 
+def _operators(way: Callable[..., Any], operation: str, evaluate: Callable[[int, int], int]) -> tuple[Any, Any]:
+    """Return the operator that is written in a way, and the same with its operands turned round."""
+    return (
+        lambda self, other: way(self, operation, self, other, evaluate),
+        lambda self, other: way(self, operation, other, self, evaluate),
+    )
+
+
+def _comparison(operation: str, always: Callable[..., bool], never: Callable[..., bool]) -> Any:
+    """Return the operator of a comparison that the bounds of its operands may decide."""
+
+    def compared(self: "SmtInteger", other: Any) -> Any:
+        if isinstance(other, FixedValue):
+            return NotImplemented
+        other = self.specification.lift(other)
+        if always(self, other) or never(self, other):
+            return self.specification.constant(int(always(self, other)))
+        width = max(self.width, other.width)
+        return self.specification.truth(f"({operation} {self.resized(width)} {other.resized(width)})")
+
+    return compared
+
+
+def _same(a: "SmtInteger", b: "SmtInteger") -> bool:
+    return a.text == b.text or (a.low == a.high == b.low == b.high)
+
+
+def _apart(a: "SmtInteger", b: "SmtInteger") -> bool:
+    return a.high < b.low or b.high < a.low
+
+
 class SmtInteger(Mantissa):
     """An integer between two bounds, as the SMT term `text` of their width."""
 
@@ -130,22 +162,10 @@ class SmtInteger(Mantissa):
 
     # -- arithmetic ------------------------------------------------------------------------------------------------
 
-    def __add__(self, other: Any) -> Any:
-        return self._ring("bvadd", self, other, lambda a, b: a + b)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._ring("bvadd", other, self, lambda a, b: a + b)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._ring("bvsub", self, other, lambda a, b: a - b)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._ring("bvsub", other, self, lambda a, b: a - b)
-
     def __mul__(self, other: Any) -> Any:
         if isinstance(other, int) and other > 0 and other & (other - 1) == 0:
             return self << (other.bit_length() - 1)
-        return self._ring("bvmul", self, other, lambda a, b: a * b)
+        return self._ring("bvmul", self, other, operator.mul)
 
     __rmul__ = __mul__
 
@@ -164,6 +184,9 @@ class SmtInteger(Mantissa):
         low, high = min(corners), max(corners)
         width = signed_width(low, high)
         return self.specification.word(f"({operation} {a.resized(width)} {b.resized(width)})", low, high)
+
+    __add__, __radd__ = _operators(_ring, "bvadd", operator.add)
+    __sub__, __rsub__ = _operators(_ring, "bvsub", operator.sub)
 
     # -- bits ------------------------------------------------------------------------------------------------------
 
@@ -186,18 +209,6 @@ class SmtInteger(Mantissa):
         low, high = bounds or (0 if self.low >= 0 and other.low >= 0 else -highest - 1, highest)
         return self._fitted(f"({operation} {self.resized(width)} {other.resized(width)})", width, low, high)
 
-    def __lshift__(self, places: Any) -> Any:
-        return self._shifted("bvshl", self, places, lambda a, b: a << b)
-
-    def __rshift__(self, places: Any) -> Any:
-        return self._shifted("bvashr", self, places, lambda a, b: a >> b)
-
-    def __rlshift__(self, value: Any) -> Any:
-        return self._shifted("bvshl", value, self, lambda a, b: a << b)
-
-    def __rrshift__(self, value: Any) -> Any:
-        return self._shifted("bvashr", value, self, lambda a, b: a >> b)
-
     def _shifted(self, operation: str, value: Any, places: Any, evaluate: Callable[[int, int], int]) -> Any:
         if isinstance(value, FixedValue):
             return NotImplemented
@@ -212,6 +223,9 @@ class SmtInteger(Mantissa):
         width = max(value.width, places.width, signed_width(low, high))
         return self._fitted(f"({operation} {value.resized(width)} {places.resized(width)})", width, low, high)
 
+    __lshift__, __rlshift__ = _operators(_shifted, "bvshl", operator.lshift)
+    __rshift__, __rrshift__ = _operators(_shifted, "bvashr", operator.rshift)
+
     def _fitted(self, term: str, width: int, low: int, high: int) -> "SmtInteger":
         """A term whose value is known to lie within bounds of a smaller width."""
         return self.specification.word(resized(term, width, signed_width(low, high)), low, high)
@@ -224,40 +238,13 @@ class SmtInteger(Mantissa):
 
     # -- comparisons and branches ----------------------------------------------------------------------------------
 
-    def __lt__(self, other: Any) -> Any:
-        return self._compared("bvslt", other, lambda a, b: a.high < b.low, lambda a, b: a.low >= b.high)
-
-    def __le__(self, other: Any) -> Any:
-        return self._compared("bvsle", other, lambda a, b: a.high <= b.low, lambda a, b: a.low > b.high)
-
-    def __gt__(self, other: Any) -> Any:
-        return self._compared("bvsgt", other, lambda a, b: a.low > b.high, lambda a, b: a.high <= b.low)
-
-    def __ge__(self, other: Any) -> Any:
-        return self._compared("bvsge", other, lambda a, b: a.low >= b.high, lambda a, b: a.high < b.low)
-
-    def __eq__(self, other: object) -> Any:
-        return self._compared("=", other, _same, _apart)
-
-    def __ne__(self, other: object) -> Any:
-        return self._compared("distinct", other, _apart, _same)
-
+    __lt__ = _comparison("bvslt", lambda a, b: a.high < b.low, lambda a, b: a.low >= b.high)
+    __le__ = _comparison("bvsle", lambda a, b: a.high <= b.low, lambda a, b: a.low > b.high)
+    __gt__ = _comparison("bvsgt", lambda a, b: a.low > b.high, lambda a, b: a.high <= b.low)
+    __ge__ = _comparison("bvsge", lambda a, b: a.low >= b.high, lambda a, b: a.high < b.low)
+    __eq__ = _comparison("=", _same, _apart)
+    __ne__ = _comparison("distinct", _apart, _same)
     __hash__ = object.__hash__
-
-    def _compared(
-        self,
-        operation: str,
-        other: Any,
-        always: Callable[["SmtInteger", "SmtInteger"], bool],
-        never: Callable[["SmtInteger", "SmtInteger"], bool],
-    ) -> Any:
-        if isinstance(other, FixedValue):
-            return NotImplemented
-        other = self.specification.lift(other)
-        if always(self, other) or never(self, other):
-            return self.specification.constant(int(always(self, other)))
-        width = max(self.width, other.width)
-        return self.specification.truth(f"({operation} {self.resized(width)} {other.resized(width)})")
 
     def __bool__(self) -> bool:
         return self.specification.decide(self)
@@ -326,14 +313,6 @@ def conjunction(conditions: Iterable[str]) -> str:
     """
     all_of = " ".join(conditions)
     return f"(and true {all_of})" if all_of else "true"
-
-
-def _same(a: SmtInteger, b: SmtInteger) -> bool:
-    return a.text == b.text or (a.low == a.high == b.low == b.high)
-
-
-def _apart(a: SmtInteger, b: SmtInteger) -> bool:
-    return a.high < b.low or b.high < a.low
 
 
 def _power_of_two(divisor: Any) -> int:
