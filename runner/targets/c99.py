@@ -3,21 +3,16 @@
 Compiled without contraction (`-ffp-contract=off`, as `-std=c99` has it anyway) it computes the bits of the reference.
 """
 
-import linecache
 import math
-from collections.abc import Iterator
-from itertools import chain
-from pathlib import PurePath
+from collections.abc import Iterator, Sequence
 
 from proofmass.runner.program import form
+from proofmass.runner.program.listing import COLUMN, ListedFunction
 from proofmass.runner.program.names import ProgramNames
-from proofmass.runner.program.walk import statements, used_once
-from proofmass.runner.targets.c99_operations import CALLED, HELPERS, INFIX, RESERVED
+from proofmass.runner.program.walk import statements
+from proofmass.runner.targets.c99_operations import CALLED, HELPERS, INFIX, RESERVED, TYPES
 
-TYPES = {form.FLOAT: "double", form.INTEGER: "int64_t", form.TRUTH: "bool"}
 _ZEROS = {form.FLOAT: "0.0", form.INTEGER: "0", form.TRUTH: "false"}
-_LONGEST = 72  # characters of an expression that takes in others
-_COLUMN = 88  # where the lines of Python stand
 _PLAIN = 2**31  # integers below need no suffix
 
 
@@ -49,20 +44,21 @@ def _declared(external: form.External) -> str:
     return f"extern {returned} {external.symbol}({kinds});\n"
 
 
-class _FunctionOfC:
+class _FunctionOfC(ListedFunction):
     """One function; what is read once becomes a part of the expression that reads it."""
 
+    bracketed = frozenset((*INFIX, "select", "negate"))
+    nothing: Sequence[str] = ()
+    opens, otherwise, closes, ends, always, leaves = " {", "} else {", "}", ";", "(true)", "if (!{}) break;"
+
     def __init__(self, function: form.Function, functions: dict[form.Function, str]) -> None:
-        self.function, self.functions = function, functions
+        super().__init__(function, [*RESERVED, *functions.values()])
+        self.functions = functions
         self.is_entry = function is list(functions)[-1]
-        self.names = ProgramNames([*RESERVED, *functions.values()])
-        self.parts = used_once(function.body)
-        self.written: dict[form.Value, str] = {}  # expressions that wait for the statement that reads them
         self.helpers: set[str] = set()
         self.externals = list(dict.fromkeys(_externals(function)))
         for external in self.externals:
             self.names.free(f"c_{external.symbol}")
-        self.told: form.Line | None = None
 
     def lines(self) -> Iterator[str]:
         """Definition of the function."""
@@ -89,105 +85,36 @@ class _FunctionOfC:
 
     # -- statements ------------------------------------------------------------------------------------------------
 
-    def _region(self, region: form.Region) -> Iterator[str]:
-        return (f"    {line}" for line in chain(*map(self._statement, region)))
-
-    def _statement(self, statement: form.Statement) -> Iterator[str]:
-        if isinstance(statement, form.Compute) and self._waits(statement):
-            return
-        beside = self._python(statement.line)
-        for line in self._lines(statement):
-            yield f"{line:{_COLUMN - 4}}/* {beside} */" if beside else line
-            beside = ""
-
-    def _waits(self, statement: form.Compute) -> bool:
-        """Return whether an operation is written where it is read; its text is kept for that place."""
-        text = self._operation(statement)
-        if statement.result not in self.parts or len(text) > _LONGEST:
-            return False
-        simple = statement.operation not in INFIX and statement.operation not in ("select", "negate")
-        self.written[statement.result] = text if simple else f"({text})"
-        return True
-
-    def _lines(self, statement: form.Statement) -> Iterator[str]:
-        match statement:
-            case form.Compute(result):
-                yield self._defined(result, self._operation(statement))
-            case form.Get(result, variable):
-                yield self._defined(result, self.names[variable])
-            case form.Set(variable, value):
-                yield f"{self.names[variable]} = {self._operand(value)};"
-            case form.Load(result, array, index):
-                yield self._defined(result, f"{self.names[array]}[{self._operand(index)}]")
-            case form.Store(array, index, value):
-                yield f"{self.names[array]}[{self._operand(index)}] = {self._operand(value)};"
-            case form.View(part, whole, first):
-                yield f"{_pointer(part)}{self.names[part]} = {self.names[whole]} + {self._operand(first)};"
-            case form.Call(results, function, arguments):
-                yield from self._call(results, function, arguments)
-            case form.If():
-                yield from self._if(statement)
-            case form.For():
-                yield self._for(statement)
-                yield from self._region(statement.body)
-                yield "}"
-            case form.While():
-                yield from self._while(statement)
-            case form.Break():
-                yield "break;"
-            case form.Continue():
-                yield "continue;"
-            case form.Return(values):
-                yield self._return(values)
-
     def _defined(self, result: form.Value, text: str) -> str:
         return f"const {TYPES[result.kind]} {self.names[result]} = {text};"
 
-    def _if(self, statement: form.If) -> Iterator[str]:
-        yield f"if ({_bare(self._operand(statement.condition))}) {{"
-        yield from self._region(statement.then)
-        if statement.otherwise:
-            yield "} else {"
-            yield from self._region(statement.otherwise)
-        yield "}"
+    def _assigned(self, place: str, value: form.Operand) -> str:
+        return f"{place} = {self._operand(value)};"
 
-    def _for(self, statement: form.For) -> str:
+    def _view(self, s: form.View) -> str:
+        return f"{_pointer(s.part)}{self.names[s.part]} = {self.names[s.whole]} + {self._operand(s.first)};"
+
+    def _counted(self, statement: form.For) -> str:
         i, first, last = self.names[statement.counter], self._operand(statement.first), self._operand(statement.last)
         sign = "<" if statement.step > 0 else ">"
         if statement.step in (1, -1):
-            return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i}{'++' if statement.step > 0 else '--'}) {{"
+            return f"(int64_t {i} = {first}; {i} {sign} {last}; {i}{'++' if statement.step > 0 else '--'})"
         if isinstance(statement.last, form.Immediate) and abs(statement.last.value + statement.step) < 2**63:
-            return f"for (int64_t {i} = {first}; {i} {sign} {last}; {i} += {_number(statement.step)}) {{"
+            return f"(int64_t {i} = {first}; {i} {sign} {last}; {i} += {self._number(statement.step)})"
         self.helpers |= {"add_integers", "subtract_integers"}
         more, (high, low) = self.names.free("more"), (last, i) if statement.step > 0 else (i, last)
         left = f"(uint64_t)subtract_integers({high}, {low}) > UINT64_C({abs(statement.step)})"
-        step = f"{more} = {left}, {i} = add_integers({i}, {_number(statement.step)})"
-        return f"for (int64_t {i} = {first}, {more} = {i} {sign} {last}; {more}; {step}) {{"
+        step = f"{more} = {left}, {i} = add_integers({i}, {self._number(statement.step)})"
+        return f"(int64_t {i} = {first}, {more} = {i} {sign} {last}; {more}; {step})"
 
-    def _while(self, statement: form.While) -> Iterator[str]:
-        tested = list(self._region(statement.test))
-        if not tested:
-            yield f"while ({_bare(self._operand(statement.condition))}) {{"
-        else:
-            yield "while (true) {"
-            yield from tested
-            yield f"    if (!{self._operand(statement.condition)}) break;"
-        yield from self._region(statement.body)
-        yield "}"
-
-    def _return(self, values: tuple[form.Operand, ...]) -> str:
-        texts = [_bare(self._operand(value)) for value in values]
+    def _returned(self, values: Sequence[form.Operand]) -> str:
         if len(values) < 2:
-            return " ".join(["return", *texts]) + ";"
-        return f"return ({self.functions[self.function]}_results){{{', '.join(texts)}}};"
+            return f"{super()._returned(values)};"
+        texts = ", ".join(map(self._alone, values))
+        return f"return ({self.functions[self.function]}_results){{{texts}}};"
 
-    def _call(
-        self,
-        results: tuple[form.Value, ...],
-        function: form.Function | form.External,
-        arguments: tuple[form.Operand | form.Storage, ...],
-    ) -> Iterator[str]:
-        read = ", ".join(self.names[a] if isinstance(a, form.Storage) else _bare(self._operand(a)) for a in arguments)
+    def _call(self, statement: form.Call) -> Iterator[str]:
+        function, results, read = statement.function, statement.results, self._arguments(statement)
         if isinstance(function, form.External):
             name = function.symbol if function.address is not None else f"c_{function.symbol}"
         else:
@@ -218,31 +145,28 @@ class _FunctionOfC:
             self.helpers.add(operation)
         return f"{CALLED.get(operation, operation)}({', '.join(map(_bare, read))})"
 
-    def _operand(self, operand: form.Operand) -> str:
-        if isinstance(operand, form.Immediate):
-            return _number(operand.value)
-        return self.written.get(operand) or self.names[operand]
+    def _alone(self, operand: form.Operand) -> str:
+        return _bare(self._operand(operand))
 
-    def _python(self, line: form.Line | None) -> str:
-        """The line of Python, where it is another than that of the statement before."""
-        if line is None or line == self.told:
-            return ""
-        self.told = line
-        text = linecache.getline(line.file, line.number).strip().replace("*/", "* /").replace("/*", "/ *")
-        return f"{PurePath(line.file).name}:{line.number}  {text}".rstrip().replace("??", "? ?")
+    def _condition(self, operand: form.Operand) -> str:
+        return f"({self._alone(operand)})"
 
+    def _number(self, value: float | int | bool) -> str:
+        """A number as C has it."""
+        if isinstance(value, bool):
+            return "true" if value else "false"
+        if isinstance(value, float):
+            if math.isfinite(value):
+                return repr(value)
+            return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
+        if value == -(2**63):
+            return "INT64_MIN"
+        return str(value) if abs(value) < _PLAIN else f"INT64_C({value})"
 
-def _number(value: float | int | bool) -> str:
-    """A number as C has it."""
-    if isinstance(value, bool):
-        return "true" if value else "false"
-    if isinstance(value, float):
-        if math.isfinite(value):
-            return repr(value)
-        return "NAN" if math.isnan(value) else "INFINITY" if value > 0.0 else "-INFINITY"
-    if value == -(2**63):
-        return "INT64_MIN"
-    return str(value) if abs(value) < _PLAIN else f"INT64_C({value})"
+    def _beside(self, line: str, remark: str) -> str:
+        for mark, plain in (("*/", "* /"), ("/*", "/ *"), ("??", "? ?")):
+            remark = remark.replace(mark, plain)
+        return f"{line:{COLUMN - 4}}/* {remark} */"
 
 
 def _bare(text: str) -> str:

@@ -1,5 +1,8 @@
 """Each operation of the form in C99: an operator, a function of libm, or a small function written out."""
 
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH
+
+TYPES = {FLOAT: "double", INTEGER: "int64_t", TRUTH: "bool"}
 INFIX = {
     "add": "+", "subtract": "-", "multiply": "*", "divide": "/", "less": "<", "less_equal": "<=", "equal": "==",
     "not_equal": "!=", "and": "&", "or": "|", "xor": "^", "less_integers": "<", "less_equal_integers": "<=",
@@ -11,97 +14,39 @@ CALLED = {
     "integer_of_truth": "(int64_t)", "float_of_truth": "(double)",
 }  # fmt: skip
 
-HELPERS = {  # in an order in which each knows those that it calls
-    "add_integers": """\
-static inline int64_t add_integers(int64_t a, int64_t b)
-{
-    return (int64_t)((uint64_t)a + (uint64_t)b);
-}
-""",
-    "subtract_integers": """\
-static inline int64_t subtract_integers(int64_t a, int64_t b)
-{
-    return (int64_t)((uint64_t)a - (uint64_t)b);
-}
-""",
-    "multiply_integers": """\
-static inline int64_t multiply_integers(int64_t a, int64_t b)
-{
-    return (int64_t)((uint64_t)a * (uint64_t)b);
-}
-""",
-    "add_overflows": """\
-static inline bool add_overflows(int64_t a, int64_t b)
-{
-    return b > 0 ? a > INT64_MAX - b : a < INT64_MIN - b;
-}
-""",
-    "subtract_overflows": """\
-static inline bool subtract_overflows(int64_t a, int64_t b)
-{
-    return b > 0 ? a < INT64_MIN + b : a > INT64_MAX + b;
-}
-""",
+_BODIES = {  # in an order in which each knows those that it calls
+    "add_integers": "return (int64_t)((uint64_t)a + (uint64_t)b);",
+    "subtract_integers": "return (int64_t)((uint64_t)a - (uint64_t)b);",
+    "multiply_integers": "return (int64_t)((uint64_t)a * (uint64_t)b);",
+    "add_overflows": "return b > 0 ? a > INT64_MAX - b : a < INT64_MIN - b;",
+    "subtract_overflows": "return b > 0 ? a < INT64_MIN + b : a > INT64_MAX + b;",
     "multiply_overflows": """\
-static inline bool multiply_overflows(int64_t a, int64_t b)
-{
-    if (b == 0) return false;
+if (b == 0) return false;
     if (b == -1) return a == INT64_MIN;
-    return (int64_t)((uint64_t)a * (uint64_t)b) / b != a;
-}
-""",
+    return (int64_t)((uint64_t)a * (uint64_t)b) / b != a;""",
     "floor_divide": """\
-/* a / b rounded down */
-static inline int64_t floor_divide(int64_t a, int64_t b)
-{
-    if (b == 0) return a;
+if (b == 0) return a;
     if (b == -1) return (int64_t)(0 - (uint64_t)a);
-    return a / b - (a % b != 0 && (a % b < 0) != (b < 0));
-}
-""",
+    return a / b - (a % b != 0 && (a % b < 0) != (b < 0)); /* rounded down */""",
     "modulo": """\
-/* what is left of a / b rounded down */
-static inline int64_t modulo(int64_t a, int64_t b)
-{
-    if (b == 0 || b == -1) return 0;
-    return a % b + (a % b != 0 && (a % b < 0) != (b < 0) ? b : 0);
+if (b == 0 || b == -1) return 0;
+    return a % b + (a % b != 0 && (a % b < 0) != (b < 0) ? b : 0); /* left of a / b rounded down */""",
+    "shift_left": "return (int64_t)((uint64_t)a << (b & 63));",
+    "shift_right": "return a < 0 ? (int64_t)~(~(uint64_t)a >> (b & 63)) : (int64_t)((uint64_t)a >> (b & 63));",
+    "integer_of_float": "return a >= -9223372036854775808.0 && a < 9223372036854775808.0 ? (int64_t)a : 0;",
+    "bits_of_float": "int64_t bits;\n    memcpy(&bits, &a, sizeof bits);\n    return bits;",
+    "float_of_bits": "double number;\n    memcpy(&number, &a, sizeof number);\n    return number;",
 }
-""",
-    "shift_left": """\
-static inline int64_t shift_left(int64_t a, int64_t b)
-{
-    return (int64_t)((uint64_t)a << (b & 63));
-}
-""",
-    "shift_right": """\
-static inline int64_t shift_right(int64_t a, int64_t b)
-{
-    return a < 0 ? (int64_t)~(~(uint64_t)a >> (b & 63)) : (int64_t)((uint64_t)a >> (b & 63));
-}
-""",
-    "integer_of_float": """\
-static inline int64_t integer_of_float(double a)
-{
-    return a >= -9223372036854775808.0 && a < 9223372036854775808.0 ? (int64_t)a : 0;
-}
-""",
-    "bits_of_float": """\
-static inline int64_t bits_of_float(double a)
-{
-    int64_t bits;
-    memcpy(&bits, &a, sizeof bits);
-    return bits;
-}
-""",
-    "float_of_bits": """\
-static inline double float_of_bits(int64_t bits)
-{
-    double a;
-    memcpy(&a, &bits, sizeof a);
-    return a;
-}
-""",
-}
+
+
+def _helper(name: str) -> str:
+    """Return the definition of a small function, whose types are those of the operation."""
+    kinds, result, _ = OPERATIONS[name]
+    parameters = ", ".join(f"{TYPES[kind or FLOAT]} {letter}" for kind, letter in zip(kinds, "ab", strict=False))
+    return f"static inline {TYPES[result or FLOAT]} {name}({parameters})\n{{\n    {_BODIES[name]}\n}}\n"
+
+
+HELPERS = {name: _helper(name) for name in _BODIES}
 
 _KEYWORDS = (
     "auto break case char const continue default do double else enum extern float for goto if inline int long register "
