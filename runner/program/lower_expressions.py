@@ -368,9 +368,8 @@ class LoweredExpressions:
         if known is not None and known >= 0:
             return index
         index = numbers.as_kind(self.builder, index, INTEGER)
-        if self.is_natural(index):
+        if self.is_natural(index) or whole.length is None:  # nothing is counted from an end that is not known
             return index
-        assert whole.length is not None, "an array of unknown length, indexed from its end"
         behind = self.builder.compute("add_integers", index, whole.length)
         return self.builder.compute("select", self.builder.compute("less_integers", index, 0), behind, index)
 

@@ -5,10 +5,11 @@ Events are wires that are chosen when the program runs (`events`), and with nois
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any, TypeAlias
 
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.plan.planned import Plan
-from proofmass.runner.program.build import Builder, operand
+from proofmass.runner.program.build import Builder, operand, parameters_like
 from proofmass.runner.program.events import (
     AT_WIRES,
     COUNT,
@@ -33,7 +34,7 @@ from proofmass.runner.program.form import (
     Value,
     Variable,
 )
-from proofmass.runner.program.lower import program
+from proofmass.runner.program.lower import call, program
 from proofmass.runner.program.structure import Lowered
 from proofmass.runner.program.tangent_rules import TangentStep
 from proofmass.runner.program.tangents import Tangents
@@ -44,6 +45,7 @@ NONE, FIRST_EVENT = -1, -2  # instead of a number that lasts, in a lane: no dire
 AS_BEFORE, RENEWED, AT_REST = range(
     3
 )  # matrices that follow from numbers are made anew with their slopes, or have none
+_Several: TypeAlias = tuple[Any, ...]
 _STILL, _FOLLOWED = "number without slope", "number that a matrix follows from"
 
 
@@ -162,11 +164,11 @@ class _Directions:
     def __init__(self, entry: Function, moved: Sequence[Storage], scratch: Storage, events: Events) -> None:
         self.entry = entry
         builder = self.builder = Builder("in_directions", entry.origin)
-        self.copies = {parameter: _copied(builder, parameter) for parameter in entry.parameters}
+        self.copies: dict[Any, Any] = {p: parameters_like(builder, p.name, p) for p in entry.parameters}
         self.slopes: dict[Value | Storage, Storage] = {scratch: builder.array(FLOAT, None, "scratch_slopes", True)}
-        self.moved = [self._array(array) for array in moved]
+        self.moved = tuple(self.copies[array] for array in moved)
         self.slopes |= {a: builder.array(FLOAT, a.length, f"{a.name}_slopes", True) for a in moved}
-        self.before = [builder.array(array.entry, None, f"{array.name}_before", True) for array in moved]
+        self.before = tuple(builder.array(array.entry, None, f"{array.name}_before", True) for array in moved)
         lengths = builder.array(INTEGER, len(moved), "lengths")
         self.kept = builder.array(INTEGER, None, "kept")
         self.ends = builder.array(INTEGER, len(moved), "ends")
@@ -176,9 +178,9 @@ class _Directions:
         self.most = builder.parameter(INTEGER, "most")
         self.rows = builder.array(FLOAT, None, "rows", True)
         self.tellings = builder.array(FLOAT, None, "tellings", True)
-        self.events = Events(*map(self._array, events))
-        self.lengths = [builder.load(lengths, k) for k, _ in enumerate(moved)]
-        self.own = [self.slopes[array] for array in moved]
+        self.events = Events(*(self.copies[array] for array in events))
+        self.lengths = tuple(builder.load(lengths, k) for k, _ in enumerate(moved))
+        self.own = tuple(self.slopes[array] for array in moved)
         lanes = self.events.heard, self.events.lane
         self.apart = frozenset([self.directions, self.rows, *self.slopes.values(), *lanes])
         arrays = [*self.copies.values(), *self.before, lengths, self.kept, self.ends, self.matrices, self.tellings]
@@ -189,81 +191,67 @@ class _Directions:
         builder, entry = self.builder, self.entry
         kept = builder.load(self.ends, len(self.moved) - 1)
         width = builder.compute("add_integers", builder.compute("add_integers", kept, self.most), 1)
-        first, last = (self.copies[p] for p in entry.parameters[:2])
-        assert isinstance(first, Value)
-        assert isinstance(last, Value)
-        others = entry.parameters[2:]
+        (first, last), others = (self.copies[p] for p in entry.parameters[:2]), entry.parameters[2:]
         given = [each for p in others for each in (self.copies[p], *filter(None, [self.slopes.get(p)]))]
         with builder.counted(first, last, 1, "tick") as tick:
             following = builder.compute("add_integers", tick, 1)
-            done = builder.compute("multiply_integers", builder.compute("subtract_integers", tick, first), self.number)
-            self._save()
+            number = builder.compute("subtract_integers", tick, first)
+            done = builder.compute("multiply_integers", number, self.number)
+            call(builder, _save, (self.moved, self.before, self.lengths))
             with builder.counted(0, self.number, 1, "row") as row:
                 builder.store(self.events.state, MATRICES, builder.load(self.matrices, row))
-                self._begin(builder.load(self.directions, row))
+                direction = builder.load(self.directions, row)
+                call(builder, _begin, (direction, self.moved, self.own, self.before, self.lengths, self.events))
                 builder.call(sloped, tick, following, *given)
-                self._keep(builder.compute("multiply_integers", builder.compute("add_integers", done, row), width))
-            self._tell(builder.compute("subtract_integers", tick, first))
+                place = builder.compute("multiply_integers", builder.compute("add_integers", done, row), width)
+                call(builder, _keep, (self.rows, place, self.own, self.kept, self.ends, self.events, self.most))
+            call(builder, _tell, (self.tellings, number, self.events, self.most))
         return builder.function()
 
-    def _array(self, parameter: Value | Storage) -> Storage:
-        copy = self.copies[parameter]
-        assert isinstance(copy, Storage)
-        return copy
 
-    def _save(self) -> None:
-        builder = self.builder
-        for array, before, length in zip(self.moved, self.before, self.lengths, strict=True):
-            with builder.counted(0, length, 1, "entry") as i:
-                builder.store(before, i, builder.load(array, i))
-
-    def _begin(self, direction: Operand) -> None:
-        builder, events = self.builder, self.events
-        place = direction
-        for array, slope, before, length in zip(self.moved, self.own, self.before, self.lengths, strict=True):
-            with builder.counted(0, length, 1, "entry") as i:
-                builder.store(array, i, builder.load(before, i))
-                builder.store(slope, i, 0.0)
-            within = builder.compute("less_integers", place, length)
-            with builder.when(builder.compute("both", builder.compute("less_equal_integers", 0, place), within)):
-                builder.store(slope, place, 1.0)
-            place = builder.compute("subtract_integers", place, length)
-        entered = builder.compute("subtract_integers", FIRST_EVENT, direction)
-        builder.store(events.lane, EVENT, builder.compute("float_of_integer", entered))
-        builder.store(events.lane, MOVED, 0.0)
-        builder.store(events.state, COUNT, 0)
-
-    def _keep(self, place: Operand) -> None:
-        builder = self.builder
-        first: Operand = operand(0)
-        for k, array in enumerate(self.own):
-            last = builder.load(self.ends, k)
-            with builder.counted(first, last, 1, "entry") as i:
-                slope = builder.load(array, builder.load(self.kept, i))
-                builder.store(self.rows, builder.compute("add_integers", place, i), slope)
-            first = last
-        place = builder.compute("add_integers", place, first)
-        count = builder.load(self.events.state, COUNT)
-        with builder.counted(0, self.most, 1, "event") as event:
-            occurred = builder.compute("less_integers", event, count)
-            heard = builder.compute("select", occurred, builder.load(self.events.heard, event), 0.0)
-            builder.store(self.rows, builder.compute("add_integers", place, event), heard)
-        place = builder.compute("add_integers", place, self.most)
-        builder.store(self.rows, place, builder.load(self.events.lane, MOVED))
-
-    def _tell(self, number: Operand) -> None:
-        """Keep how many events a tick of some number had, and what they tell."""
-        builder = self.builder
-        entries = builder.compute("multiply_integers", self.most, TOLD)
-        place = builder.compute("multiply_integers", number, builder.compute("add_integers", entries, 1))
-        count = builder.load(self.events.state, COUNT)
-        builder.store(self.tellings, place, builder.compute("float_of_integer", count))
-        place = builder.compute("add_integers", place, 1)
-        with builder.counted(0, entries, 1, "entry") as i:
-            builder.store(self.tellings, builder.compute("add_integers", place, i), builder.load(self.events.told, i))
+# -- in the loop: functions that programs call -------------------------------------------------------------------------
 
 
-def _copied(builder: Builder, parameter: Value | Storage) -> Value | Storage:
-    if isinstance(parameter, Storage):
-        return builder.array(parameter.entry, parameter.length, parameter.name, parameter.writable)
-    return builder.parameter(parameter.kind, parameter.name)
+def _save(moved: _Several, before: _Several, lengths: _Several) -> None:
+    """Keep what numbers are before a tick."""
+    for array, kept, length in zip(moved, before, lengths, strict=True):
+        for i in range(length):
+            kept[i] = array[i]
+
+
+def _begin(direction: int, moved: _Several, slopes: _Several, before: _Several, lengths: _Several, events: Any) -> None:
+    """Begin a tick in a direction: numbers are what they were, and one of them has the slope 1."""
+    place = direction
+    for array, slope, kept, length in zip(moved, slopes, before, lengths, strict=True):
+        for i in range(length):
+            array[i] = kept[i]
+            slope[i] = 0.0
+        if 0 <= place < length:
+            slope[place] = 1.0
+        place -= length
+    events.lane[EVENT] = float(FIRST_EVENT - direction)
+    events.lane[MOVED] = 0.0
+    events.state[COUNT] = 0
+
+
+def _keep(rows: Any, place: int, slopes: _Several, kept: Any, ends: Any, events: Any, most: int) -> None:
+    """Keep the slopes of a tick, those at its events, and whether matrices have some, from a place on."""
+    first = 0
+    for k, slope in enumerate(slopes):
+        for i in range(first, ends[k]):
+            rows[place + i] = slope[kept[i]]
+        first = ends[k]
+    place += first
+    for event in range(most):
+        heard = events.heard[event]
+        rows[place + event] = heard if event < events.state[COUNT] else 0.0
+    rows[place + most] = events.lane[MOVED]
+
+
+def _tell(tellings: Any, number: int, events: Any, most: int) -> None:
+    """Keep how many events a tick of some number had, and what they tell."""
+    entries = most * TOLD
+    place = number * (entries + 1)
+    tellings[place] = float(events.state[COUNT])
+    for i in range(entries):
+        tellings[place + 1 + i] = events.told[i]

@@ -14,9 +14,8 @@ import numpy as np
 
 from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import AnyArray, Array
-from proofmass.runner.program.build import Builder, BuilderInput
-from proofmass.runner.program.form import FLOAT, INTEGER, Operand, Storage
-from proofmass.runner.program.lower import program
+from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
+from proofmass.runner.program.lower import lower, program
 from proofmass.runner.targets.machine_code import Settings, load
 
 _AS_IT_IS, _NOTHING = -1, -2  # instead of a place of a row that is made anew
@@ -66,64 +65,34 @@ def carried_back(entries: TickEntries, heard: Indices, enters: Indices, last: Ar
 
 @cache
 def _code() -> Callable[..., Any]:
-    return load(program(_Written().function()), Settings(wide=True))
+    number, places = Value(INTEGER), Storage(INTEGER, None, writable=False)
+    values, rows = Storage(FLOAT, None, writable=False), Storage(FLOAT, None, writable=True)
+    carried_by = lower(_carry, (number, number, number, (places, places, places, values), places, rows, rows))
+    return load(program(carried_by.function), Settings(wide=True))
 
 
-class _Written(Builder):
-    """Writes the ticks from the last one back."""
-
-    def __init__(self) -> None:
-        super().__init__("carried_back", __name__)
-        ticks, self._size, self._width = (self.parameter(INTEGER, name) for name in ("ticks", "size", "width"))
-        self._bounds, self._to, self._source = (self.array(INTEGER, None, name) for name in ("bounds", "to", "source"))
-        self._value = self.array(FLOAT, None, "value")
-        self._slots = self.array(INTEGER, None, "slots")
-        self._carried, self._made = (self.array(FLOAT, None, name, True) for name in ("carried", "made"))
-        with self.counted(0, ticks, 1, "done") as done:
-            self._tick(self._less(self._less(ticks, 1), done))
-
-    def _tick(self, tick: Operand) -> None:
-        first = self._times(tick, self._size)
-        with self.counted(0, self._size, 1, "place") as place:
-            slot = self.load(self._slots, self._plus(first, place))
-            with self.when(self.compute("less_equal_integers", 0, slot)):
-                self._rows((self._made, slot), None)
-        last = self.load(self._bounds, self._plus(tick, 1))
-        with self.counted(self.load(self._bounds, tick), last, 1, "entry") as entry:
-            self._entry(*(self.load(of, entry) for of in (self._to, self._source, self._value)))
-        with self.counted(0, self._size, 1, "place") as place:
-            slot = self.load(self._slots, self._plus(first, place))
-            with self.when(self.compute("less_equal_integers", 0, slot)):
-                self._rows((self._carried, place), lambda i: self.load(self._made, self._at(slot, i)))
-            with self.when(self.compute("equal_integers", slot, _NOTHING)):
-                self._rows((self._carried, place), None)
-
-    def _entry(self, to: Operand, source: Operand, value: Operand) -> None:
-        with self.when(self.compute("less_integers", source, self._size)):
-            self._rows((self._made, to), lambda i: self._added(to, i, self._times_carried(value, source, i)))
-        with self.otherwise():
-            asked = self._less(source, self._size)
-            self.store(self._made, self._at(to, asked), self._added(to, asked, value))
-
-    def _times_carried(self, value: Operand, row: Operand, i: Operand) -> Operand:
-        return self.compute("multiply", self.load(self._carried, self._at(row, i)), value)
-
-    def _added(self, to: Operand, i: Operand, more: Operand) -> Operand:
-        return self.compute("add", self.load(self._made, self._at(to, i)), more)
-
-    def _rows(self, to: tuple[Storage, Operand], value: Callable[[Operand], Operand] | None) -> None:
-        array, row = to
-        with self.counted(0, self._width, 1, "i") as i:
-            self.store(array, self._at(row, i), value(i) if value else 0.0)
-
-    def _at(self, row: Operand, i: Operand) -> Operand:
-        return self._plus(self._times(row, self._width), i)
-
-    def _plus(self, one: Operand, other: BuilderInput) -> Operand:
-        return self.compute("add_integers", one, other)
-
-    def _less(self, one: Operand, other: BuilderInput) -> Operand:
-        return self.compute("subtract_integers", one, other)
-
-    def _times(self, one: Operand, other: Operand) -> Operand:
-        return self.compute("multiply_integers", one, other)
+def _carry(ticks: int, size: int, width: int, entries: Any, slots: Any, carried: Any, made: Any) -> None:
+    """Go through the ticks from the last one back, as machine code."""
+    bounds, to, source, value = entries
+    for done in range(ticks):
+        tick = ticks - 1 - done
+        for place in range(size):
+            slot = slots[tick * size + place]
+            if slot >= 0:
+                for i in range(width):
+                    made[slot * width + i] = 0.0
+        for entry in range(bounds[tick], bounds[tick + 1]):
+            row, of, factor = to[entry], source[entry], value[entry]
+            if of < size:
+                for i in range(width):
+                    made[row * width + i] += carried[of * width + i] * factor
+            else:
+                made[row * width + of - size] += factor
+        for place in range(size):
+            slot = slots[tick * size + place]
+            if slot >= 0:
+                for i in range(width):
+                    carried[place * width + i] = made[slot * width + i]
+            if slot == _NOTHING:
+                for i in range(width):
+                    carried[place * width + i] = 0.0
