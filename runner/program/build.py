@@ -83,7 +83,9 @@ class Builder:
         if folded is not None:
             return folded
         kind = form.OPERATIONS[operation].result or values[-1].kind
-        return self._computed(form.Value(kind, name), lambda result: form.Compute(result, operation, values, self.line))
+        result = form.Value(kind, name)
+        self.add(form.Compute(result, operation, values, self.line))
+        return result
 
     def likely(self, condition: BuilderInput, value: BuilderInput, other: BuilderInput) -> form.Operand:
         """Choose one of two numbers; the first is the likely one."""
@@ -91,9 +93,9 @@ class Builder:
 
     def get(self, variable: form.Variable) -> form.Value:
         """Current value of a variable."""
-        return self._computed(
-            form.Value(variable.kind, variable.name), lambda result: form.Get(result, variable, self.line)
-        )
+        result = form.Value(variable.kind, variable.name)
+        self.add(form.Get(result, variable, self.line))
+        return result
 
     def set(self, variable: form.Variable, value: BuilderInput) -> None:
         """Set a variable."""
@@ -101,9 +103,9 @@ class Builder:
 
     def load(self, array: form.Storage, index: BuilderInput, name: str = "") -> form.Value:
         """An entry of an array."""
-        return self._computed(
-            form.Value(array.entry, name), lambda result: form.Load(result, array, operand(index), self.line)
-        )
+        result = form.Value(array.entry, name)
+        self.add(form.Load(result, array, operand(index), self.line))
+        return result
 
     def store(self, array: form.Storage, index: BuilderInput, value: BuilderInput) -> None:
         """Set an entry of an array."""
@@ -213,10 +215,6 @@ class Builder:
     def number(self, value: BuilderInput) -> "WrittenNumber":
         """A value to compute with in a formula."""
         return WrittenNumber(self, operand(value))
-
-    def _computed(self, result: form.Value, made: Callable[[form.Value], form.Statement]) -> form.Value:
-        self.add(made(result))
-        return result
 
 
 class WrittenNumber:

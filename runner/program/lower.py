@@ -21,7 +21,7 @@ from proofmass.runner.program.form import TRUTH, Function, Kind, Operand, Progra
 from proofmass.runner.program.lower_expressions import FAULT, WiderError
 from proofmass.runner.program.lower_statements import LoweredStatements
 from proofmass.runner.program.shared import outline
-from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, like, shape_of
+from proofmass.runner.program.structure import Lowered, described, has_functions, leaves, rebuilt, shape_of
 
 _LARGE = "proofmass.runner.continuous."  # solvers are called often and stay functions
 ScopePlace = tuple[int, ...]  # of a list of statements within those that it lies in
@@ -65,14 +65,7 @@ def outcome(builder: Builder, function: Callable[..., Any], arguments: Sequence[
 
 def _called(builder: Builder, lowered: LoweredFunction, arguments: Sequence[Lowered]) -> Called:
     results = builder.call(lowered.function, *leaves(tuple(arguments)))
-    return Called(_filled(lowered.result, iter(results)), results[-1] if lowered.fails else None)
-
-
-def _filled(result: Lowered, values: Any) -> Lowered:
-    """Fill the structure of a result with values in place of kinds."""
-    if isinstance(result, tuple):
-        return like(result, [_filled(part, values) for part in result])
-    return next(values) if isinstance(result, Kind) else result
+    return Called(rebuilt(lowered.result, results), results[-1] if lowered.fails else None)
 
 
 def _lowered(

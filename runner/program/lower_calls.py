@@ -15,7 +15,7 @@ from proofmass.blocks.language.refusals import refuse
 from proofmass.blocks.language.values import is_record
 from proofmass.runner.fixed.step_formats import held_as
 from proofmass.runner.program import lower_numbers as numbers
-from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, External, Function, Operand, Storage, Value
+from proofmass.runner.program.form import FLOAT, INTEGER, OPERATIONS, TRUTH, External, Function, Operand, Storage
 from proofmass.runner.program.lower_expressions import LoweredExpressions
 from proofmass.runner.program.structure import Lowered, is_scalar, leaves
 
@@ -118,7 +118,7 @@ class LoweredCalls(LoweredExpressions):
         if function in (min, max) and len(arguments) == 1 and isinstance(arguments[0], tuple):
             arguments = arguments[0]
         if function in (min, max):
-            return self._extreme("less", function is max, [self._scalar(node, value) for value in arguments])
+            return self._extreme(function is max, [self._scalar(node, value) for value in arguments])
         if function is len and isinstance(arguments[0], tuple):
             return self.known(len(arguments[0]))
         if function is len and isinstance(arguments[0], Storage) and arguments[0].length is not None:
@@ -147,20 +147,14 @@ class LoweredCalls(LoweredExpressions):
         looked = _LOOKS.get(function)
         return looked(self.builder.compute, number) if looked else None
 
-    def _extreme(self, less: str, largest: bool, values: Sequence[Operand]) -> Operand:
+    def _extreme(self, largest: bool, values: Sequence[Operand]) -> Operand:
         """The first of the least or greatest values, compared as Python compares them."""
         best, *others = numbers.agreed(self.builder, *values)
-        operation = less if best.kind is FLOAT else f"{less}_integers"
+        operation = "less" if best.kind is FLOAT else "less_integers"
         for other in others:
             pair = (best, other) if largest else (other, best)
-            best = self._chosen(self.builder.compute(operation, *pair), other, best)
+            best = self.chosen(self.builder.compute(operation, *pair), other, best)
         return best
-
-    def _chosen(self, test: Operand, a: Operand, b: Operand) -> Operand:
-        made = self.builder.compute("select", test, a, b)
-        if isinstance(made, Value) and made.kind is INTEGER and self.is_natural(a) and self.is_natural(b):
-            self.natural.add(made)
-        return made
 
 
 _LOOKS: dict[Any, Callable[[Any, Operand], Operand]] = {

@@ -231,13 +231,17 @@ class LoweredExpressions:
         if is_cheap(then, other):
             self.builder.splice(then)
             self.builder.splice(other)
-            chosen = self.builder.compute("select", test, *numbers.agreed(self.builder, a, b))
-            if isinstance(chosen, Value) and self.is_natural(a) and self.is_natural(b):
-                self.natural.add(chosen)
-            return chosen
+            return self.chosen(test, *numbers.agreed(self.builder, a, b))
         variable = self.builder.variable(kind)
         self._branches(test, [variable], [a], then, [b], other)
         return self.builder.get(variable)
+
+    def chosen(self, test: Operand, a: Operand, b: Operand) -> Operand:
+        """Choose one of two numbers of one kind."""
+        made = self.builder.compute("select", test, a, b)
+        if isinstance(made, Value) and self.is_natural(a) and self.is_natural(b):
+            self.natural.add(made)
+        return made
 
     def _either_of_many(
         self, node: ast.AST, test: Operand, a: Lowered, then: Region, b: Lowered, other: Region

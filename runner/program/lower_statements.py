@@ -10,7 +10,7 @@ from proofmass.runner.program.build import operand
 from proofmass.runner.program.form import INTEGER, Immediate, Kind, Line, Operand, Storage, Variable
 from proofmass.runner.program.lower_calls import LoweredCalls
 from proofmass.runner.program.lower_expressions import WiderError
-from proofmass.runner.program.structure import Lowered, is_scalar, leaves, mapped
+from proofmass.runner.program.structure import Lowered, leaves, mapped
 
 _RESULT = "return"
 
@@ -92,7 +92,7 @@ class LoweredStatements(LoweredCalls):
             count = iter(range(1 << 30))
             self.names[name] = mapped(value, lambda leaf: self._first(f"{name}", next(count), leaf))
             return
-        before, after = list(_places(variable)), list(leaves(value))
+        before, after = list(leaves(variable)), list(leaves(value))
         if type(variable) is not type(value) and (isinstance(variable, tuple) or isinstance(value, tuple)):
             raise refuse(target, f"{name} is of another type elsewhere", "take another name")
         for number, (place, part) in enumerate(zip(before, after, strict=True)):
@@ -234,7 +234,7 @@ class LoweredStatements(LoweredCalls):
             self.returns = True
             count = iter(range(1 << 30))
             self.result = mapped(value, lambda leaf: self.wider.get(f"{_RESULT} {next(count)}", leaf.kind))
-        kinds = list(_kinds(self.result))
+        kinds = list(leaves(self.result))
         if len(kinds) != len(parts):
             raise refuse(node, "it returns something else elsewhere")
         values = [
@@ -250,23 +250,6 @@ class LoweredStatements(LoweredCalls):
             self.note(operand(True))
             return
         raise refuse(node, "raise is not compiled", "return NaN: a number that is not finite ends the run")
-
-
-def _places(value: Lowered) -> Any:
-    """Variables and arrays within the value of a name."""
-    if isinstance(value, tuple):
-        for part in value:
-            yield from _places(part)
-    elif isinstance(value, Variable | Storage) or is_scalar(value):
-        yield value
-
-
-def _kinds(result: Lowered) -> Any:
-    if isinstance(result, tuple):
-        for part in result:
-            yield from _kinds(part)
-    elif isinstance(result, Kind):
-        yield result
 
 
 def _hint(target: ast.expr) -> str:

@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 
-from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.runner.continuous.integrate import GroupTick, integrate
 from proofmass.runner.continuous.methods import EXPLICIT, explicit_step
 from proofmass.runner.continuous.radau import radau_step, scratch
@@ -12,7 +11,7 @@ from proofmass.runner.program.build import Builder, WrittenNumber, operand, para
 from proofmass.runner.program.form import FLOAT, INTEGER, Function, Storage
 from proofmass.runner.program.frame import Frame
 from proofmass.runner.program.groups import ExactGroup, GroupContext, GroupWriter, WritesTick
-from proofmass.runner.program.lower import Called, call
+from proofmass.runner.program.lower import call
 from proofmass.runner.program.lower_numbers import as_kind
 from proofmass.runner.program.structure import Lowered, leaves
 
@@ -148,7 +147,7 @@ class SteppedGroup(GroupWriter):
         if frame is not None:
             watched = [(name, event, type(self.blocks[name]).events[event][0]) for name, event in self.group.events]
             watched += [(name, corner, type(self.blocks[name]).corners[corner]) for name, corner in self.group.corners]
-            numbers = [as_kind(builder, frame.sound(_called(frame, *each)), FLOAT) for each in watched]
+            numbers = [as_kind(builder, frame.sound(frame.called(*each)), FLOAT) for each in watched]
             for i, number in enumerate(numbers):
                 builder.store(clear, i, frame.unless_failed(number))
         return builder.function()
@@ -161,7 +160,7 @@ class SteppedGroup(GroupWriter):
         if frame is not None:
             for number, (name, event) in enumerate(self.group.events):
                 with builder.when(builder.compute("equal_integers", which, number)):
-                    made = frame.sound(_called(frame, name, event, type(self.blocks[name]).events[event][1]))
+                    made = frame.sound(frame.called(name, event, type(self.blocks[name]).events[event][1]))
                     for (field, _), value in zip(state_fields(self.blocks[name]), made, strict=True):
                         place = self.group.states.index((name, field))
                         builder.store(x, place, as_kind(builder, value, FLOAT))
@@ -182,7 +181,3 @@ class SteppedGroup(GroupWriter):
         if not self.group.watched:
             return None, x
         return self.instant(builder, context, time, [builder.load(x, i) for i in range(size)]), x
-
-
-def _called(frame: Frame, name: str, watched: str, behaviour: Behaviour) -> Called:
-    return frame.called(name, watched, behaviour)

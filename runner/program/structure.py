@@ -8,10 +8,10 @@ from collections.abc import Callable, Hashable, Iterable, Iterator
 from typing import Any, TypeAlias
 
 from proofmass.blocks.language.values import is_record
-from proofmass.runner.program.form import Function, Immediate, Kind, Operand, Storage, Value, Variable
+from proofmass.runner.program.form import Function, Immediate, Kind, Storage, Value, Variable
 
 Lowered: TypeAlias = Any  # Operand | Array | tuple of Lowered | what is known
-Leaf: TypeAlias = Operand | Storage
+_LEAVES = Value | Immediate | Storage | Variable | Kind  # the last in place of numbers, in the form of a result
 
 
 def is_scalar(value: Lowered) -> bool:
@@ -19,12 +19,12 @@ def is_scalar(value: Lowered) -> bool:
     return isinstance(value, Value | Immediate)
 
 
-def leaves(value: Lowered) -> Iterator[Leaf]:
-    """Numbers and arrays of a value, in order; values known beforehand have none."""
+def leaves(value: Lowered) -> Iterator[Any]:
+    """Numbers, arrays and variables of a value, in order; values known beforehand have none."""
     if isinstance(value, tuple):
         for part in value:
             yield from leaves(part)
-    elif isinstance(value, Value | Immediate | Storage):
+    elif isinstance(value, _LEAVES):
         yield value
 
 
@@ -38,7 +38,7 @@ def mapped(value: Lowered, change: Callable[[Any], Any]) -> Lowered:
     """Return the same structure with its numbers, arrays and variables changed."""
     if isinstance(value, tuple):
         return like(value, [mapped(part, change) for part in value])
-    return change(value) if isinstance(value, Value | Immediate | Storage | Variable) else value
+    return change(value) if isinstance(value, _LEAVES) else value
 
 
 def rebuilt(shape: Lowered, parts: Iterable[Any]) -> Lowered:

@@ -14,7 +14,7 @@ from collections.abc import Mapping, Sequence
 from typing import Any, TypeAlias
 
 from proofmass.runner.program import form
-from proofmass.runner.program.build import Builder
+from proofmass.runner.program.build import Builder, parameters_like
 from proofmass.runner.program.tangent_rules import (
     NO_SLOPE,
     OF_FUNCTIONS,
@@ -91,8 +91,7 @@ class TangentWriter:
         for parameter, moving in zip(self.function.parameters, self.moving, strict=True):
             self._parameter(parameter, moving)
         self.beside = [
-            self.copies.get(array) or self.builder.array(array.entry, array.length, array.name, array.writable)
-            for array in self.tangents.beside
+            self.copies.get(array) or parameters_like(self.builder, array.name, array) for array in self.tangents.beside
         ]
         for variable in self.function.variables:
             self.copies[variable] = self.builder.variable(variable.kind, variable.name)
@@ -102,17 +101,11 @@ class TangentWriter:
         return self.builder.function()
 
     def _parameter(self, parameter: form.Value | form.Storage, moving: bool) -> None:
-        builder = self.builder
-        if isinstance(parameter, form.Storage):
-            self.copies[parameter] = builder.array(
-                parameter.entry, parameter.length, parameter.name, parameter.writable
-            )
-            if moving:
-                self.slopes[parameter] = builder.array(form.FLOAT, parameter.length, f"{parameter.name}_slope", True)
-            return
-        self.copies[parameter] = builder.parameter(parameter.kind, parameter.name)
-        if moving:
-            self.slopes[parameter] = builder.parameter(form.FLOAT, f"{parameter.name}_slope")
+        self.copies[parameter] = parameters_like(self.builder, parameter.name, parameter)
+        if moving and isinstance(parameter, form.Storage):
+            self.slopes[parameter] = self.builder.array(form.FLOAT, parameter.length, f"{parameter.name}_slope", True)
+        elif moving:
+            self.slopes[parameter] = self.builder.parameter(form.FLOAT, f"{parameter.name}_slope")
 
     # -- statements --------------------------------------------------------------------------------------------------
 
@@ -182,11 +175,10 @@ class TangentWriter:
         builder, copied = self.builder, self.copied
         match statement:
             case form.If(condition, then, otherwise):
-                with builder.within([]) as one:
+                with builder.when(copied(condition)):
                     self._region(then)
-                with builder.within([]) as other:
+                with builder.otherwise():
                     self._region(otherwise)
-                builder.add(form.If(copied(condition), one, other, statement.line))
             case form.For(counter, first, last, step, body):
                 with builder.counted(copied(first), copied(last), step, counter.name) as turn:
                     self.copies[counter] = turn
