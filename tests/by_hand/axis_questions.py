@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.margins.axis import Axis
+from proofmass.runner.analysis.margins.scalar import Axis
 from tests.by_hand.axis_by_grid import ByGrid, Numbers, Places
 
 

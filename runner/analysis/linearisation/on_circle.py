@@ -5,7 +5,6 @@ long filters, which have many zeros, are sums of powers of z, or of z - 1 next t
 """
 
 import math
-from typing import Protocol
 
 import flint
 import numpy as np
@@ -40,21 +39,12 @@ class OnCircle:
         """Return the derivative of the logarithm of L by the angle."""
         z = complex(math.cos(w), math.sin(w))
         less_one = 2j * math.sin(0.5 * w) * complex(math.cos(0.5 * w), math.sin(0.5 * w))
-        slopes = self._above.slope(z, less_one), self._below.slope(z, less_one)
-        return 1j * (z * (slopes[0] - slopes[1]) - self._late)
-
-
-class _Part(Protocol):
-    def logarithm(self, w: Array, less_one: Complex) -> Complex:
-        """Return the logarithm at angles, of which z - 1 is given too."""
-        ...
-
-    def slope(self, z: complex, less_one: complex) -> complex:
-        """Return p' / p at a place."""
-        ...
+        return 1j * (z * (self._above.slope(less_one) - self._below.slope(less_one)) - self._late)
 
 
 class _Product:
+    """A polynomial by its roots: its logarithm at angles, of which z - 1 is given too, and p' / p at a place."""
+
     def __init__(self, polynomial: Polynomial) -> None:
         precise()
         self._roots = np.array([complex(root - 1) for root in roots(polynomial)], dtype=complex)
@@ -67,11 +57,13 @@ class _Product:
             total += np.log(less_one - root)
         return total
 
-    def slope(self, z: complex, less_one: complex) -> complex:
+    def slope(self, less_one: complex) -> complex:
         return complex(np.sum(1.0 / (less_one - self._roots)))
 
 
 class _Sum:
+    """The same of a polynomial by its coefficients."""
+
     def __init__(self, polynomial: Polynomial) -> None:
         self._values = PolynomialValues(polynomial)
 
@@ -79,11 +71,11 @@ class _Sum:
         logs = np.log(self._values(np.exp(1j * w), less_one)) + self._values.octaves * math.log(2.0)
         return np.asarray(logs, dtype=np.complex128)
 
-    def slope(self, z: complex, less_one: complex) -> complex:
+    def slope(self, less_one: complex) -> complex:
         return complex(1.0 / self._values.ratio(np.array([less_one]))[0][0])
 
 
-def _part(polynomial: Polynomial) -> _Part:
+def _part(polynomial: Polynomial) -> _Product | _Sum:
     left = flint.fmpz_poly(polynomial.coeffs()[zeros(polynomial) :])
     return (_Product if left.degree() <= LARGEST_CERTIFIED else _Sum)(left)
 

@@ -29,21 +29,6 @@ BITS = 512  # of inexact numbers; far beyond the cancellation in loops of some h
 
 
 @dataclass(frozen=True)
-class Rational:
-    """N / D on the frequency axis, both of formal degree `degree`; `sampled` loops have a point at infinity: z = -1."""
-
-    numerator: Polynomial
-    denominator: Polynomial
-    degree: int
-    sampled: bool
-
-    @property
-    def closed(self) -> Polynomial:
-        """N + D, whose zeros are the closed-loop poles on this axis."""
-        return self.numerator + self.denominator
-
-
-@dataclass(frozen=True)
 class Transfer:
     """N / D in the variable of the state space: z of a sampled loop, s of a continuous one."""
 
@@ -55,12 +40,15 @@ class Transfer:
         """N + D, whose zeros are the closed-loop poles."""
         return self.numerator + self.denominator
 
-    def on_axis(self, sampled: bool) -> Rational:
-        """Return the quotient on the frequency axis."""
-        degree = max(self.numerator.degree(), self.denominator.degree(), 0)
-        if not sampled:
-            return Rational(self.numerator, self.denominator, degree, False)
-        return Rational(_turned(self.numerator, degree), _turned(self.denominator, degree), degree, True)
+    @property
+    def degree(self) -> int:
+        """The larger of both degrees."""
+        return max(int(self.numerator.degree()), int(self.denominator.degree()), 0)
+
+    def on_axis(self, sampled: bool) -> "Transfer":
+        """Return the quotient on the frequency axis, of the same degree; z = -1 of a sampled loop is at infinity."""
+        parts = self.numerator, self.denominator
+        return Transfer(*(_turned(part, self.degree) for part in parts)) if sampled else self
 
 
 def transfer(a: Array, b: Array, c: Array, d: float) -> Transfer | None:

@@ -47,10 +47,6 @@ class Figures:
         """Decibels by which the gain may change, to whichever side is nearer; infinite without limit."""
         return least_gain_margin(self.gain_margin, self.gain_reduction)
 
-    def with_values(self, **values: Any) -> "Figures":
-        """Return the figures with some replaced."""
-        return Figures(**{**vars(self), **values})
-
     def as_data(self) -> dict[str, Any]:
         """Return the numbers as plain data, in the units that their names say."""
         return {

@@ -10,7 +10,6 @@ import numpy.typing as npt
 from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
-from proofmass.runner.analysis.margins.axis import Axis
 from proofmass.runner.analysis.margins.bracketed import RealCurve, lowest_between, zeros_between
 from proofmass.runner.analysis.margins.figures import Figures
 from proofmass.runner.host.arrays import Array, Complex
@@ -67,8 +66,10 @@ def _distances(w: Array, places: Array) -> Array:
     return np.asarray(np.minimum(w - at[after - 1], at[after] - w))
 
 
-def check_by_sweep(system: OpenLoop, name: str, axis: Axis, figures: Figures, hidden: Sequence[Pole] = ()) -> None:
-    """Compare the polynomials of a loop with its state space; raises `ArithmeticError` if they disagree.
+def check_by_sweep(
+    system: OpenLoop, name: str, exact: Callable[[Array], Complex], figures: Figures, hidden: Sequence[Pole] = ()
+) -> None:
+    """Compare L by the polynomials of a loop, `exact`, with its state space; raises `ArithmeticError` if they disagree.
 
     They are compared between the crossovers, at frequencies where floating point gives L reliably. What `hidden` poles
     and the zeros next to them leave of each other, as far as they are known, is allowed for.
@@ -87,14 +88,14 @@ def check_by_sweep(system: OpenLoop, name: str, axis: Axis, figures: Figures, hi
     z = 1j * angles if system.continuous else np.exp(1j * angles)
     values, reliable = (_sparse_response if len(a) > _SPARSE else _dense_response)(a, b, c, z)
     values = values + d
-    exacts = axis.values(angles[reliable])
-    for angle, value, exact in zip(angles[reliable].tolist(), values.tolist(), exacts.tolist(), strict=True):
+    pairs = zip(values.tolist(), exact(angles[reliable]).tolist(), strict=True)
+    for angle, (value, known) in zip(angles[reliable].tolist(), pairs, strict=True):
         place = 1j * angle if system.continuous else np.exp(1j * angle)
         left = sum(4.0 * pole.uncertainty / abs(place - pole.value) for pole in hidden)
-        if abs(exact - value) > (_DISAGREEING + left) * max(abs(value), abs(exact), 1e-3):
+        if abs(known - value) > (_DISAGREEING + left) * max(abs(value), abs(known), 1e-3):
             raise ArithmeticError(
                 f"margins of {name}: L at {angle / period / (2.0 * math.pi):.6g} Hz is {value:.6g} by its state space, "
-                f"{exact:.6g} by its polynomials"
+                f"{known:.6g} by its polynomials"
             )
 
 

@@ -8,6 +8,7 @@ those of the response at the input's own frequency, found by a sweep.
 
 import math
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from typing import Any, TypeAlias
 
 import numpy as np
@@ -53,7 +54,8 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
     low, high = limits(every.stable_gains)
     closed = closed_samples(system, w)
     at, peak = largest(system, 1.0, closed)
-    return every.with_values(
+    return replace(
+        every,
         gain_margin=None if math.isinf(high) else high,
         gain_reduction=low or None,
         phase_margin=critical_turn(system),

@@ -11,7 +11,7 @@ The verdict comes from the closed-loop poles alone, of what the loop sees (`mode
 
 Any loop has crossovers, a least distance of L from -1, and the factors at the wire with which it would be stable.
 
-Crossovers and peaks are real roots of polynomials that are known exactly (`rational`, `crossings`, `scalar`). Where a
+Crossovers and peaks are real roots of polynomials that are known exactly (`rational`, `axis`, `scalar`). Where a
 loop has several values of its wire in a common period and more than one of them matters, no single L exists: `lifted`.
 """
 
@@ -154,9 +154,9 @@ def margins_at(system: OpenLoop, loop: str, open_at: str) -> Margins:
         axis = scalar.axis_of(visible.transfer, sampled, [pole.value for pole in poles])
         figures = scalar.figures_of(axis, period, verdict == "stable")
         if system.per_period > 1 and verdict == "stable":
-            figures = figures.with_values(delay_margin=delay_margin(system))
+            figures = replace(figures, delay_margin=delay_margin(system))
         poles_apart = [mode.pole for mode in hidden for _ in range(mode.times)]
-        check_by_sweep(system, loop, axis, figures, poles_apart)
+        check_by_sweep(system, loop, axis.values, figures, poles_apart)
     return Margins(
         **vars(figures),
         loop=loop,
@@ -196,7 +196,8 @@ def over_stretches(system: OpenLoop, figures: Figures) -> tuple[OpenLoop, Figure
     turns = [figures.phase_margin, *map(lifted.critical_turn, others)]
     phases = [math.inf if turn is None else turn for turn in turns]
     gain, phase = min(margins), min(phases)
-    worst = figures.with_values(
+    worst = replace(
+        figures,
         gain_margin=gain if math.isfinite(gain) else None,
         gain_reduction=max(reductions) or None,
         phase_margin=phase if math.isfinite(phase) else None,

@@ -2,22 +2,23 @@
 
 import math
 from collections.abc import Sequence
+from dataclasses import replace
 from itertools import accumulate, pairwise
 from typing import NamedTuple
 
 from proofmass.runner.analysis.linearisation.rational import LARGEST_CERTIFIED, Transfer
-from proofmass.runner.analysis.margins.axis import TANGENTIAL, Axis, CertifiedAxis
-from proofmass.runner.analysis.margins.crossings import Crossing
+from proofmass.runner.analysis.margins.axis import TANGENTIAL, CertifiedAxis, Crossing
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 from proofmass.runner.analysis.margins.swept import SweptAxis
 
 _TURN = 2.0 * math.pi
+Axis = CertifiedAxis | SweptAxis
 
 
 def axis_of(loop: Transfer, sampled: bool, poles: Sequence[complex] = ()) -> Axis:
     """Return L on its axis: of a sampled loop of many states with these closed-loop poles, over a grid."""
-    many = max(loop.numerator.degree(), loop.denominator.degree()) > LARGEST_CERTIFIED
-    return SweptAxis(loop, poles) if sampled and many else CertifiedAxis(loop, sampled)
+    many = sampled and loop.degree > LARGEST_CERTIFIED
+    return SweptAxis(loop, poles) if many else CertifiedAxis(loop, sampled)
 
 
 def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
@@ -43,14 +44,15 @@ def figures_of(axis: Axis, period: float, stable: bool) -> Figures:
     turn = min(gains, key=lambda c: abs(c.lag), default=None)
     late, delay = _delay_margin(axis, gains)
     fall = axis.fall()
-    return every.with_values(
+    return replace(
+        every,
         gain_margin=up and up.factor,
         gain_margin_frequency=up and up.w * hertz,
         gain_reduction=down and down.factor,
-        phase_margin=turn and abs(turn.lag),
-        phase_margin_frequency=turn and turn.w * hertz,
+        phase_margin=abs(turn.lag) if turn else None,
+        phase_margin_frequency=turn.w * hertz if turn else None,
         delay_margin=delay * time if late else None,
-        delay_margin_frequency=late and late.w * hertz,
+        delay_margin_frequency=late.w * hertz if late else None,
         disk_margin=2.0 / axis.difference()[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at_peak * hertz,

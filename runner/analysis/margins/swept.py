@@ -15,8 +15,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.on_circle import OnCircle, zeros
 from proofmass.runner.analysis.linearisation.rational import Transfer, roots
-from proofmass.runner.analysis.margins.axis import Axis, poles_outside
-from proofmass.runner.analysis.margins.crossings import Crossing, real_crossing
+from proofmass.runner.analysis.margins.axis import Crossing, poles_outside, real_crossing
 from proofmass.runner.analysis.margins.frequencies import ABOUT_A_POLE, RealFunction, Samples, crossings, highest
 from proofmass.runner.host.arrays import Array, Complex
 
@@ -31,7 +30,7 @@ _ALL = 1 << 30
 _HALVED, _WIDE = 40, 1.0  # how often steps are halved in which f N + D turns further, in radians
 
 
-class SweptAxis(Axis):
+class SweptAxis:
     """L of a sampled loop on the unit circle, over the angle of a period."""
 
     sampled = True
@@ -40,8 +39,7 @@ class SweptAxis(Axis):
         """Take L in z, and all poles of the closed loop."""
         self._loop, self._poles = loop, np.array(poles, dtype=complex)
         self._circle = OnCircle(loop)
-        degree = max(loop.numerator.degree(), loop.denominator.degree())
-        self._degree = degree - zeros(loop.denominator)  # of f N + D, less the power of z that `_closed` leaves out
+        self._degree = loop.degree - zeros(loop.denominator)  # of f N + D, less what `_closed` leaves out
 
     def values(self, w: Array) -> Complex:
         """Return L at angles."""

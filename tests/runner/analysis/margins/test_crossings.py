@@ -8,7 +8,6 @@ import pytest
 
 from proofmass.runner.analysis.linearisation.rational import Transfer
 from proofmass.runner.analysis.margins.axis import CertifiedAxis
-from proofmass.runner.analysis.margins.crossings import value_at
 from tests.by_hand.axis_by_grid import random_loops
 from tests.by_hand.axis_questions import compared
 
@@ -102,9 +101,9 @@ def test_nothing_passes_at_rest() -> None:
 
 
 def test_values() -> None:
-    rational = Transfer(flint.fmpz_poly([1, 2]), flint.fmpz_poly([3, 4, 5])).on_axis(False)
+    (value,) = axis_of([1, 2], [3, 4, 5], sampled=False).values(np.array([0.7]))
     s = 0.7j
-    assert value_at(rational, 0.7) == pytest.approx((1 + 2 * s) / (3 + 4 * s + 5 * s * s), rel=1e-15)
+    assert value == pytest.approx((1 + 2 * s) / (3 + 4 * s + 5 * s * s), rel=1e-15)
 
 
 @pytest.mark.parametrize(("millionths", "crossovers"), [(0.2, 1), (1.0, 0)])

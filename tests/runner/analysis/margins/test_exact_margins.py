@@ -24,9 +24,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.linearise import linearise, node_of
-from proofmass.runner.analysis.linearisation.rational import Rational, transfer
+from proofmass.runner.analysis.linearisation.rational import Transfer, transfer
 from proofmass.runner.analysis.margins.axis import CertifiedAxis
-from proofmass.runner.analysis.margins.crossings import gain_crossings, largest_ratio
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.analysis.margins.scalar import figures_of
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
@@ -38,22 +37,24 @@ from tests.by_hand.margins_oracle import differences, random_system, truth_of
 
 def test_a_loop_of_one_at_rest_has_the_crossover_after_its_rise() -> None:
     """L = (1 + 2 s) / (1 + s)^2: |1 + 2 j w|^2 = |1 + j w|^4 at w^2 = 2. A filter that only falls has none."""
-    rising = Rational(flint.fmpz_poly([1, 2]), flint.fmpz_poly([1, 2, 1]), 2, sampled=False)
-    assert [crossing.w for crossing in gain_crossings(rising)] == [pytest.approx(math.sqrt(2.0), rel=1e-15)]
-    falling = Rational(flint.fmpz_poly([1]), flint.fmpz_poly([1, 1]), 1, sampled=False)
-    assert gain_crossings(falling) == []
+    rising = CertifiedAxis(Transfer(flint.fmpz_poly([1, 2]), flint.fmpz_poly([1, 2, 1])), sampled=False)
+    assert [crossing.w for crossing in rising.gain_crossings()] == [pytest.approx(math.sqrt(2.0), rel=1e-15)]
+    falling = CertifiedAxis(Transfer(flint.fmpz_poly([1]), flint.fmpz_poly([1, 1])), sampled=False)
+    assert falling.gain_crossings() == []
 
 
 @pytest.mark.parametrize("off", [-1, 1])
 def test_a_rounding_error_at_rest_makes_no_crossover(off: int) -> None:
     """(1 + 2^-50) / (1 + s) would cross over at 4e-8 rad/s; 1 + 1e-11 is no rounding error."""
     one = 2**50
-    rising = Rational(flint.fmpz_poly([one + off, 2 * one]), flint.fmpz_poly([one, 2 * one, one]), 2, sampled=False)
-    assert [crossing.w for crossing in gain_crossings(rising)] == [pytest.approx(math.sqrt(2.0), rel=1e-14)]
-    falling = Rational(flint.fmpz_poly([one + off]), flint.fmpz_poly([one, one]), 1, sampled=False)
-    assert gain_crossings(falling) == []
-    more = Rational(flint.fmpz_poly([10**11 + 1]), flint.fmpz_poly([10**11, 10**11]), 1, sampled=False)
-    assert [crossing.w for crossing in gain_crossings(more)] == [pytest.approx(math.sqrt(2e-11), rel=1e-10)]
+    rising = CertifiedAxis(
+        Transfer(flint.fmpz_poly([one + off, 2 * one]), flint.fmpz_poly([one, 2 * one, one])), sampled=False
+    )
+    assert [crossing.w for crossing in rising.gain_crossings()] == [pytest.approx(math.sqrt(2.0), rel=1e-14)]
+    falling = CertifiedAxis(Transfer(flint.fmpz_poly([one + off]), flint.fmpz_poly([one, one])), sampled=False)
+    assert falling.gain_crossings() == []
+    more = CertifiedAxis(Transfer(flint.fmpz_poly([10**11 + 1]), flint.fmpz_poly([10**11, 10**11])), sampled=False)
+    assert [crossing.w for crossing in more.gain_crossings()] == [pytest.approx(math.sqrt(2e-11), rel=1e-10)]
 
 
 def servo(phase_margin: str = "60 deg") -> Graph:
@@ -367,8 +368,7 @@ def test_largest_gain_of_the_example_of_slicot() -> None:
     b, c = np.array([[1.0], [0.0]] * 3), np.array([[1.0, 0.0] * 3])
     quotient = transfer(a, b, c, 0.0)
     assert quotient is not None
-    loop = quotient.on_axis(False)
-    w, gain = largest_ratio(loop, loop.numerator, loop.denominator)
+    w, gain = CertifiedAxis(quotient, False).largest_ratio(quotient.numerator, quotient.denominator)
     assert gain == pytest.approx(5.0e5, rel=1e-6)
     assert w == pytest.approx(1.4142, abs=5e-5)
 
@@ -390,6 +390,6 @@ def test_largest_gain_of_the_example_of_slicot() -> None:
 def test_the_largest_ratio_lies_at_an_end_between_or_at_a_pole(
     above: list[int], below: list[int], sampled: bool, place: float, value: float
 ) -> None:
-    loop = Rational(flint.fmpz_poly(above), flint.fmpz_poly(below), max(len(above), len(below)) - 1, sampled)
-    found = largest_ratio(loop, loop.numerator, loop.denominator)
+    loop = Transfer(flint.fmpz_poly(above), flint.fmpz_poly(below))
+    found = CertifiedAxis(loop, sampled).largest_ratio(loop.numerator, loop.denominator)
     assert found == (pytest.approx(place, rel=1e-14), pytest.approx(value, rel=1e-14))
