@@ -51,7 +51,7 @@ class ComparedMaps:
             return of
         if id(of) not in self._shown:
             wanted = [i for i, entry in enumerate(of.outputs) if entry[:2] in self._ends.outputs]
-            self._shown[id(of)] = of, replace(of, slopes={}).with_ends(wanted, range(len(of.inputs)))
+            self._shown[id(of)] = of, replace(of, slopes={}, later=()).to_outputs(wanted)
         return self._shown[id(of)][1]
 
 
@@ -72,7 +72,7 @@ def _held_once(first: PeriodMap, after: PeriodMap) -> _Pair:
 
 
 def _of_rows(of: PeriodMap, outputs: Indices, sizes: Array) -> PeriodMap:
-    part = of.part(range(of.order), outputs.tolist(), range(len(of.inputs)))
+    part = of.to_outputs(outputs.tolist())
     matrix = part.matrix.copy()
     matrix[of.order :] *= sizes[:, None]
     return replace(part, matrix=matrix)

@@ -95,6 +95,10 @@ class PeriodMap:
         """The map with these states alone."""
         return self.part(states, range(len(self.outputs)), range(len(self.inputs)))
 
+    def to_outputs(self, outputs: Sequence[int]) -> "PeriodMap":
+        """Return the map to these outputs alone."""
+        return self.part(range(self.order), outputs, range(len(self.inputs)))
+
     def with_ends(self, outputs: Sequence[int], inputs: Sequence[int]) -> "PeriodMap":
         """Return the map with these outputs and inputs alone."""
         later = tuple(one.with_ends(outputs, inputs) for one in self.later)
@@ -304,7 +308,7 @@ def period_map(
             ),
             tick=memory.tick,
             time=memory.tick * plan.period,
-            end=without_slopes(engine.memory()),
+            end=without_slopes(engine.memory(), plan),
             late=_late(plan, inputs, outputs),
         )
 

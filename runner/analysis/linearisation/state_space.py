@@ -18,16 +18,17 @@ class SampledStateSpace:
     matrices: Matrices
     period: float
 
-    @property
+    @cached_property
     def poles(self) -> Complex:
         """Poles over a period."""
-        return self._poles
-
-    @cached_property
-    def _poles(self) -> Complex:
         return np.linalg.eigvals(self.matrices[0]).astype(complex)
 
     @property
     def radius(self) -> float:
         """Size of the slowest pole; below 1 the output settles."""
         return float(np.max(np.abs(self.poles), initial=0.0))
+
+    @property
+    def values(self) -> int:
+        """Values of the output in a period."""
+        return len(self.matrices[3])

@@ -11,7 +11,7 @@ where the first value of the output is `late` behind that of the input, by clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Protocol, Self
+from typing import Self
 
 import numpy as np
 
@@ -25,25 +25,6 @@ _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
 _MOST_RESONANCES = 50
 _AT_A_TIME = 1_000_000  # values of a wire at some frequencies that are held at a time
-
-
-class Resonant(Protocol):
-    """A map with poles over its period, and so many values of its output in it."""
-
-    @property
-    def poles(self) -> Complex:
-        """Poles over a period."""
-        ...
-
-    @property
-    def period(self) -> float:
-        """Seconds."""
-        ...
-
-    @property
-    def values(self) -> int:
-        """Values of the output in a period."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -61,11 +42,6 @@ class WireResponse(SampledStateSpace):
         if not lasting.passes(b, c):
             a, b, c = lasting.without(a, b, c)
         return cls((a, b, c, d), between.period, between.late)
-
-    @property
-    def values(self) -> int:
-        """Values of the output in a period."""
-        return len(self.matrices[3])
 
     @property
     def entries(self) -> int:
@@ -102,7 +78,7 @@ class WireResponse(SampledStateSpace):
         return TransferMatrix(*self.matrices)
 
 
-def resonances(of: Resonant) -> list[tuple[float, float]]:
+def resonances(of: SampledStateSpace) -> list[tuple[float, float]]:
     """Frequency and half width of the poles, folded up to half the rate of the output."""
     top, pairs = 0.5 * of.values / of.period, []
     for pole in of.poles:
@@ -115,7 +91,7 @@ def resonances(of: Resonant) -> list[tuple[float, float]]:
     return sorted({(f, w) for f, w in pairs if f <= top})
 
 
-def grid(of: Resonant, low: float, high: float, more: Sequence[float] = ()) -> Array:
+def grid(of: SampledStateSpace, low: float, high: float, more: Sequence[float] = ()) -> Array:
     """Frequencies to show a response or a density at: even on a logarithmic axis, and denser about resonances."""
     count = max(2, int(_PER_DECADE * np.log10(high / low)) + 1)
     points = [np.geomspace(low, high, count), np.asarray(more, dtype=float)]

@@ -13,8 +13,8 @@ in it. Its integral is the mean square of the output, which needs no integral:
     sum over k of v[k] (B' Q B + D' D / r)[k, k],   Q = A' Q A + C' C / r
 """
 
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -49,7 +49,6 @@ class NoiseMap(SampledStateSpace):
     """The map from sources to one output over a period, and from an input where there is one."""
 
     inputs: tuple[Entry, ...]  # a column each
-    values: int  # of the output in a period
     slopes: Mapping[str, Matrices]  # derivatives of the matrices by each parameter
     filtered: bool = False  # some of the states are those of filters before the sources
 
@@ -151,7 +150,7 @@ class NoiseMap(SampledStateSpace):
 
 def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     """The map to one output, without what does not reach it and without modes that do not show."""
-    to_output = rows_of(whole, [i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
+    to_output = whole.to_outputs([i for i, entry in enumerate(whole.outputs) if entry[:2] == output]).between()
     a, b, c, d = to_output.parts()
     lasting = Lasting(a)
     identity = np.eye(len(a))
@@ -159,20 +158,12 @@ def noise_map(whole: PeriodMap, output: Endpoint) -> NoiseMap:
     slopes = {name: _reduced(to_output.parts(slope), left, right) for name, slope in to_output.slopes.items()}
     reduced = _reduced((a, b, c, d), left, right)
     filtered = any(part.startswith(FILTER) for _, part, _ in to_output.states)
-    return NoiseMap(reduced, to_output.period, to_output.inputs, len(to_output.outputs), slopes, filtered)
+    return NoiseMap(reduced, to_output.period, to_output.inputs, slopes, filtered)
 
 
 def _reduced(parts: Matrices, left: Array, right: Array) -> Matrices:
     a, b, c, d = parts
     return left @ a @ right, left @ b, c @ right, d
-
-
-def rows_of(whole: PeriodMap, rows: Sequence[int]) -> PeriodMap:
-    """The map to some of its outputs."""
-    n = whole.order
-    kept = [*range(n), *(n + i for i in rows)]
-    slopes = {name: slope[kept] for name, slope in whole.slopes.items()}
-    return replace(whole, outputs=tuple(whole.outputs[i] for i in rows), matrix=whole.matrix[kept], slopes=slopes)
 
 
 def summed(a: Array, first: Any, other: Array | None = None) -> Array:

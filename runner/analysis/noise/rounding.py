@@ -14,7 +14,7 @@ import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.noise.noise_map import rows_of, summed, variance
+from proofmass.runner.analysis.noise.noise_map import summed, variance
 from proofmass.runner.derivatives.dual_noise import rounds
 from proofmass.runner.host.arrays import Array
 
@@ -44,7 +44,7 @@ def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[D
     """
     for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
         rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
-        own = rows_of(whole, rows).between()
+        own = whole.to_outputs(rows).between()
         key = "dither", block, part, own.inputs, _digest(own.matrix)
         if key not in kept:
             kept[key] = _dither(block, part, own, kept)

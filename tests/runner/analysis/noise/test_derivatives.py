@@ -158,7 +158,7 @@ def test_derivatives_in_a_band_are_those_of_the_integral(values: int) -> None:
         return tuple(np.array([[at.get(f"{name}{i}", 0.0)] for i in range(rows)]) for name, rows in shapes.items())
 
     units = {name: of_matrices({name: 1.0}) for name in entries}
-    of = NoiseMap(of_matrices(entries), period, inputs=(("hiss", DEVIATE, 0),), values=values, slopes=units)  # type: ignore[arg-type]
+    of = NoiseMap(of_matrices(entries), period, inputs=(("hiss", DEVIATE, 0),), slopes=units)  # type: ignore[arg-type]
 
     def square(at: dict[str, float]) -> float:
         def density(f: float) -> float:
