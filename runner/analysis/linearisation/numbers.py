@@ -77,17 +77,6 @@ class Orbit:
         return name, f"{name}.{part}" + (f"[{index}]" if index >= 0 else ""), float(np.max(steps))
 
 
-def states_of(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
-    """The numbers that blocks hold."""
-    for name in names:
-        state = memory.states[name]
-        if state is not None:
-            yield from (((name, field, -1), value) for field, value in zip(state._fields, state, strict=True))
-    for (name, buffer), held in memory.of_blocks().items():
-        if name in names and isinstance(held, list):
-            yield from (((name, buffer, i), value) for i, value in enumerate(held))
-
-
 def wires_of(memory: Memory, names: Sequence[str]) -> Iterator[tuple[tuple[str, str, int], float]]:
     for (name, port), held in memory.wires.items():
         if name in names and not isinstance(held, list):

@@ -10,20 +10,19 @@ A point counts as periodic where all that acts on others is back to 1e-10 of its
 """
 
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.numbers import Orbit, states_of, wires_of
+from proofmass.runner.analysis.linearisation.numbers import Orbit, wires_of
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, period_map
 from proofmass.runner.analysis.linearisation.rings import Entry
-from proofmass.runner.analysis.linearisation.seeds import HELD
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, at_place, place_of, put
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
@@ -88,7 +87,7 @@ class _Shooting:
         names = sorted(self.plan.blocks)
         for tick in _looks(self.common, self.first):
             self._start = course.at(tick)
-            for entry, value in (*states_of(self._start, names), *wires_of(self._start, names)):
+            for entry, value in (*NO_RINGS.states_of(self._start, names), *wires_of(self._start, names)):
                 self._sizes[entry] = max(self._sizes.get(entry, 0.0), abs(float(value)))
 
     def candidates(self) -> Iterator[int]:
@@ -123,7 +122,9 @@ class _Shooting:
         run, names = self.course.from_memory(self._start), sorted(self.plan.blocks)
         ticks = (self.first + i * self.common for i in range(1, self._span + 2))
         return Orbit(
-            [dict(states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)], True, self._sizes
+            [dict(NO_RINGS.states_of(m, names)) | dict(wires_of(m, names)) for m in map(run.to, ticks)],
+            True,
+            self._sizes,
         )
 
     def newton(self, periods: int, before: str) -> tuple[PeriodicPoint | None, str]:
@@ -158,7 +159,7 @@ class _Shooting:
         """Return why a point is not periodic although its states come back, or ""."""
         end = whole.end or memory
         names = sorted(self.plan.blocks)
-        first, last = dict(states_of(memory, names)), dict(states_of(end, names))
+        first, last = dict(NO_RINGS.states_of(memory, names)), dict(NO_RINGS.states_of(end, names))
         size = dict(zip(whole.states, scale, strict=True))
         turning = {*self._orbit.turning_keys} | self._slow[0]
         for key in sorted(turning):
@@ -172,14 +173,11 @@ class _Shooting:
         )
         if not same or after.states != whole.states or not _alike(whole, after, scale):
             return "the period that follows is another: a signal of the time does not fit it"
-        moved = max((abs(v - w) / size[k] for k, v, w in self._far(first) if k in size), default=0.0)
+        run = NO_RINGS.states_of(self._start, names)
+        moved = max((abs(first[key] - value) / size[key] for key, value in run if key in size), default=0.0)
         if moved > _FAR and np.max(np.abs(np.linalg.eigvals(whole.parts()[0])), initial=0.0) > 1.0 + _SAME:
             return "Newton's method goes to an unstable point far from where a run gets to"
         return ""
-
-    def _far(self, now: Mapping[Entry, float]) -> Iterator[tuple[Entry, float, float]]:
-        for key, value in states_of(self._start, sorted(self.plan.blocks)):
-            yield key, now[key], value
 
     def _scale(self, whole: PeriodMap) -> Array:
         """Return the largest values that states have had, or one where they were zero in the run, as of noise."""
@@ -221,17 +219,10 @@ def _newton_step(whole: PeriodMap, scale: Array) -> tuple[Array, float, Array]:
 def _moved(memory: Memory, whole: PeriodMap, change: Array) -> Memory:
     """Return a copy with changed states."""
     moved = memory.copy()
-    for (name, field, index), by in zip(whole.states, change.tolist(), strict=True):
-        if not by:
-            continue
-        state = moved.states[name]
-        if index == HELD:
-            moved.wires[name, field] += by
-        elif index < 0:
-            moved.states[name] = state._replace(**{field: getattr(state, field) + by})
-        else:
-            buffer: Any = moved.buffers[name, field]
-            buffer[index] += by
+    for entry, by in zip(whole.states, change.tolist(), strict=True):
+        place = place_of(moved, entry, NO_RINGS)
+        if by:
+            put(moved, place, at_place(moved, place) + by)
     return moved
 
 

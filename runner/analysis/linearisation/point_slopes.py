@@ -4,15 +4,12 @@ Near the start they come from a run from tick 0 in dual numbers. An operating po
 those of the implicit function: x = F(x, p) gives dx/dp = (I - A)^-1 dF/dp.
 """
 
-from collections.abc import Mapping
-from typing import Any
-
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.linearisation.rings import Entry, Rings
+from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import PointSlopes
 from proofmass.runner.derivatives.dual import PARAMETERS, slopes_of
 from proofmass.runner.derivatives.dual_plan import differentiated
@@ -35,16 +32,9 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> 
         engine.advance(tick, ())
     except (TickError, ModelError):  # the bits of a number depend on parameters
         return None
-    memory, slopes = engine.memory(), dict[Entry, Mapping[str, float]]()
-    for name in blocks:
-        state = memory.states[name]
-        for field in state._fields if state is not None else ():
-            _note(slopes, (name, field, -1), getattr(state, field))
-    for (name, buffer), values in memory.of_blocks().items():
-        if name in blocks and isinstance(values, list):
-            for cell, value in enumerate(values):
-                _note(slopes, (name, buffer, rings.number(memory, name, buffer, cell)), value)
-    return slopes
+    numbers = dict(rings.states_of(engine.memory(), blocks))
+    moved_by = {entry: slopes_of(value, PARAMETERS) for entry, value in numbers.items()}
+    return {entry: {str(name): float(slope) for name, slope in own.items()} for entry, own in moved_by.items() if own}
 
 
 def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
@@ -60,9 +50,3 @@ def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
         entry: {name: float(column[i]) for name, column in columns.items() if column[i]}
         for i, entry in enumerate(everything.states)
     }
-
-
-def _note(slopes: dict[Entry, Mapping[str, float]], entry: Entry, value: Any) -> None:
-    own = {str(name): float(slope) for name, slope in slopes_of(value, PARAMETERS).items()}
-    if own:
-        slopes[entry] = own

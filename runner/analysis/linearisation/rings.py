@@ -39,13 +39,6 @@ class Rings:
             return number
         return (number + _place(memory, name, ring.place)) % ring.cells
 
-    def number(self, memory: Memory, name: str, buffer: str, cell: int) -> int:
-        """Return the entry of a buffer that a cell holds."""
-        ring = self.of.get((name, buffer))
-        if ring is None or cell >= ring.cells:
-            return cell
-        return (cell - _place(memory, name, ring.place)) % ring.cells
-
     def places(self) -> set[tuple[str, str]]:
         """Return the blocks and fields that are places in rings."""
         return {(name, ring.place) for (name, _), ring in self.of.items()}

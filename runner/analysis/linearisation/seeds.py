@@ -1,6 +1,6 @@
 """Directions of dual numbers in a memory: each state, cell and held wire of a period gets one, and gives its slopes."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
@@ -26,57 +26,77 @@ def place_of(memory: Memory, entry: Entry, rings: Rings) -> LastingPlace:
     return "buffer", (name, part), rings.cell(memory, name, part, index)
 
 
+def at_place(memory: Memory, place: LastingPlace) -> Any:
+    """Return what a memory holds at a place."""
+    kind, of, number = place
+    if kind == "state":
+        return memory.states[of][number]
+    return memory.buffers[of][number] if kind == "buffer" else memory.wires[of]
+
+
+def put(memory: Memory, place: LastingPlace, value: Any) -> None:
+    """Put a number at a place of a memory."""
+    kind, of, number = place
+    held: Any = memory.wires[of] if kind == "wire" else memory.buffers[of] if kind == "buffer" else None
+    if kind == "state":
+        state = memory.states[of]
+        memory.states[of] = state._replace(**{state._fields[number]: value})
+    elif isinstance(held, list):
+        held[number] = value
+    else:
+        memory.wires[of] = value
+
+
+def held_in(memory: Memory, entry: Entry, rings: Rings) -> Any:
+    """Return what a memory holds for an entry."""
+    return at_place(memory, place_of(memory, entry, rings))
+
+
+def _change(
+    plan: Plan, memory: Memory, names: Iterable[str], rings: Rings, change: Callable[[Entry, type, Any], Any]
+) -> None:
+    """Put what is made of each number that blocks hold, by its entry and kind, in its place."""
+    for name in names:
+        state = memory.states[name]
+        if state is not None:
+            fields = zip(type(state).__annotations__.items(), state, strict=True)
+            memory.states[name] = type(state)(*(change((name, field, -1), kind, v) for (field, kind), v in fields))
+        for buffer, declared in type(plan.blocks[name]).buffers.items():
+            held = memory.buffers[name, buffer]
+            for number in range(len(held)) if isinstance(held, list) else ():
+                cell = rings.cell(memory, name, buffer, number)
+                held[cell] = change((name, buffer, number), declared.dtype, held[cell])  # type: ignore[index]
+
+
 def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
     """Return a copy whose numbers have the derivatives of the operating point by the parameters."""
     begin, started = memory.copy(), start(plan)
 
-    def moved(entry: Entry, now: Any, first: Any) -> Any:
-        if slopes is None:
-            return first if first == now else now
-        return dual(now, slopes[entry], PARAMETERS) if entry in slopes else now
+    def moved(entry: Entry, kind: type, now: Any) -> Any:
+        if slopes is not None:
+            return dual(now, slopes[entry], PARAMETERS) if entry in slopes else now
+        first = at_place(started, place_of(begin, entry, rings))
+        return first if first == now else now
 
-    for name, state in begin.states.items():
-        if state is not None:
-            fields = zip(state._fields, state, started.states[name], strict=True)
-            begin.states[name] = type(state)(*(moved((name, field, -1), now, first) for field, now, first in fields))
-    for (name, buffer), held in begin.of_blocks().items():
-        if isinstance(held, list):
-            for number in range(len(held)):
-                cell = rings.cell(begin, name, buffer, number)
-                held[cell] = moved((name, buffer, number), held[cell], started.buffers[name, buffer][cell])
+    _change(plan, begin, begin.states, rings, moved)
     for name, port, index in slopes or ():
         if index == HELD:
-            begin.wires[name, port] = moved((name, port, HELD), begin.wires[name, port], None)
+            begin.wires[name, port] = moved((name, port, HELD), float, begin.wires[name, port])
     return begin
 
 
 def seed(plan: Plan, begin: Memory, names: Sequence[str], counted: set[str], rings: Rings) -> list[Entry]:
     """Give every number of the states and buffers of blocks a direction of its own."""
     seeded: list[Entry] = []
+    places = rings.places()
 
-    def moved(value: Any, kind: type, entry: Entry) -> Any:
-        if kind is bool or (kind in (int, FixedValue) and entry[0] in counted):
+    def moved(entry: Entry, kind: type, value: Any) -> Any:
+        if kind is bool or entry[:2] in places or (kind in (int, FixedValue) and entry[0] in counted):
             return value
         seeded.append(entry)
         return value + dual(0.0, {entry: 1.0}, SIGNALS)
 
-    places = rings.places()
-    for name in names:
-        state = begin.states[name]
-        if state is not None:
-            kinds = type(state).__annotations__
-            begin.states[name] = type(state)(
-                *(
-                    value if (name, field) in places else moved(value, kinds[field], (name, field, -1))
-                    for field, value in zip(state._fields, state, strict=True)
-                )
-            )
-        for buffer, declared in type(plan.blocks[name]).buffers.items():
-            held = begin.buffers[name, buffer]
-            if isinstance(held, list):
-                for number in range(len(held)):
-                    cell = rings.cell(begin, name, buffer, number)
-                    held[cell] = moved(held[cell], declared.dtype, (name, buffer, number))
+    _change(plan, begin, names, rings, moved)
     return seeded
 
 
@@ -104,25 +124,10 @@ def _vector_held(name: str, port: str) -> Problem:
     )
 
 
-def without_slopes(memory: Memory) -> Memory:
+def without_slopes(memory: Memory, plan: Plan) -> Memory:
     """Return a copy without slopes."""
     copy = memory.copy()
-    for name, state in copy.states.items():
-        if state is not None:
-            copy.states[name] = type(state)(*map(plain, state))
-    for node, held in copy.of_blocks().items():
-        if isinstance(held, list):
-            copy.buffers[node] = list(map(plain, held))
+    _change(plan, copy, copy.states, NO_RINGS, lambda entry, kind, value: plain(value))
     for wire, value in copy.wires.items():
         copy.wires[wire] = list(map(plain, value)) if isinstance(value, list) else plain(value)
     return copy
-
-
-def held_in(memory: Memory, entry: Entry, rings: Rings) -> Any:
-    """Return what a memory holds for an entry."""
-    name, field, index = entry
-    if index == HELD:
-        return memory.wires[name, field]
-    if index < 0:
-        return getattr(memory.states[name], field)
-    return memory.buffers[name, field][rings.cell(memory, name, field, index)]

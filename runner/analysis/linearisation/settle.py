@@ -8,13 +8,13 @@ unstable in tick 0 may still settle at a limit.
 """
 
 import math
-from collections.abc import Iterator
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.analysis.linearisation.rings import Entry
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.host.progress import Progress
 from proofmass.runner.plan.memory import Memory, start
 
@@ -28,14 +28,14 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     names = sorted(set[str]().union(*loops(plan_graph(plan))))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
     memory, periods, still, got = start(plan), 0, 0, ""
-    largest, before = dict[Entry, float](), dict(_numbers(memory, names))
+    largest, before = dict[Entry, float](), _numbers(memory, names)
     while memory.tick < MOST:
         earlier, periods = memory.tick, periods * 15 // 8 + 1
         try:
             memory = course.at(ticks * periods, progress, MOST)
         except ModelError as error:
             raise plan.graph.placed(_restless(error.problems[0].message)).error from error
-        now = dict(_numbers(memory, names))
+        now = _numbers(memory, names)
         largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
         change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
         worst = max(change, key=lambda key: change[key], default=None)
@@ -50,16 +50,9 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     raise plan.graph.placed(_restless(got)).error
 
 
-def _numbers(memory: Memory, names: list[str]) -> Iterator[tuple[Entry, float]]:
-    """Yield the real numbers in the states of blocks."""
-    for name in names:
-        state = memory.states[name]
-        if state is not None:
-            kinds = type(state).__annotations__
-            yield from (((name, f, -1), getattr(state, f)) for f in state._fields if kinds[f] is float)
-    for (name, buffer), held in memory.of_blocks().items():
-        if name in names:
-            yield from (((name, buffer, i), float(v)) for i, v in enumerate(held) if isinstance(v, float))
+def _numbers(memory: Memory, names: list[str]) -> dict[Entry, float]:
+    """Return the real numbers in the states of blocks."""
+    return {entry: value for entry, value in NO_RINGS.states_of(memory, names) if isinstance(value, float)}
 
 
 def _restless(got: str) -> Problem:

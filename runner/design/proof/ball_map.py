@@ -18,7 +18,7 @@ from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints, linearised
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
-from proofmass.runner.analysis.linearisation.seeds import place_of
+from proofmass.runner.analysis.linearisation.seeds import at_place, held_in, place_of, put
 from proofmass.runner.derivatives.ball import Ball, UndecidedError
 from proofmass.runner.derivatives.dual import PARAMETERS, SIGNALS, Dual, dual, slopes_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
@@ -158,7 +158,7 @@ class BallRun:
                 self._rest.hold(engine.memory(), there)
         advanced(engine, last)
         memory = engine.memory()
-        values = [at_place(memory, place_of(memory, entry, rings)) for entry in entries]
+        values = [held_in(memory, entry, rings) for entry in entries]
         values += [value for node in self._ends.outputs for value in engine.recorded[node]]
         columns = [*entries, *self._columns(engine)]
         return [[slopes_of(value, SIGNALS).get(key, 0.0) for key in columns] for value in values], len(entries)
@@ -242,26 +242,6 @@ def with_balls(plan: Plan, parameters: Mapping[str, Any]) -> Plan:
             starts[name], filled = dual_start(plan, name, given)
             buffers |= filled
     return replace(plan, blocks=blocks, constants=constants, starts=starts, buffers=buffers)
-
-
-def at_place(memory: Memory, place: Any) -> Any:
-    """Return what a memory holds at a place."""
-    kind, of, number = place
-    if kind == "state":
-        return memory.states[of][number]
-    return memory.buffers[of][number] if kind == "buffer" else memory.wires[of]
-
-
-def put(memory: Memory, place: Any, value: Any) -> None:
-    """Put a number at a place of a memory."""
-    kind, of, number = place
-    if kind == "state":
-        state = memory.states[of]
-        memory.states[of] = state._replace(**{state._fields[number]: value})
-    elif kind == "buffer":
-        memory.buffers[of][number] = value  # type: ignore[index]
-    else:
-        memory.wires[of] = value
 
 
 def _kept(rows: MatrixRows, order: int) -> Kept:

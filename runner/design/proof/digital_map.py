@@ -16,6 +16,8 @@ from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.schedule import ConstantsOf
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.map_blocks import period_of_blocks
+from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of, put
+from proofmass.runner.derivatives.dual_ticks import LastingPlace
 from proofmass.runner.fixed.affine import (
     INPUT,
     REGISTER,
@@ -30,7 +32,6 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import Interpreter, TickError
 
-RegisterPlace = tuple[str, Any, int | None]  # "state", "buffer" or "wire", whose it is, and its number there
 MantissaRanges = Mapping[Endpoint, tuple[int, int]]  # of the mantissas that converters give
 AffineNumber: TypeAlias = AffineMantissa | int
 _CHANGES = "write it as sums and products with constants, or leave it out"
@@ -59,15 +60,14 @@ def digital_map(
     """
     ticks = period_of_blocks(plan, {*blocks}, [*ranges, *outputs])
     begin = start(plan)
-    initial = dict(_registers(begin, plan, blocks, ranges))
-    moving: dict[RegisterPlace, None] = {}
+    initial = _registers(begin, blocks, ranges)
+    moving: dict[LastingPlace, None] = {}
     while True:
         engine = _Ticks(plan, begin.copy(), blocks, ranges, outputs)
         for number, place in enumerate(moving):
-            value = engine.forms.symbol(REGISTER, number, Fraction(initial[place]))
-            _write(engine.memory(), place, value)
+            put(engine.memory(), place, engine.forms.symbol(REGISTER, number, Fraction(initial[place])))
         engine.follow(ticks)
-        following = dict(_registers(engine.memory(), plan, blocks, ranges))
+        following = _registers(engine.memory(), blocks, ranges)
         moved = [
             place
             for place, value in following.items()
@@ -155,33 +155,15 @@ def _refused_tick(tick: int) -> Any:
     raise NotAffineError("the number of the tick")
 
 
-def _registers(
-    memory: Memory, plan: Plan, blocks: AbstractSet[str], ranges: MantissaRanges
-) -> "list[tuple[RegisterPlace, Any]]":
+def _registers(memory: Memory, blocks: AbstractSet[str], ranges: MantissaRanges) -> dict[LastingPlace, Any]:
     """Return all numbers that last from one tick to the next, by their places."""
-    numbers: list[tuple[RegisterPlace, Any]] = []
-    for name in sorted(blocks):
-        state = memory.states[name]
-        numbers += [(("state", name, i), value) for i, value in enumerate(state or ())]
-    for node, held in memory.of_blocks().items():
-        if node[0] in blocks:
-            numbers += [(("buffer", node, i), value) for i, value in enumerate(held)]
+    states = NO_RINGS.states_of(memory, sorted(blocks))
+    numbers = {place_of(memory, entry, NO_RINGS): value for entry, value in states}
     for node, wire in memory.wires.items():
         if node[0] in blocks or node in ranges:
-            entries = [(i, value) for i, value in enumerate(wire)] if isinstance(wire, list) else [(None, wire)]
-            numbers += [(("wire", node, i), value) for i, value in entries]
+            held = wire if isinstance(wire, list) else [wire]
+            numbers |= {("wire", node, i): value for i, value in enumerate(held)}
     return numbers
-
-
-def _write(memory: Memory, place: RegisterPlace, value: Any) -> None:
-    kind, of, number = place
-    if kind == "state":
-        state = memory.states[of]
-        memory.states[of] = state._replace(**{state._fields[number]: value})
-    elif number is None:
-        memory.wires[of] = value
-    else:
-        memory.vector(of)[number] = value
 
 
 def _not_affine(error: TickError) -> Problem:

@@ -32,12 +32,12 @@ from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry, find_rings
-from proofmass.runner.analysis.linearisation.seeds import HELD, held_in, place_of
+from proofmass.runner.analysis.linearisation.seeds import HELD, at_place, held_in, place_of, put
 from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.design.proof.about_rest import AboutRest
-from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, at_place, put, varied, with_balls
+from proofmass.runner.design.proof.ball_map import FIRST, SECOND, VARIED, advanced, varied, with_balls
 from proofmass.runner.design.proof.enclosed import Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
 from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
@@ -137,7 +137,7 @@ class RestRun:
     @property
     def _start(self) -> list[float]:
         memories = [self._after(self._ticks, number) for number in range(self.periods)]
-        return [float(at_place(m, place_of(m, entry, self._rings))) for m in memories for entry in self.entries]
+        return [float(held_in(m, entry, self._rings)) for m in memories for entry in self.entries]
 
     def _offsets(self) -> bool:
         return bool(self.upstream & self._plan.schedule.phases.keys())
@@ -174,7 +174,7 @@ class RestRun:
         for number in range(1, self.periods + 1):
             advanced(engine, self.tick + number * self._ticks)
             memory = engine.memory()
-            images.append([at_place(memory, place_of(memory, entry, self._rings)) for entry in self.entries])
+            images.append([held_in(memory, entry, self._rings) for entry in self.entries])
             if number < self.periods:
                 self._put(memory, values, number)
         if changed := self._unlike(begin, engine.memory()):
