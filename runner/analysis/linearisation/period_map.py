@@ -30,7 +30,7 @@ from proofmass.runner.analysis.linearisation.seeds import (
     with_slopes,
     without_slopes,
 )
-from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, maps_of_ticks
+from proofmass.runner.analysis.linearisation.tick_maps import TickMaps, between, maps_of_ticks, reached
 from proofmass.runner.derivatives.compact_ticks import CompactTicks, InFirst
 from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_noise import NOTHING, Followed, Noisy, NoisyTicks, one_model_each
@@ -144,8 +144,7 @@ class PeriodMap:
 
     @cached_property
     def _between(self) -> Indices:
-        acts, entered, read = self._edges
-        return np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read))
+        return between(*self._edges)
 
     def between_with(self, other: "PeriodMap") -> list[int]:
         """Return the states that lie between inputs and outputs in this period or in that of another map.
@@ -159,12 +158,12 @@ class PeriodMap:
                 buffers.setdefault((name, buffer), []).append(place)
         for cells in buffers.values():
             acts[np.ix_(cells, cells)] = True
-        return np.flatnonzero(_reached(acts.T, entered) & _reached(acts, read)).tolist()
+        return between(acts, entered, read).tolist()
 
     def seen(self) -> "PeriodMap":
         """The map without states that reach no output."""
         acts, _, read = self._edges
-        return self.kept(np.flatnonzero(_reached(acts, read)).tolist())
+        return self.kept(np.flatnonzero(reached(acts, read)).tolist())
 
     @cached_property
     def _edges(self) -> tuple[Truths, Truths, Truths]:
@@ -187,15 +186,6 @@ def _places(entries: Sequence[Entry], among: Sequence[Entry], held: int = 1) -> 
     """Return the places of entries among others, of which each is held for several."""
     places = {entry: place for place, entry in enumerate(among)}
     return np.array([places[name, part, number * held] for name, part, number in entries], dtype=np.int64)
-
-
-def _reached(acts: Truths, begin: Truths) -> Truths:
-    """Return which states can be reached from those of the beginning, where row i leads to column j."""
-    reached = new = begin
-    while new.any():
-        new = acts[new].any(axis=0) & ~reached
-        reached = reached | new
-    return reached
 
 
 def period_map(

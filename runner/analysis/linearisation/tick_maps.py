@@ -17,8 +17,8 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import TickSlopes
-from proofmass.runner.host.arrays import Array
+from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes
+from proofmass.runner.host.arrays import Array, Truths
 
 _ENTRIES = 1 << 20  # numbers of a batch
 _MANY = 12  # factors, from which products value by value take less time than those by pairs
@@ -192,7 +192,7 @@ def maps_of_ticks(
     edges[slopes.row, slopes.column] = True
     for to, source in back.values():
         edges[to, source] = True
-    kept = np.flatnonzero(_spread(edges, size) & _spread(edges.T, size))
+    kept = between(edges[:size, :size], edges[:size, size], edges[size, :size])
     n, values = len(kept), int(slopes.valued.sum())
     if values * n * n > _MOST_ENTRIES:
         return None
@@ -211,16 +211,18 @@ def maps_of_ticks(
     return TickMaps(*_by_values(maps, [*slopes.valued.tolist(), False]), places)
 
 
-def _spread(edges: npt.NDArray[np.bool_], source: int) -> npt.NDArray[np.bool_]:
-    """Return the places that the last column reaches, row by column, by one step or more, without the source itself."""
-    reached = edges[:, source].copy()
-    while True:
-        reached[source] = False
-        grown = reached | edges[:, reached].any(axis=1)
-        grown[source] = False
-        if (grown == reached).all():
-            return np.asarray(reached)
-        reached = grown
+def between(acts: Truths, entered: Truths, read: Truths) -> Indices:
+    """Return the states that inputs reach and that reach outputs, where row i of `acts` follows from column j."""
+    return np.flatnonzero(reached(acts.T, entered) & reached(acts, read))
+
+
+def reached(acts: Truths, begin: Truths) -> Truths:
+    """Return which states can be reached from those of the beginning, where row i leads to column j."""
+    every = new = begin
+    while new.any():
+        new = acts[new].any(axis=0) & ~every
+        every = every | new
+    return every
 
 
 def _by_values(maps: Array, valued: Sequence[bool]) -> tuple[Array, Array, Array, Array]:

@@ -24,17 +24,17 @@ from proofmass.runner.design.proof.ball_map import (
     BallMap,
     BallRun,
     Kept,
+    Starting,
     states_between,
     too_large,
-    varied,
-    with_balls,
 )
+from proofmass.runner.design.proof.ball_ticks import varied, with_balls
 from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.plan.planned import Plan
 
 
-class RestingOutput:
+class RestingOutput(Starting):
     """An output of sensors that rest: the map about the centre of their points of rest, over any box of parameters."""
 
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun) -> None:
@@ -45,7 +45,7 @@ class RestingOutput:
             raise plan.graph.placed(too_large(has, target, str(most))).error
         self._plan, self._rest = plan, rest
         ends = Ends((), (target,), everything=True)
-        self._run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)
+        self._period_run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)
         self.period, self.values = rest.period, 1
 
     def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
@@ -53,7 +53,7 @@ class RestingOutput:
 
         Raises `UndecidedError` where no point of rest is enclosed, or a block decides differently within the box.
         """
-        rest = self._rest.following(parameters) if kept is None else kept.rest
+        rest = kept.rest if kept is not None and kept.rest is not None else self._rest.following(parameters)
         given = {name: varied(value) for name, value in parameters.items()}
         plan, near = with_balls(self._plan, given), rest.near(given)
         image, outputs = self._rest.image(plan, near)
@@ -65,7 +65,7 @@ class RestingOutput:
         order = len(steps)
         if kept is None:
             reached = [[*row[:-1], 1.0] for row in rows]
-            kept = Kept(tuple(states_between(reached, order)), (), rest)
+            kept = Kept(tuple(states_between(reached, order)), (0,), (0,), rest)
         places = [*kept.states, order]
         rows, period = [[rows[i][j] for j in places] for i in places], self._period(given, rest)
         beside, empty = [0.0] * len(period), [0.0] * len(places)
@@ -75,9 +75,9 @@ class RestingOutput:
 
     def _period(self, parameters: Mapping[str, Any], rest: RestPoint) -> list[list[Any]]:
         """Return the map of a period of the sensor at rest where F is another one, else nothing."""
-        if self._run is None:
+        if self._period_run is None:
             return []
-        rows, order = self._run.rows(parameters, rest, moves=False)
+        rows, order = self._period_run.rows(parameters, rest, moves=False)
         return [row[:order] for row in rows[:order]]
 
     def _slopes(self, value: Any) -> list[Any]:

@@ -18,37 +18,32 @@ from proofmass.runner.analysis.decisions.truths import decided_by_noise
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
-from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.noise.noise_map import noise_map, variance
 from proofmass.runner.derivatives.ball import Ball
 from proofmass.runner.derivatives.dual_noise import NoisyTicks, noise_blocks
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
-    BallMap,
     BallRun,
-    BallTicks,
     ChangesLaterError,
-    Kept,
     MatrixRows,
-    Resting,
-    advanced,
+    Starting,
     at_start,
     changes_later,
-    states_between,
     too_large,
 )
-from proofmass.runner.design.proof.rest_point import not_at_rest
+from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced
+from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 _MOST_ENDS = 512  # random numbers and values of the output in a period
 
 
-class StartingNoise:
+class StartingNoise(Starting):
     """The way of noise to an output at the start of a run: in tick 0 processes start, so that it is a period later."""
 
-    def __init__(self, plan: Plan, target: Endpoint, rest: Resting | None = None) -> None:
+    def __init__(self, plan: Plan, target: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
         way = f"the way of noise to {'.'.join(target)}"
         if rest is not None and rest.orbit:
@@ -75,30 +70,18 @@ class StartingNoise:
         self._run = _NoiseRun(plan, ends, point, rest)
         self.period, self.values = point.map.period, 1
 
-    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
-        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
-
-        Raises `UndecidedError` where a block decides differently within the box.
-        """
-        rest = self._run.rest(parameters, kept)
-        rows, order, sources = self._run.rows_of_sources(parameters, rest)
-        kept = Kept(tuple(states_between(rows, order)), (), rest) if kept is None else kept
-        part = Ball(1 / flint.arb(len(rows) - order).sqrt())
-        twelfth = Ball(1 / flint.arb(12).sqrt())
-        weights = [1.0] * order + [1.0 if variance(name) == 1.0 else twelfth for _, name, _ in sources]
-        places = [*kept.states, *range(order, len(weights))]
-        scaled = [[value * weight for value, weight in zip(row, weights, strict=True)] for row in rows]
-        inner = [[scaled[i][j] for j in places] for i in kept.states]
-        return BallMap(len(inner), inner + [[row[j] * part for j in places] for row in scaled[order:]], kept)
-
 
 class _NoiseRun(BallRun):
     """A period whose random numbers and errors of quantisers have directions."""
 
-    def rows_of_sources(self, parameters: Mapping[str, Any], rest: Any) -> tuple[MatrixRows, int, list[Entry]]:
-        """Return the map, the number of its states, and its inputs; raises `UndecidedError`."""
-        rows, order = self.rows(parameters, rest)
-        return rows, order, self._sources
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
+        """Return the map of all states from sources of variance one to a part of the rms, and how many these are."""
+        rows, order = super().rows(parameters, rest, moves)
+        part = Ball(1 / flint.arb(len(rows) - order).sqrt())
+        twelfth = Ball(1 / flint.arb(12).sqrt())
+        weights = [1.0] * order + [1.0 if variance(name) == 1.0 else twelfth for _, name, _ in self._sources]
+        scaled = [[value * weight for value, weight in zip(row, weights, strict=True)] for row in rows]
+        return scaled[:order] + [[value * part for value in row] for row in scaled[order:]], order
 
     def _begin(self, plan: Plan) -> Memory:
         engine = BallTicks(plan, start(plan), self._blocks, (), (), False, False)
@@ -111,7 +94,7 @@ class _NoiseRun(BallRun):
 
     def _columns(self, engine: DualTicks) -> list[Any]:
         self._sources = sorted(engine.sources)
-        return self._sources
+        return [*self._sources]
 
 
 class _NoisyBallTicks(BallTicks, NoisyTicks):

@@ -6,7 +6,7 @@ B and D are sums over the values of the input in a period, C and D means over th
 has them. A response has all values as they are.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import flint
@@ -21,26 +21,24 @@ from proofmass.runner.derivatives.ball import Ball, ball
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
     MOST_VALUES,
-    BallMap,
     BallRun,
     ChangesLaterError,
-    Kept,
     MatrixRows,
-    Resting,
+    Starting,
     at_start,
     changes_later,
-    states_between,
     too_large,
 )
+from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.plan.planned import Plan
 
 _ALIKE = "a way that is the same in each period from the start of the run"
 
 
-class StartingPath:
+class StartingPath(Starting):
     """The way from one wire to another at the start of a run."""
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, or has too many states."""
         ends, way = Ends((source,), (target,)), f"the way from {'.'.join(source)} to {'.'.join(target)}"
         self._point: OrbitPoint = at_start(plan, ends) if rest is None else rest.map_between(ends)
@@ -51,24 +49,14 @@ class StartingPath:
         if order > MOST_STATES:
             raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
         self._run = BallRun(plan, ends, self._point, rest)
-        self.period = self._point.map.period
-        self.values = 1
-
-    def map(self, parameters: Mapping[str, Any], kept: Kept | None = None) -> BallMap:
-        """Return the map for parameters that hold balls, dual in the coordinates of a box, of what is `kept`.
-
-        Raises `UndecidedError` where a block decides differently within the box.
-        """
-        rest = self._run.rest(parameters, kept)
-        rows, order = self._run.rows(parameters, rest)
-        rows = self._seen(rows, order)
-        kept = Kept(tuple(states_between(rows, order)), (), rest) if kept is None else kept
-        places = [*kept.states, *range(order, len(rows))]
-        return BallMap(len(kept.states), [[rows[i][j] for j in places] for i in places], kept)
+        self.period, self.values = self._point.map.period, 1
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:
-        """Return the map as the claim has it, with as many inputs as outputs."""
-        return _summed(rows, order)
+        """Return the map for an input that stays as it is, to the mean of the output."""
+        unit, part = ball(1.0, 1.0), ball(1.0, 1.0) / (len(rows) - order)
+        inner = [[*row[:order], _sum(row[order:], unit)] for row in rows]
+        below = [_sum([row[place] for row in inner[order:]], part) for place in range(order + 1)]
+        return [*inner[:order], below]
 
 
 class StartingResponse(StartingPath):
@@ -78,7 +66,7 @@ class StartingResponse(StartingPath):
     and i of size 1: at most sqrt(p / r) times the norm of H.
     """
 
-    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: Resting | None = None) -> None:
+    def __init__(self, plan: Plan, source: Endpoint, target: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where the graph changes after the start, has too many states, or nothing comes out."""
         super().__init__(plan, source, target, rest)
         if self._point.moves:
@@ -108,14 +96,6 @@ def _answers_at_start(plan: Plan, source: Endpoint, target: Endpoint) -> bool:
         return not about.told
 
     return OperatingPoints(plan).answered(ask)
-
-
-def _summed(rows: MatrixRows, order: int) -> MatrixRows:
-    """Return the map for an input that stays as it is, to the mean of the output."""
-    unit, part = ball(1.0, 1.0), ball(1.0, 1.0) / (len(rows) - order)
-    inner = [[*row[:order], _sum(row[order:], unit)] for row in rows]
-    below = [_sum([row[place] for row in inner[order:]], part) for place in range(order + 1)]
-    return [*inner[:order], below]
 
 
 def _sum(values: Sequence[Any], part: Any) -> Any:

@@ -17,18 +17,15 @@ from proofmass.runner.derivatives.ball import UndecidedError
 from proofmass.runner.derivatives.dual import SIGNALS, slopes_of
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
+    BallRun,
     ChangesLaterError,
-    Kept,
     MatrixRows,
     StartingLoop,
     changes_later,
     too_large,
-    varied,
-    with_balls,
 )
 from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.groups import Group
-from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.reference.interpret import TickError
 
@@ -63,24 +60,15 @@ class StartingRates(StartingLoop):
         self.period, self.values = 0.0, 1
 
 
-class _RateRun:
+class _RateRun(BallRun):
     """The rates of a group in balls."""
 
     def __init__(self, plan: Plan, group: Group, node: Endpoint, rest: RestRun | None) -> None:
         self._plan, self._group, self._node, self._rest = plan, group, node, rest
 
-    def rest(self, parameters: Mapping[str, Any], kept: Kept | None) -> Any:
-        """Return where sensors with such parameters rest, None at the start of a run; raises `UndecidedError`."""
-        return None if self._rest is None else self._rest.enclosed(parameters, None if kept is None else kept.rest)
-
-    def rows(self, parameters: Mapping[str, Any], rest: Any = None) -> tuple[MatrixRows, int]:
+    def rows(self, parameters: Mapping[str, Any], rest: Any = None, moves: bool = True) -> tuple[MatrixRows, int]:
         """Return [A B; C D] for parameters that hold balls, and the number of states; raises `UndecidedError`."""
-        if self._rest is not None:
-            parameters = {name: varied(value) for name, value in parameters.items()}
-        plan = with_balls(self._plan, parameters)
-        memory = start(plan)
-        if self._rest is not None:
-            memory = self._rest.memory_of(plan, self._rest.values(parameters, rest, True), seeded=False)
+        plan, _, memory = self._there(parameters, rest, moves)
         try:
             moving, rates = analog_rates(plan, self._group, [self._node], memory)
         except TickError as error:

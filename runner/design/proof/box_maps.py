@@ -11,16 +11,13 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import ball
 from proofmass.runner.derivatives.dual import plain
-from proofmass.runner.design.proof.ball_bias import RestingOutput
-from proofmass.runner.design.proof.ball_map import BallMap, Kept, StartingLoop, coordinate
-from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath
+from proofmass.runner.design.proof.ball_map import BallMap, Kept, Starting
+from proofmass.runner.design.proof.ball_ticks import coordinate
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.closed_loop import OpenCorners, bends, open_loops
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.enclosed import Enclosed
 
-Starting = StartingLoop | StartingPath | StartingNoise | RestingOutput
 _Parameters = Callable[[Sequence[Any]], Mapping[str, Any]]  # all that moves, at some coordinates
 _Key = TypeVar("_Key")
 _Value = TypeVar("_Value")
@@ -75,7 +72,7 @@ class BoxMaps:
         return open_loops(Enclosed.stacked(corners), around, chosen)
 
     def _corner(self, kept: Kept, points: tuple[float, ...]) -> Enclosed:
-        key = points, kept.states, kept.values
+        key = points, kept.states, kept.inputs, kept.outputs
         if kept.rest is None and key in self._corners:
             return self._corners[key]
         found = self._loop.map(self._parameters([ball(point, point) for point in points]), kept)

@@ -36,7 +36,8 @@ import numpy as np
 
 from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
-from proofmass.runner.design.proof.ball_map import FIRST, SECOND, BallMap, MatrixRows
+from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
+from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
 from proofmass.runner.design.proof.enclosed import UP, Enclosed
 from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.host.arrays import Array

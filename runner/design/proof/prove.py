@@ -23,7 +23,8 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.attempt import Attempt, MarginProof
-from proofmass.runner.design.proof.box_maps import BoxMaps, Starting
+from proofmass.runner.design.proof.ball_map import Starting
+from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.change_rates import change_rates
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of

@@ -16,7 +16,7 @@ from proofmass.runner.derivatives.ball import UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import SIGNALS, plain, value_of
 from proofmass.runner.derivatives.dual_groups import DualAdvance
 from proofmass.runner.derivatives.dual_plan import dual_hold
-from proofmass.runner.design.proof.ball_map import BallTicks
+from proofmass.runner.design.proof.ball_ticks import BallTicks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.bindings import Binding, Tick
 from proofmass.runner.plan.memory import Memory

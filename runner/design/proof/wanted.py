@@ -12,11 +12,10 @@ from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
 from proofmass.runner.design.proof.ball_bias import RestingOutput
-from proofmass.runner.design.proof.ball_map import StartingLoop
+from proofmass.runner.design.proof.ball_map import Starting, StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
 from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
 from proofmass.runner.design.proof.ball_rates import StartingRates
-from proofmass.runner.design.proof.box_maps import Starting
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
 from proofmass.runner.design.proof.rest_point import RestRun

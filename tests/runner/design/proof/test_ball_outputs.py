@@ -11,7 +11,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.example import example_of
 from proofmass.runner.derivatives.ball import Ball, UndecidedError, ball
-from proofmass.runner.design.proof.ball_map import BallTicks, with_balls
+from proofmass.runner.design.proof.ball_ticks import BallTicks, with_balls
 from proofmass.runner.plan.bindings import Deviate
 from proofmass.runner.planning.plan import plan
 from proofmass.runner.reference.interpret import Interpreter, TickError

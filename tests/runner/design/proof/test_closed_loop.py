@@ -15,7 +15,7 @@ import pytest
 
 from proofmass.runner.derivatives.dual import Dual
 from proofmass.runner.design.proof import closed_loop
-from proofmass.runner.design.proof.ball_map import FIRST, SECOND
+from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
 from proofmass.runner.design.proof.closed_loop import GAIN, PHASE, Factor, Jet
 
 MIDDLE = (0.25, -0.5)  # of the coordinates
