@@ -2,17 +2,17 @@
 
 from collections import defaultdict
 from collections.abc import Collection, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cached_property
 from itertools import chain, islice
-from typing import NamedTuple
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue
 from proofmass.blocks.declaration.declare import Block, Port
 from proofmass.blocks.declaration.instance import format_of, shape_of, takes_unit, unit_of
 from proofmass.blocks.declaration.parameter import Parameter
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem, problems_of_table
 from proofmass.blocks.declaration.unit_expressions import Unit, UnitError, unit
 from proofmass.graphs.checks.chopping import chopping_notes
 from proofmass.graphs.checks.clocking import clocking_notes
@@ -164,8 +164,7 @@ class _Wiring:
                 )
             driven_by.setdefault(target, source)
             if not isinstance(out, Missing) and not isinstance(into, Missing):
-                for mismatch in _mismatches(wire, out, into):
-                    yield mismatch.problem(key, path)
+                yield from _mismatches(wire, out, into)
 
     def _backwards(self, source: str, target: str) -> bool:
         """Return whether a wire leads from an input to an output."""
@@ -197,11 +196,10 @@ class _Wiring:
 
     def _fitting(self, block: Block, port: Port, path: str) -> list[str]:
         """Fitting outputs of the graph with that path, by their names within it."""
-        try:
-            key = path, unit(unit_of(block, port)), _kind(block, port), shape_of(block, port)
-        except UnitError:
-            return []
-        return [signal.removeprefix(f"{path}.") for signal in self._outputs.get(key, [])]
+        with suppress(UnitError):
+            known = self._outputs.get((path, *_kind(block, port)), [])
+            return [signal.removeprefix(f"{path}.") for signal in known]
+        return []
 
     @cached_property
     def _outputs(self) -> dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]]:
@@ -209,42 +207,30 @@ class _Wiring:
         outputs: dict[tuple[str, Unit, type | Fixed, tuple[int, ...]], list[str]] = {}
         for name, block in self.graph.blocks.items():
             for port, declared in type(block).outputs.items():
-                try:
-                    kind = (
-                        split(name)[0],
-                        unit(unit_of(block, declared)),
-                        _kind(block, declared),
-                        shape_of(block, declared),
-                    )
-                except UnitError:
-                    continue
-                if len(outputs.setdefault(kind, [])) < 4:
-                    outputs[kind].append(f"{name}.{port}")
+                with suppress(UnitError):
+                    fitting = outputs.setdefault((split(name)[0], *_kind(block, declared)), [])
+                    fitting += [f"{name}.{port}"] * (len(fitting) < 4)
         return outputs
 
 
-def _kind(block: Block, port: Port) -> type | Fixed:
-    """Type of a port; of a fixed-point one its format."""
-    return format_of(block, port.name) if port.dtype is FixedValue else port.dtype
+def _kind(block: Block, port: Port) -> tuple[Unit, type | Fixed, tuple[int, ...]]:
+    """Unit, type and shape of a port; of a fixed-point one its format. Raises `UnitError`."""
+    dtype = format_of(block, port.name) if port.dtype is FixedValue else port.dtype
+    return unit(unit_of(block, port)), dtype, shape_of(block, port)
 
 
-class _Mismatch(NamedTuple):
-    message: str
-    got: str
-    expected: str
-    hint: str
-
-    def problem(self, key: str, path: tuple[str, ...]) -> Problem:
-        return Problem(message=self.message, key=key, got=self.got, expected=self.expected, hint=self.hint, path=path)
-
-
-def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[_Mismatch]:
+def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Port | Parameter]) -> Iterator[Problem]:
     (giver, out), (taker, into) = source, target
+
+    def mismatch(message: str, got: str, expected: str, hint: str) -> Problem:
+        key, path = f"wires: {wire}", ("wires", str(wire))
+        return Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=path)
+
     got, expected = unit_of(giver, out), unit_of(taker, into)
     try:
         source_unit, target_unit = unit(got), unit(expected)
     except UnitError as error:
-        yield _Mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
+        yield mismatch(f"the units cannot be compared: {error}", got, expected, "write a shorter unit")
     else:
         gain = "FixedGain" if out.dtype is FixedValue else "Gain"
         convert = f'put a {gain} with input_unit = "{got}" and output_unit = "{expected}" between'
@@ -252,24 +238,24 @@ def _mismatches(wire: Wire, source: tuple[Block, Port], target: tuple[Block, Por
         convert = f"{next(filter(None, (_unit_to_set(*end) for end in ends)), '')}{convert}"
         if source_unit.exponents != target_unit.exponents:
             same = f"{source_unit.in_base_units()} is not {target_unit.in_base_units()}"
-            yield _Mismatch("the units do not match", got, expected, f"{same}; {convert}")
+            yield mismatch("the units do not match", got, expected, f"{same}; {convert}")
         elif source_unit != target_unit:
             factor = f"{float(source_unit.factor / target_unit.factor):g}"
-            yield _Mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
+            yield mismatch(f"the units differ by a factor of {factor}", got, expected, convert)
     shape = shape_of(taker, into) if isinstance(into, Port) else ()
     kind = into.dtype if isinstance(into, Port) else float
     if shape_of(giver, out) != shape:
         others = [name for name, port in type(giver).outputs.items() if shape_of(giver, port) == shape]
         hint = f"outputs that fit: {', '.join(others)}" if others else "record a vector in probes"
         hint += ", or wire it to an input that takes a vector of the same length" if shape_of(giver, out) else ""
-        yield _Mismatch("the shapes do not match", counted(shape_of(giver, out)), counted(shape), hint)
+        yield mismatch("the shapes do not match", counted(shape_of(giver, out)), counted(shape), hint)
     elif out.dtype is not kind:
-        yield _Mismatch("the types do not match", _type(out.dtype), _type(kind), _same_type(giver, out.dtype, kind))
+        yield mismatch("the types do not match", _type(out.dtype), _type(kind), _same_type(giver, out.dtype, kind))
     elif kind is FixedValue:
         given_format, wanted_format = format_of(giver, out.name), format_of(taker, into.name)
         if given_format != wanted_format:
             hint = f'put a FixedCast with input_format = "{given_format}", output_format = "{wanted_format}" between'
-            yield _Mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
+            yield mismatch("the formats do not match", str(given_format), str(wanted_format), hint)
 
 
 def _unit_to_set(signal: str, block: Block, port: Port | Parameter, wanted: str) -> str:
@@ -317,29 +303,25 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
         message, hint = "the name is taken where a graph has measures", "rename the block"
         yield Problem(message=message, hint=hint, path=("blocks", MEASURES))
     for name, measure in graph.measures.items():
-        path, key = ("measures", name), f"measures.{name}.signal"
-        output = find_output(graph, measure.signal)
+        bad, output = problems_of_table("measures", name, "signal"), find_output(graph, measure.signal)
         if isinstance(output, Missing):
-            yield Problem(message=output.message, key=key, hint=output.hint, path=(*path, "signal"))
+            yield bad(output.message, hint=output.hint)
             continue
         own = STATISTICS[measure.statistic].unit_for(unit_of(*output))
-        yield from bad_display_unit(measure.unit, own, f"measures.{name}.unit", (*path, "unit"))
-        shape = shape_of(output[0], output[1])
+        yield from bad_display_unit(measure.unit, own, f"measures.{name}.unit", ("measures", name, "unit"))
         if output[1].dtype is FixedValue:
-            message, hint = "a fixed-point value cannot be measured", "measure the number that it is converted to"
-            yield Problem(message=message, key=key, hint=hint, path=(*path, "signal"))
-        if shape:
-            got, expected, hint = counted(shape), counted(()), "measure an output of single values"
-            message = "a vector cannot be measured"
-            yield Problem(message=message, key=key, got=got, expected=expected, hint=hint, path=(*path, "signal"))
+            yield bad("a fixed-point value cannot be measured", hint="measure the number that it is converted to")
+        if shape := shape_of(*output):
+            hint = "measure an output of single values"
+            yield bad("a vector cannot be measured", got=counted(shape), expected=counted(()), hint=hint)
         try:
-            measure.reducer(unit_of(output[0], output[1]), Clock(Fraction(1)))
+            measure.reducer(unit_of(*output), Clock(Fraction(1)))
         except ModelError as error:
-            counted_later = {
-                option.samples for option in STATISTICS[measure.statistic].times.values()
-            }  # counted in samples once the rates are known
+            # options that are times are counted in samples once the rates are known
+            counted_later = {option.samples for option in STATISTICS[measure.statistic].times.values()}
             for problem in (problem for problem in error.problems if problem.path[0] not in counted_later):
-                yield replace(problem, key=f"measures.{name}.{problem.path[0]}", path=(*path, *problem.path))
+                key, path = f"measures.{name}.{problem.path[0]}", ("measures", name, *problem.path)
+                yield replace(problem, key=key, path=path)
 
 
 def _probes(graph: FlatGraph) -> Iterator[Problem]:
@@ -356,10 +338,6 @@ def _probes(graph: FlatGraph) -> Iterator[Problem]:
         probed.add(signal)
 
 
-def _one_of(outputs: Collection[str]) -> str:
-    return f"its {', '.join(outputs)}" if len(outputs) == 1 else f"one of {', '.join(outputs)}"
-
-
 def _notes(graph: FlatGraph) -> Iterator[Problem]:
     yield from base_rate_notes(graph)
     yield from (replace(problem, note=True) for problem in open_inputs(graph))
@@ -371,7 +349,8 @@ def _notes(graph: FlatGraph) -> Iterator[Problem]:
         if kind.outputs and not any((name, port) in used for port in kind.outputs):
             yield Problem(
                 message="none of its outputs is used",
-                hint=f'wire {_one_of(kind.outputs)}, or add "{name}.{next(iter(kind.outputs))}" to probes',
+                hint=f"wire {'its' if len(kind.outputs) == 1 else 'one of'} {', '.join(kind.outputs)}, "
+                f'or add "{name}.{next(iter(kind.outputs))}" to probes',
                 note=True,
                 path=("blocks", name),
             ).at(*graph.root.place.find(("blocks", name.partition(".")[0])))  # the line at which a probe can be added
