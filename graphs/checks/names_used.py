@@ -1,5 +1,6 @@
 """Problems with other names in a graph than those of wires: exports, unused parts, and opened loops."""
 
+from collections import defaultdict
 from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
@@ -28,9 +29,9 @@ def bad_loops(flat: FlatGraph) -> Iterator[Problem]:
 
 def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
     """Yield exports of missing ports, and of inputs that are driven inside or exported twice."""
-    drivers: dict[str, list[str]] = {}
+    drivers = defaultdict[str, list[str]](list)
     for wire in flat.wires:
-        drivers.setdefault(wire.target, []).append(flat.origins[str(wire)].path)
+        drivers[wire.target].append(flat.origins[str(wire)].path)
     for path, part in parts(flat.root):
         names: dict[str, str] = {}
         for name, target in part.exports.items():
@@ -39,9 +40,8 @@ def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
             message = hint = ""
             if isinstance(found, Missing) and not is_value(flat.root, signal) and not is_rate(flat, signal):
                 message, hint = found.message, found.hint
-            elif is_input(flat, signal) and any(driver.startswith(path) for driver in drivers.get(signal, ())):
-                message = f"{target} is exported and driven inside"
-                hint = "remove the export, or the wire"
+            elif is_input(flat, signal) and any(driver.startswith(path) for driver in drivers[signal]):
+                message, hint = f"{target} is exported and driven inside", "remove the export, or the wire"
             elif is_input(flat, signal) and signal in names:
                 message, hint = f"{target} is exported twice", f"remove {name}: it is exported as {names[signal]}"
             names.setdefault(signal, name)
@@ -58,7 +58,7 @@ def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
         used |= {path + name for name in _above(part.exports.values())}
     for path, part in parts(flat.root):
         signals = {name: path + inside(part, signal) for name, signal in part.exports.items()}
-        outputs = [name for name, signal in signals.items() if _is_output(flat, signal)]
+        outputs = [name for name, signal in signals.items() if not isinstance(find_output(flat, signal), Missing)]
         name = path[:-1]
         if name and outputs and name not in used:
             hint = f'wire one of {", ".join(outputs)}, or add "{name}.{outputs[0]}" to probes'
@@ -96,8 +96,3 @@ def _above(signals: Iterable[str]) -> Iterator[str]:
         while "." in signal:
             signal = split(signal)[0]
             yield signal
-
-
-def _is_output(flat: FlatGraph, signal: str) -> bool:
-    name, port = split(signal)
-    return name in flat.blocks and port in type(flat.blocks[name]).outputs

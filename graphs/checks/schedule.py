@@ -4,7 +4,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from fractions import Fraction
 from itertools import pairwise
-from typing import NamedTuple, TypeAlias
+from typing import Generic, NamedTuple, TypeAlias, TypeVar
 
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.instance import size_of
@@ -39,34 +39,25 @@ class Beat(NamedTuple):
 
 
 OutputStep: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
+Step = TypeVar("Step", bound=OutputStep)
 
 
-class Torn(NamedTuple):
-    """Steps that need each other: from the `tears` the `others` follow one after the other."""
-
-    tears: tuple[OutputStep, ...]
-    others: tuple[OutputStep, ...]
-
-    @property
-    def steps(self) -> tuple[OutputStep, ...]:
-        """All members of the loop, the tears first."""
-        return self.tears + self.others
-
-
-@dataclass(frozen=True)
-class AlgebraicLoop:
-    """Outputs that need each other within an instant.
+class Torn(NamedTuple, Generic[Step]):
+    """Steps that need each other within an instant.
 
     Once the values of the `tears` are known, the `others` follow from them one after the other, in this order.
     """
 
-    tears: tuple[Endpoint, ...]
-    others: tuple[Endpoint, ...]
+    tears: tuple[Step, ...]
+    others: tuple[Step, ...]
 
     @property
-    def nodes(self) -> tuple[Endpoint, ...]:
+    def nodes(self) -> tuple[Step, ...]:
         """All members of the loop, the tears first."""
         return self.tears + self.others
+
+
+AlgebraicLoop: TypeAlias = Torn[Endpoint]  # of outputs alone
 
 
 @dataclass(frozen=True)
@@ -117,7 +108,7 @@ def outputs_of(steps: Iterable[OutputStep]) -> tuple[Endpoint, ...]:
     return tuple(step for step in steps if not isinstance(step, ConstantsOf))
 
 
-def loop_of(cycle: Torn) -> AlgebraicLoop:
+def loop_of(cycle: Torn[OutputStep]) -> AlgebraicLoop:
     """Return the algebraic loop of a cycle without an obstacle: such a cycle contains outputs alone."""
     return AlgebraicLoop(outputs_of(cycle.tears), outputs_of(cycle.others))
 
@@ -142,21 +133,23 @@ def last_name(path: str) -> tuple[str, str]:
     return path.rpartition(".")[2], path
 
 
-def in_order(needs: Mapping[OutputStep, Sequence[OutputStep]]) -> tuple[tuple[OutputStep, ...], tuple[Torn, ...]]:
+def in_order(
+    needs: Mapping[OutputStep, Sequence[OutputStep]],
+) -> tuple[tuple[OutputStep, ...], tuple[Torn[OutputStep], ...]]:
     """The alphabetically first order in which each step comes after all that it needs, and the cycles in it."""
     cycles = sorted((_torn(needs, part) for part in loops(needs)), key=lambda cycle: cycle.tears)
     if not cycles:
         return tuple(alphabetical(needs)), ()
-    first = {node: cycle.tears[0] for cycle in cycles for node in cycle.steps}
+    first = {node: cycle.tears[0] for cycle in cycles for node in cycle.nodes}
     merged: dict[OutputStep, set[OutputStep]] = {}
     for node, befores in needs.items():
         one = first.get(node, node)
         merged.setdefault(one, set()).update(other for b in befores if (other := first.get(b, b)) != one)
-    whole = {cycle.tears[0]: cycle.steps for cycle in cycles}
+    whole = {cycle.tears[0]: cycle.nodes for cycle in cycles}
     return tuple(node for one in alphabetical(merged) for node in whole.get(one, (one,))), tuple(cycles)
 
 
-def _torn(needs: Mapping[OutputStep, Sequence[OutputStep]], part: set[OutputStep]) -> Torn:
+def _torn(needs: Mapping[OutputStep, Sequence[OutputStep]], part: set[OutputStep]) -> Torn[OutputStep]:
     """Tear a cycle: the alphabetically first step of each set of steps that still need each other."""
     left, tears = {node: [before for before in needs[node] if before in part] for node in part}, set[OutputStep]()
     while parts := loops(left):
@@ -171,10 +164,10 @@ def _by_last_name(step: OutputStep) -> tuple[str, str, str]:
     return *last_name(step[0]), "" if isinstance(step, ConstantsOf) else step[1]
 
 
-def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], phases: Mapping[str, int], cycle: Torn) -> str:
+def _obstacle(graph: FlatGraph, divisors: Mapping[str, int], phases: Mapping[str, int], cycle: Torn[OutputStep]) -> str:
     """Return why Newton's method cannot solve a loop; empty when it can."""
     beats = set[Beat]()
-    for step in cycle.steps:
+    for step in cycle.nodes:
         if isinstance(step, ConstantsOf):
             return f"the parameters of {step.block} depend on its own outputs"
         name, port = step
@@ -195,10 +188,10 @@ def block_rate(graph: FlatGraph, name: str) -> Fraction:
     return rate
 
 
-def _cycle(cycle: Torn, needs: Mapping[OutputStep, Sequence[OutputStep]]) -> list[OutputStep]:
+def _cycle(cycle: Torn[OutputStep], needs: Mapping[OutputStep, Sequence[OutputStep]]) -> list[OutputStep]:
     """One way round a cycle; the first and last step are the same."""
-    inside, path = set(cycle.steps), dict[OutputStep, None]()
-    node = cycle.steps[0]
+    inside, path = set(cycle.nodes), dict[OutputStep, None]()
+    node = cycle.nodes[0]
     while node not in path:
         path[node] = None
         node = min(before for before in needs[node] if before in inside)
@@ -219,10 +212,6 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
     first = wires.index(min(wires))
     wires = wires[first:] + wires[:first]
     named = wires if len(wires) <= _NAMED else [*wires[:_NAMED], f"and {len(wires) - _NAMED} more"]
-    later = _later_outputs(graph, cycle)
-    instead = (
-        f"{later[0]} needs no input of the same tick: wire it in place of {later[1]} if it serves. Or " if later else ""
-    )
     solve = 'or have the loop solved: algebraic_loops = "newton" under [integration]'
     cannot = f"Newton's method cannot solve the loop, since {obstacle}"
     return Problem(
@@ -230,21 +219,20 @@ def _loop(graph: FlatGraph, cycle: list[OutputStep], drivers: dict[Endpoint, End
         key="wires",
         got=", ".join(named),
         expected="at least one block in the loop whose output does not depend on its input in the same tick",
-        hint=f"{instead}put a UnitDelay into one of these wires, for example into {wires[-1]};"
+        hint=f"{_instead(graph, cycle)}put a UnitDelay into one of these wires, for example into {wires[-1]};"
         f" {cannot if obstacle else solve}",
         path=("wires", wires[-1]),
     )
 
 
-def _later_outputs(graph: FlatGraph, cycle: Sequence[OutputStep]) -> tuple[str, str] | None:
-    """Return an output that could stand for one of the cycle, as the strictly proper part of a filter, and that one."""
-    for step in cycle:
-        if isinstance(step, ConstantsOf):
-            continue
-        (name, port), kind = step, type(graph.blocks[step[0]])
+def _instead(graph: FlatGraph, cycle: Sequence[OutputStep]) -> str:
+    """Hint at an output that could stand for one of the cycle, as the strictly proper part of a filter."""
+    for name, port in outputs_of(cycle):
+        kind = type(graph.blocks[name])
         own = kind.outputs[port]
         for other, output in kind.outputs.items():
             alike = (output.dtype, output.unit, output.shape) == (own.dtype, own.unit, own.shape)
             if alike and not kind.feedthrough(other):
-                return f"{name}.{other}", f"{name}.{port}"
-    return None
+                place = f"in place of {name}.{port}"
+                return f"{name}.{other} needs no input of the same tick: wire it {place} if it serves. Or "
+    return ""
