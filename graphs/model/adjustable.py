@@ -49,12 +49,4 @@ class Adjustable:
 
     def moved_by(self, name: str, values: Mapping[str, float]) -> dict[str, float]:
         """Return the exact derivatives by one number of all parameters that move with it, at some numbers."""
-        if not self.is_value(name):
-            return {name: 1.0}
-        numbers = {**self.dependence.numbers, **values, **self.dependence.followed(values)}
-        slopes = {name: 1.0}
-        for step in self.dependence.followers([name]):
-            if step.target not in values:
-                by_name = step.slopes(numbers)
-                slopes[step.target] = sum(slope * slopes[other] for other, slope in by_name.items() if other in slopes)
-        return {target: slope for target, slope in slopes.items() if not self.is_value(target)}
+        return self.dependence.slopes(name, values) if self.is_value(name) else {name: 1.0}

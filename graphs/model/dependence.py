@@ -7,12 +7,13 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from graphlib import TopologicalSorter
+from types import MappingProxyType
 from typing import Any
 
 from proofmass.graphs.formulas.formula import Formula, in_unit
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import evaluated, plainly, slopes
-from proofmass.graphs.model.flatten import parts
+from proofmass.graphs.model.flatten import parts, values_of
 from proofmass.graphs.model.graph import Graph, split
 from proofmass.graphs.model.targets import CLOCK_OFFSET, DURATION, RATE, is_of_measure, target_at
 
@@ -44,12 +45,8 @@ class Dependence:
 
     def __init__(self, root: Graph) -> None:
         self.root = root
-        self.numbers = {path + name: value.number for path, part in parts(root) for name, value in part.values.items()}
-        self.units = {
-            path + name: coherent_unit(value.dimension)
-            for path, part in parts(root)
-            for name, value in part.values.items()
-        }
+        self.numbers = {name: value.number for name, value in values_of(root).items()}
+        self.units = {name: coherent_unit(value.dimension) for name, value in values_of(root).items()}
 
     @cached_property
     def steps(self) -> tuple[FormulaStep, ...]:
@@ -82,12 +79,13 @@ class Dependence:
                 moved.add(step.target)
         return follow
 
-    def slopes(self, value: str) -> dict[str, float]:
-        """Return the exact derivatives by one value of all parameters that follow from it."""
-        slopes: dict[str, float] = {value: 1.0}
+    def slopes(self, value: str, numbers: Mapping[str, float] = MappingProxyType({})) -> dict[str, float]:
+        """Return the exact derivatives by one value of all parameters that follow from it, at some numbers."""
+        slopes, at = {value: 1.0}, {**self.numbers, **numbers, **self.followed(numbers)}
         for step in self.followers([value]):
-            by_name = step.slopes(self.numbers)
-            slopes[step.target] = sum(slope * slopes[name] for name, slope in by_name.items() if name in slopes)
+            if step.target not in numbers:
+                by_name = step.slopes(at)
+                slopes[step.target] = sum(slope * slopes[name] for name, slope in by_name.items() if name in slopes)
         return {target: slope for target, slope in slopes.items() if target not in self.numbers}
 
     def _steps(self, path: str, part: Graph) -> Iterator[FormulaStep]:

@@ -5,20 +5,19 @@ of the flat graphs.
 """
 
 import dataclasses
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
 from proofmass.blocks.declaration.units import same_unit, short_unit
 from proofmass.graphs.model.dependence import Dependence
-from proofmass.graphs.model.flatten import FlatGraph, flatten, parts
+from proofmass.graphs.model.flatten import FlatGraph, flatten, parts, values_of
 from proofmass.graphs.model.graph import Graph, Wire, split
 from proofmass.graphs.model.keys import Integer, Text
 from proofmass.graphs.model.loops import REQUIREMENTS
 from proofmass.graphs.model.rates import write_rate
 from proofmass.graphs.model.top_keys import PLAIN_KEYS
-from proofmass.graphs.model.values import NamedValue
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,24 +92,19 @@ def _top(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     for key in texts:
         yield from _changed(key, getattr(before.root, key), getattr(after.root, key))
     yield from _changed("rate", _rate(before.rate), _rate(after.rate))
-    lengths = [f"{g.samples} ticks" if g.samples is not None else _seconds(g.duration) for g in (before, after)]
-    yield from _changed("duration", *lengths)
+    yield from _changed("duration", _length(before), _length(after))
     for key in integers:
         old, new = (getattr(flat.root, key) for flat in (before, after))
         yield from _changed(key, "" if old is None else str(old), "" if new is None else str(new))
 
 
 def _values(first: Graph, second: Graph, names: _Names, followed: Mapping[str, str]) -> Iterator[GraphDifference]:
-    before = {names.signal(name): value for name, value in _written(first).items()}
-    for name, (old, new) in _both(before, _written(second)):
+    before = {names.signal(name): value for name, value in values_of(first).items()}
+    for name, (old, new) in _both(before, values_of(second)):
         same = old and new and old.number == new.number and old.dimension == new.dimension
         if not same or old.formula != new.formula:
             causes = followed.get(name, "").removeprefix(name)
             yield from _changed(f"values.{name}", old.written if old else "", new.written if new else "", causes)
-
-
-def _written(graph: Graph) -> dict[str, NamedValue]:
-    return {path + name: value for path, part in parts(graph) for name, value in part.values.items()}
 
 
 def _formulas(graph: Graph) -> dict[str, str]:
@@ -188,27 +182,23 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     for signal, (old, new) in _both(*probes):
         yield from _changed(f"probes: {signal}", old or "", new or "")
     measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
-    integrations = [{k: str(v) for k, v in flat.integration.changed().items()} for flat in flats]
-    exports = [dict(flat.exports) for flat in flats]
     for lines, flat in zip(measures, flats, strict=True):
         lines |= {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
-    asked = [
-        {
-            name: ", ".join(f"{key} {value}" for key, value in r.as_written().items())
-            for name, r in flat.root.requirements.items()
-        }
-        for flat in flats
-    ]
-    tables = {
+    tables: dict[str, Sequence[Mapping[str, str]]] = {
         "measures": measures,
-        "requirements": asked,
+        "requirements": list(map(_requirements, flats)),
         "loops": list(map(_loops, flats)),
-        "integration": integrations,
-        "exports": exports,
+        "integration": [{key: str(value) for key, value in flat.integration.changed().items()} for flat in flats],
+        "exports": [flat.exports for flat in flats],
     }
     for table, entries in tables.items():
         for name, (old, new) in _both(*entries):
             yield from _changed(f"{table}.{name}", old or "", new or "")
+
+
+def _requirements(flat: FlatGraph) -> dict[str, str]:
+    asked = {name: requirement.as_written() for name, requirement in flat.root.requirements.items()}
+    return {name: ", ".join(f"{key} {value}" for key, value in table.items()) for name, table in asked.items()}
 
 
 def _loops(flat: FlatGraph) -> dict[str, str]:
@@ -239,13 +229,8 @@ def number_text(block: Block, name: str) -> str:
     """Return a parameter with its unit."""
     parameter, value = type(block).parameters[name], getattr(block, name)
     if parameter.kind is not float:
-        return (
-            str(list(value))
-            if isinstance(value, tuple)
-            else str(value).lower()
-            if value in (True, False)
-            else str(value)
-        )
+        value = list(value) if isinstance(value, tuple) else value
+        return str(value).lower() if value in (True, False) else str(value)
     unit = short_unit(unit_of(block, parameter))
     return f"{value!r}" + (f" {unit}" if not same_unit(unit or "1", "1") else "")
 
@@ -264,8 +249,9 @@ def _rate(rate: Any) -> str:
     return "" if rate is None else write_rate(rate)
 
 
-def _seconds(duration: Any) -> str:
-    return "" if duration is None else f"{duration} s"
+def _length(flat: FlatGraph) -> str:
+    length = "" if flat.duration is None else f"{flat.duration} s"
+    return length if flat.samples is None else f"{flat.samples} ticks"
 
 
 def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[GraphDifference]:

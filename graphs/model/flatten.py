@@ -12,6 +12,7 @@ from proofmass.graphs.model.graph import Graph, Place, Probe, Wire, put_in_order
 from proofmass.graphs.model.integration import Integration
 from proofmass.graphs.model.loops import Loop
 from proofmass.graphs.model.measures import Measure
+from proofmass.graphs.model.values import NamedValue
 
 
 class Origin(NamedTuple):
@@ -167,6 +168,11 @@ def has_own_rate(flat: FlatGraph, name: str) -> bool:
 def parts(graph: Graph) -> Iterator[tuple[str, Graph]]:
     """Return all graphs inside, itself first, each with its path and a dot."""
     return ((path, part) for path, part, _, _ in _parts(graph, "", None, Fraction(0)))
+
+
+def values_of(graph: Graph) -> dict[str, NamedValue]:
+    """Return the values of a graph and of all graphs inside, by their paths."""
+    return {path + name: value for path, part in parts(graph) for name, value in part.values.items()}
 
 
 def _parts(

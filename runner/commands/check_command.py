@@ -4,7 +4,7 @@ import click
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.exports import runs_alone
-from proofmass.graphs.model.flatten import flatten, parts
+from proofmass.graphs.model.flatten import flatten, values_of
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.tuning.check_file import check_file
@@ -79,11 +79,8 @@ def _wrong(problems: list[Problem]) -> list[Problem]:
 
 def _values(graph: Graph) -> list[str]:
     """Return a line for each value of a graph and its subgraphs, with its formula; nothing without values."""
-    rows = [
-        (path + name, value.text(), value.formula.text if value.formula else "")
-        for path, part in parts(graph)
-        for name, value in part.values.items()
-    ]
+    values = values_of(graph).items()
+    rows = [(name, value.text(), value.formula.text if value.formula else "") for name, value in values]
     if not rows:
         return []
     more = [f"and {len(rows) - _VALUES} more"] if len(rows) > _VALUES else []

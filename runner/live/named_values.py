@@ -16,7 +16,7 @@ from proofmass.graphs.formulas.formula import Formula
 from proofmass.graphs.formulas.operations import coherent_unit
 from proofmass.graphs.formulas.tree import Apply, Name, Number, Raised, Tree, fixed
 from proofmass.graphs.model.digraph import with_following
-from proofmass.graphs.model.flatten import inside
+from proofmass.graphs.model.flatten import inside, parts, values_of
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
 from proofmass.runner.live.sliders import LOGARITHMIC, FixedParameter, Slider, range_of
@@ -55,49 +55,23 @@ class NamedValues:
 
 def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues:
     """Return the named values of a graph and its subgraphs; `moving` are the parameters that the loop takes anew."""
-    steps = {step.target: step for step in _steps(graph, graph, "")}
-    order = [
-        target for target in TopologicalSorter({t: s.needs for t, s in steps.items()}).static_order() if target in steps
-    ]
-    named = NamedValues(steps=[steps[target] for target in order])
-    for path, name, value in _values(graph, ""):
-        key = f"{path}{name}"
-        named.numbers[key] = value.number
-        if key in steps:
-            continue
-        followers = _followers(key, steps)
-        movable = bool(followers) and all(
-            steps[target].exact and (target in paths_of_values(graph) or split(target) in moving)
-            for target in followers
-        )
-        own = coherent_unit(value.dimension)
-        about = "Named value" + (f"; {', '.join(sorted(followers))} follow" if followers else "")
-        if movable:
+    steps = {step.target: step for path, part in parts(graph) for step in _steps(graph, part, path)}
+    order = TopologicalSorter({target: step.needs for target, step in steps.items()}).static_order()
+    named, values = NamedValues(steps=[steps[target] for target in order if target in steps]), values_of(graph)
+    named.numbers = {key: value.number for key, value in values.items()}
+    for key in (key for key in values if key not in steps):
+        value, place = values[key], split(key)
+        followers = with_following([key], lambda of: [t for t, step in steps.items() if of in step.needs]) - {key}
+        movable = all(steps[target].exact and (target in values or split(target) in moving) for target in followers)
+        about = "Named value" + (f"; {', '.join(sorted(followers))} follow." if followers else ".")
+        if followers and movable:
             low, high = range_of(value.number, None, None, 1.0)
-            logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
-            ends = low, high, logarithmic
-            facts = path.rstrip("."), name, own, f"{about}.", value.number
+            ends = low, high, low > 0.0 and math.log10(high / low) >= LOGARITHMIC
+            facts = *place, coherent_unit(value.dimension), about, value.number
             named.sliders.append(Slider(*facts, *ends, named=True, written=value.written))
         else:
-            named.fixed.append(FixedParameter(path.rstrip("."), name, "", f"{about}.", value.text(), named=True))
+            named.fixed.append(FixedParameter(*place, "", about, value.text(), named=True))
     return named
-
-
-def paths_of_values(graph: Graph) -> frozenset[str]:
-    """Return the values of a graph and of its subgraphs, by their paths."""
-    return frozenset(f"{path}{name}" for path, name, _ in _values(graph, ""))
-
-
-def _values(graph: Graph, path: str) -> Iterator[tuple[str, str, Any]]:
-    for name, value in graph.values.items():
-        yield path, name, value
-    for name, part in graph.subgraphs.items():
-        yield from _values(part, f"{path}{name}.")
-
-
-def _followers(key: str, steps: Mapping[str, PageFormula]) -> set[str]:
-    """Return all targets that change with a value."""
-    return with_following([key], lambda changed: [t for t, step in steps.items() if changed in step.needs]) - {key}
 
 
 def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:
@@ -114,8 +88,6 @@ def _steps(root: Graph, graph: Graph, path: str) -> Iterator[PageFormula]:
         movable = wanted is not None and not wanted.rate and not wanted.whole and "[" not in target
         divisor = float(unit(wanted.unit).factor) if wanted is not None and movable else 1.0
         yield _step(graph, path, place, formula, divisor, movable)
-    for name, part in graph.subgraphs.items():
-        yield from _steps(root, part, f"{path}{name}.")
 
 
 def _step(graph: Graph, path: str, target: str, formula: Formula, divisor: float, movable: bool = True) -> PageFormula:

@@ -13,6 +13,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.spelled_units import decimal_in
 from proofmass.graphs.drawing.diagram import subgraph_paths, svg
 from proofmass.graphs.model.changes import with_parameters
+from proofmass.graphs.model.flatten import parts
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.live.long_run import Tell, long_run
 from proofmass.runner.live.model import live_model
@@ -293,11 +294,10 @@ def _is_number(value: object) -> bool:
 
 def _files(graph: Graph) -> Iterator[Path]:
     """The file of a graph, those of its parts, and the recordings that they play."""
-    if graph.place.file:
-        yield Path(graph.place.file)
-    for block in graph.blocks.values():
-        file = vars(block).get("file", "")
-        if file and any(buffer.recorded for buffer in type(block).buffers.values()):
-            yield Path(graph.place.folder) / file
-    for part in graph.subgraphs.values():
-        yield from _files(part)
+    for _, part in parts(graph):
+        if part.place.file:
+            yield Path(part.place.file)
+        for block in part.blocks.values():
+            file = vars(block).get("file", "")
+            if file and any(buffer.recorded for buffer in type(block).buffers.values()):
+                yield Path(part.place.folder) / file
