@@ -2,7 +2,6 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from graphlib import TopologicalSorter
 from typing import Any
 
 from proofmass.blocks.declaration.instance import unit_of
@@ -15,7 +14,7 @@ from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.measures import MEASURES, bad_display_unit
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.statistics import STATISTICS
-from proofmass.graphs.model.values import circle
+from proofmass.graphs.model.values import circles_and_order
 
 _problem = problems_of_table(MEASURES)
 
@@ -70,12 +69,11 @@ def _derived(flat: FlatGraph, units: Mapping[str, str]) -> Iterator[Derived | Pr
     dimensions = {name: unit(text).exponents for name, text in units.items()}
     factors = {name: float(unit(text).factor) for name, text in units.items()}
     unknown = (flat.measures.keys() | formulas.keys()) - dimensions.keys()
-    needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
-    while chain := circle(needs):
+    circles, order = circles_and_order(formulas)
+    for chain in circles:
         message = f"the measure depends on itself: {' -> '.join(chain)}"
         yield _problem(message, chain[0], got=shown(formulas[chain[0]].text), hint="measure a signal in one of them")
-        needs = {name: others - set(chain) for name, others in needs.items() if name not in chain}
-    for name in TopologicalSorter(needs).static_order():
+    for name in order:
         formula = formulas[name]
         if formula.names & unknown:
             continue  # the problem is reported at the measure

@@ -112,14 +112,13 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
 
     A formula that needs a value that could not be read has no value either, and no problem of its own.
     """
-    needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
-    while chain := circle(needs):
+    circles, order = circles_and_order(formulas)
+    for chain in circles:
         message = "the value depends on itself: " + " -> ".join(chain)
         got, hint = shown(formulas[chain[0]].text), "write one of them as a number"
         yield _problem(message, chain[0], got=got, hint=hint)
         unknown |= set(chain)
-        needs = {name: others - unknown for name, others in needs.items() if name not in unknown}
-    for name in TopologicalSorter(needs).static_order():
+    for name in order:
         if formulas[name].names & unknown:
             unknown.add(name)  # the problem is reported at the formula that names it
             continue
@@ -130,13 +129,16 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
             yield _problem(str(error), name, got=shown(formulas[name].text), hint=error.hint)
 
 
-def circle(needs: Mapping[str, set[str]]) -> list[str]:
-    """Return names that need each other, the first again at the end; empty if there are none."""
-    try:
-        TopologicalSorter(needs).prepare()
-    except CycleError as error:
-        return list(reversed(error.args[1]))
-    return []
+def circles_and_order(formulas: Mapping[str, Formula]) -> tuple[list[list[str]], list[str]]:
+    """Return circles of formulas that need each other, the first again at the end, and the others in order."""
+    needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
+    circles: list[list[str]] = []
+    while True:
+        try:
+            return circles, list(TopologicalSorter(needs).static_order())
+        except CycleError as error:
+            circles.append(error.args[1][::-1])
+            needs = {name: others.difference(circles[-1]) for name, others in needs.items() if name not in circles[-1]}
 
 
 def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:
