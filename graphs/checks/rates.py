@@ -1,11 +1,11 @@
 """Rates and clock offsets of a flat graph."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from fractions import Fraction
 from itertools import groupby
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import Problem, problems_of_table
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.rates import LARGEST_RATIO, common_base_rate, with_offsets, write_rate, write_seconds
 from proofmass.graphs.model.targets import CLOCK_OFFSET
@@ -17,6 +17,7 @@ _SHORT = 8  # characters of a rate
 def rate_problems(graph: FlatGraph) -> Iterator[Problem]:
     """Yield what is wrong with rates and clock offsets: missing, of blocks without a clock, or too far apart."""
     discrete = [name for name, block in graph.blocks.items() if not type(block).continuous()]
+    owners = _owners(graph)
     for name in graph.rates:
         if name not in discrete:
             yield Problem(
@@ -31,24 +32,28 @@ def rate_problems(graph: FlatGraph) -> Iterator[Problem]:
     elif graph.rate is None:
         yield from _without_rate(graph, without)
     yield from _offsets(graph)
-    yield from _far_rates(graph, discrete)
+    if owners and common_base_rate(owners) is None:
+        yield _far_rates(graph, owners)
 
 
-def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
-    """Rates without a common multiple within reach, each with a block that has it."""
+def _owners(graph: FlatGraph) -> dict[Fraction, str]:
+    """Return the rates of a graph, each with the first block that has it."""
     owners: dict[Fraction, str] = {}
-    for name in discrete:
-        rate = graph.rates.get(name, graph.rate)
+    for name, block in graph.blocks.items():
+        rate = None if type(block).continuous() else graph.rates.get(name, graph.rate)
         if rate is not None:
             owners.setdefault(rate, name)
+    return owners
+
+
+def _far_rates(graph: FlatGraph, owners: Mapping[Fraction, str]) -> Problem:
+    """Rates without a common multiple within reach, each with a block that has it."""
     known = sorted(owners)
-    if not known or common_base_rate(known) is not None:
-        return
     shown = [f"{owners[rate]} at {write_rate(rate)}" for rate in known]
     odd = max((rate for rate in known if rate != graph.rate), key=lambda rate: (rate.denominator, rate.numerator))
     main = next((rate for rate in known if rate == graph.rate), next(rate for rate in known if rate != odd))
     near = main * round(odd / main) if odd > main else main / round(main / odd)
-    yield Problem(
+    return Problem(
         message="the rates have no common base rate within reach",
         key="rate",
         got=", ".join(shown if len(shown) <= 4 else [*shown[:2], "…", *shown[-2:]]),
@@ -60,11 +65,7 @@ def _far_rates(graph: FlatGraph, discrete: Sequence[str]) -> Iterator[Problem]:
 
 def base_rate_notes(graph: FlatGraph) -> Iterator[Problem]:
     """Yield a note where rates meet only in a base rate far above all of them, which is the rate of a run."""
-    owners: dict[Fraction, str] = {}
-    for name, block in graph.blocks.items():
-        rate = None if type(block).continuous() else graph.rates.get(name, graph.rate)
-        if rate is not None:
-            owners.setdefault(rate, name)
+    owners = _owners(graph)
     base, fastest = common_base_rate(owners), max(owners, default=Fraction(1))
     if base is None or base < _MANY_TIMES * fastest:
         return
@@ -89,24 +90,18 @@ def _keeps(fastest: Fraction, odd: Fraction) -> str:
 
 def _offsets(graph: FlatGraph) -> Iterator[Problem]:
     """Clock offsets of blocks without a clock, of a period or more, and those that ask for too many base ticks."""
-    rates = {name: graph.rates.get(name, graph.rate) for name in graph.offsets}
     for name, offset in graph.offsets.items():
-        key, path, rate = f"blocks.{name}.{CLOCK_OFFSET}", ("blocks", name, CLOCK_OFFSET), rates[name]
+        bad, rate = problems_of_table("blocks", name, CLOCK_OFFSET), graph.rates.get(name, graph.rate)
+        got = write_seconds(offset)
         if type(graph.blocks[name]).continuous():
-            hint = "give the offset to the blocks that sample this one"
-            yield Problem(message="a continuous block has no clock", key=key, hint=hint, path=path)
+            yield bad("a continuous block has no clock", hint="give the offset to the blocks that sample this one")
         elif rate is not None and offset * rate >= 1:
-            expected = f"less than {write_seconds(1 / rate)}, its period"
-            got, hint = write_seconds(offset), "a delay of whole ticks is a Delay"
-            yield Problem(
-                message="the clock offset is too long", key=key, got=got, expected=expected, hint=hint, path=path
-            )
+            expected, hint = f"less than {write_seconds(1 / rate)}, its period", "a delay of whole ticks is a Delay"
+            yield bad("the clock offset is too long", got=got, expected=expected, hint=hint)
         elif rate is not None and with_offsets(rate, [offset]) > LARGEST_RATIO * rate:
             expected = f"a fraction of the period with at most {LARGEST_RATIO:,} below the line"
-            got, hint = write_seconds(offset), "choose an offset that is a simple part of the period"
-            yield Problem(
-                message="the clock offset meets no tick", key=key, got=got, expected=expected, hint=hint, path=path
-            )
+            hint = "choose an offset that is a simple part of the period"
+            yield bad("the clock offset meets no tick", got=got, expected=expected, hint=hint)
 
 
 def _without_rate(graph: FlatGraph, names: Sequence[str]) -> Iterator[Problem]:

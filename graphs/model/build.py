@@ -1,6 +1,5 @@
 """Build a graph from texts, tables or values, and report all their problems at once."""
 
-import re
 from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
 from dataclasses import FrozenInstanceError, replace
 from fractions import Fraction
@@ -26,7 +25,7 @@ from proofmass.graphs.model.graph import (
     thawed,
 )
 from proofmass.graphs.model.graph import Graph as Value
-from proofmass.graphs.model.in_python import asked, assigned, refuse_unnamed
+from proofmass.graphs.model.in_python import CAPITALS, asked, assigned, refuse_unnamed
 from proofmass.graphs.model.integration import Integration, read_integration
 from proofmass.graphs.model.keys import BLOCK_KEYS, PART_KEYS
 from proofmass.graphs.model.limits import BLOCKS, DEPTH, EXPECTED_NAME, LARGEST_RUN, NAME, WIRES
@@ -43,7 +42,6 @@ from proofmass.graphs.model.values import read_values
 if TYPE_CHECKING:
     import networkx
 
-_SMALL_BEFORE = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 _Entry = TypeVar("_Entry")
 
 
@@ -121,7 +119,10 @@ class Graph(Value):
         blocks = {**subgraphs, **blocks}
         parts = {part: block for part, block in sorted(blocks.items()) if isinstance(block, Value)}
         plain: dict[str, Any] = {"name": name, "description": description, "samples": samples, "seed": seed}
-        reader.problems += [*wrong_values(plain), *_two_lengths(samples, duration)]
+        reader.problems += wrong_values(plain)
+        if samples is not None and duration is not None:
+            message, hint = "give samples or duration, not both", "remove one of them"
+            reader.problems.append(Problem(message=message, hint=hint, path=("samples",)))
         reader.problems += _bad_blocks(blocks, rates, offsets)
         own_requirements, wrong = read_requirements(requirements)
         reader.problems += wrong
@@ -155,7 +156,9 @@ class Graph(Value):
         own_formulas |= of_measures
         reader.problems += [*wrong, *bad]
         reader.problems += () if reader.problems or MEASURES in blocks else bad_targets(own_formulas, own_measures)
-        own_integration = reader.table(lambda: read_integration(integration), DEFAULT_INTEGRATION)
+        own_integration = DEFAULT_INTEGRATION
+        with collecting(reader.problems):
+            own_integration = read_integration(integration)
         if reader.problems:
             told = with_nearest(reader.problems, blocks, wires)
             raise ModelError(list(map(place.placed, told)))
@@ -235,11 +238,6 @@ class _Reader:
         entries = [self.value(read, value, key, str(index)) for index, value in enumerate(values)]
         return tuple(entry for entry in entries if entry is not None)
 
-    def table(self, read: Callable[[], _Entry], nothing: _Entry) -> _Entry:
-        with collecting(self.problems):
-            return read()
-        return nothing
-
 
 def read_wire(text: object) -> Wire:
     """A wire from `"block.port -> block.port"`."""
@@ -280,7 +278,7 @@ def read_probe(value: object) -> Probe:
 
 def _lower_case(ends: Sequence[str]) -> str:
     """A hint where only capital letters keep ends from being names."""
-    meant = [_SMALL_BEFORE.sub(r"_", end).lower() for end in ends] if len(ends) == 2 else []
+    meant = [CAPITALS.sub("_", end).lower() for end in ends] if len(ends) == 2 else []
     fits = meant and meant != list(ends) and all(_is_signal(end) for end in meant)
     return f'names are lower case: write "{" -> ".join(meant)}"' if fits else ""
 
@@ -299,20 +297,18 @@ def _bad_blocks(
     for name, block in blocks.items():
         path = ("blocks", str(name))
         if not isinstance(name, str) or not _is_path(name) or (isinstance(block, Value) and "." in name):
-            small = _SMALL_BEFORE.sub("_", name).lower() if isinstance(name, str) else ""
-            hint = f"call it {small}" if NAME.fullmatch(small) else ""
-            yield Problem(
-                message="not a name", key="blocks", got=shown(name), expected=EXPECTED_NAME, hint=hint, path=path
-            )
+            small = CAPITALS.sub("_", name).lower() if isinstance(name, str) else ""
+            got, hint = shown(name), f"call it {small}" if NAME.fullmatch(small) else ""
+            yield Problem(message="not a name", key="blocks", got=got, expected=EXPECTED_NAME, hint=hint, path=path)
         elif not isinstance(block, Block | Value):
             hint = f"write {block.__name__}()" if isinstance(block, type) else 'write a block, such as Gain(gain="2")'
-            yield Problem(message="not a block", key=f"blocks.{name}", got=shown(block), hint=hint, path=path)
+            yield Problem(message="not a block", got=shown(block), hint=hint, path=path)
         elif "." in name:
             above = next((upper for upper in above_of(name) if upper in blocks), "")
             if above:
                 hint = f'for a parameter write "{name.removeprefix(above + ".")}.NAME" = ... below [blocks.{above}]'
                 message = f"there is a block {above}, and nothing can be added inside it"
-                yield Problem(message=message, key=f"blocks.{name}", hint=hint, path=path)
+                yield Problem(message=message, hint=hint, path=path)
     for table, key, names in (("rates", RATE, rates), ("offsets", CLOCK_OFFSET, offsets)):
         for name in names:
             if name not in blocks:
@@ -360,9 +356,8 @@ def _settled(graph: Graph) -> Graph:
     try:
         return settled(graph.changed(formulas={paths[of]: formula for of, formula in graph.formulas.items()}), {})
     except ModelError as error:
-        written: dict[tuple[str, ...], tuple[str, ...]] = {
-            ("formulas", path): ("formulas", of) for of, path in paths.items()
-        }
+        written: dict[tuple[str, ...], tuple[str, ...]]
+        written = {("formulas", path): ("formulas", of) for of, path in paths.items()}
         own = [replace(problem, path=written.get(problem.path, problem.path)) for problem in error.problems]
         raise ModelError([graph.placed(problem) for problem in own]) from None
 
@@ -381,8 +376,3 @@ def _too_many(blocks: Collection[str], parts: Mapping[str, Value], wires: Collec
 def _inside(part: Value, rate: Fraction | None, place: Place) -> Value:
     """Return a subgraph as a part of another graph: at the rate given there, with files named from there."""
     return moved(part if rate is None else part.changed(rate=rate), place.folder)
-
-
-def _two_lengths(samples: object, duration: object) -> Iterator[Problem]:
-    if samples is not None and duration is not None:
-        yield Problem(message="give samples or duration, not both", hint="remove one of them", path=("samples",))

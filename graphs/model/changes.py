@@ -156,7 +156,7 @@ def _with_numbers(graph: AnyGraph, changes: Mapping[str, object]) -> AnyGraph:
             else:
                 blocks[name] = _changed(blocks[name], values)
         except ModelError as error:
-            problems += [dataclasses.replace(p, key=f"{name}.{_key(p)}", path=()) for p in error.problems]
+            problems += [dataclasses.replace(p, key=f"{name}.{(*p.path, p.key)[0]}", path=()) for p in error.problems]
     if problems:
         raise ModelError(problems)
     return graph.changed(blocks=blocks, subgraphs=parts)
@@ -231,10 +231,6 @@ def _changed(block: Block, values: dict[str, object]) -> Block:
         else:
             now[name] = value
     return keep_written(type(block)(**now), block, {name.partition("[")[0] for name in values})
-
-
-def _key(problem: Problem) -> str:
-    return problem.path[0] if problem.path else problem.key
 
 
 def moved(graph: AnyGraph, folder: str) -> AnyGraph:

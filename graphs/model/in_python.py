@@ -30,7 +30,7 @@ _FUNCTIONS = {  # what is asked of a graph as a method: the function that does i
     "to_toml": "write_graph",
 }
 _CHANGES = ("set", "set_parameter", "set_parameters", "with_parameter", "update", "replace")
-_CAPITALS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
+CAPITALS = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")  # where ReadOut becomes read_out
 
 
 def refuse_unnamed(blocks: object) -> None:
@@ -40,7 +40,7 @@ def refuse_unnamed(blocks: object) -> None:
     entries = blocks if isinstance(blocks, list | tuple) else [blocks]
     written = {}
     for block in (entry for entry in entries if isinstance(entry, Block)):
-        name = _CAPITALS.sub("_", type(block).__name__).lower()
+        name = CAPITALS.sub("_", type(block).__name__).lower()
         free = (f"{name}_{number}" if number > 1 else name for number in count(1))
         written[next(one for one in free if one not in written)] = block
     table = ", ".join(f'"{name}": {block!r}' for name, block in written.items()) or '"gain": Gain()'

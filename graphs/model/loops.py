@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, collecting, problems_of_table, shown
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.hints import key_hint
 from proofmass.graphs.model.keys import LOOP_KEYS
@@ -18,6 +18,7 @@ MARGIN_MEASURES = {**REQUIREMENTS, "stable": "1"}  # what a study measures of ea
 AUTO = "auto"  # an operating point: the first of the others at which there is an answer
 SETTLED = "settled"  # the loops have come to rest
 PERIODIC = "periodic"  # an orbit that repeats after a period
+_problem = problems_of_table("loops")
 _DECIBELS = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*dB\s*")
 
 
@@ -51,43 +52,35 @@ def read_loops(entries: object, is_path: Callable[[str], bool]) -> tuple[dict[st
     """Return loops by name, from values or tables, and their problems."""
     hint = 'write [loops.main] and below it open_at = "block.output"'
     if not isinstance(entries, Mapping):
-        return {}, [Problem(message="must be a table", got=shown(entries), hint=hint, path=("loops",))]
+        return {}, [_problem("must be a table", got=shown(entries), hint=hint)]
     loops: dict[str, Loop] = {}
     problems: list[Problem] = []
     for name, value in sorted(entries.items(), key=lambda item: str(item[0])):
-        path, table = ("loops", str(name)), asdict(value) if isinstance(value, Loop) else value
+        table = asdict(value) if isinstance(value, Loop) else value
         if not isinstance(name, str) or not is_path(name):
             expected = "lower-case letters and digits, words joined by single underscores"
-            problems.append(Problem(message="not a name", key="loops", got=shown(name), expected=expected, path=path))
+            problems.append(_problem("not a name", str(name), key="loops", got=shown(name), expected=expected))
         elif not isinstance(table, Mapping):
             at = value if isinstance(value, str) and "." in value else "block.output"
             as_table = f'write {name} = {{ open_at = "{at}" }}'
-            problems.append(
-                Problem(message="must be a table", key=f"loops.{name}", got=shown(value), hint=as_table, path=path)
-            )
+            problems.append(_problem("must be a table", name, got=shown(value), hint=as_table))
         else:
-            loop, wrong = _read_loop(name, {key: entry for key, entry in table.items() if entry is not None})
+            values, wrong = _read_loop(name, {key: entry for key, entry in table.items() if entry is not None})
             problems += wrong
-            if loop is not None:
-                loops[name] = loop
+            if not wrong:
+                loops[name] = Loop(**values)
     return loops, problems
 
 
-def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, list[Problem]]:
+def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[dict[str, Any], list[Problem]]:
     problems = [
-        Problem(
-            message="unknown key",
-            key=f"loops.{name}.{key}",
-            got=shown(key),
-            hint=key_hint(str(key), LOOP_KEYS, table),
-            path=("loops", name, str(key)),
-        )
+        _problem("unknown key", name, str(key), got=shown(key), hint=key_hint(str(key), LOOP_KEYS, table))
         for key in table
         if key not in LOOP_KEYS
     ]
     if "open_at" not in table:
         hint = 'add open_at = "block.output", an output that all of the loop goes through'
-        problems.append(Problem(message="has no open_at", hint=hint, path=("loops", name)))
+        problems.append(_problem("has no open_at", name, hint=hint))
     values: dict[str, Any] = {}
     for key, entry in table.items():
         with collecting(problems, entry, ("loops", name, key)):
@@ -95,7 +88,7 @@ def _read_loop(name: str, table: Mapping[Any, object]) -> tuple[Loop | None, lis
                 values[key] = _signal(entry)
             elif key in REQUIREMENTS:
                 values[key] = read_requirement(entry, REQUIREMENTS[key])
-    return (None if problems else Loop(**values)), problems
+    return values, problems
 
 
 def _signal(value: object) -> str:
@@ -107,11 +100,13 @@ def _signal(value: object) -> str:
 def read_requirement(value: object, unit: str) -> float:
     """Return a number in the unit, from a number or a text; decibels do not convert. Raises `Refusal`."""
     example = {"dB": 'write it as "6 dB"', "deg": 'write it as "30 deg"', "s": 'write it as "100 us"'}[unit]
-    if isinstance(value, str):
+    if isinstance(value, str) and unit == "dB":
         found = _DECIBELS.fullmatch(value)
-        if unit == "dB" and found is None:
+        if found is None:
             raise Refusal("not a ratio in decibels", example)
-        number = float(found[1]) if found is not None and unit == "dB" else convert(value, unit)
+        number = float(found[1])
+    elif isinstance(value, str):
+        number = convert(value, unit)
     elif isinstance(value, bool) or not isinstance(value, int | float):
         raise Refusal("must be a number", example)
     else:

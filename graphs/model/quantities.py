@@ -1,7 +1,7 @@
 """Quantities of a graph that goals, requirements and worst cases name: of loops, noise, responses, measures, yields."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -236,12 +236,7 @@ def _response(table: Mapping[str, Any], output: str, source: str, ratio: str) ->
             raise Refusal(f"{figure} has no frequency", "leave it out", key="frequency", got=shown(frequency))
         return ResponseFigure(figure, output, source, None, RESPONSE_FIGURES[figure] or ratio)
     hint = f'the {figure} needs one: add frequency = "100 Hz"'
-    try:
-        hertz = convert(frequency, "Hz") if isinstance(frequency, str) else float(frequency)  # type: ignore[arg-type]
-    except Refusal as error:
-        raise error.under("frequency", frequency, "a frequency") from None
-    except (TypeError, ValueError, OverflowError):
-        raise Refusal("must be a frequency", hint, key="frequency", got=shown(frequency)) from None
+    (hertz,) = _hertz([frequency], "frequency", frequency, "a frequency", hint)
     if isinstance(frequency, bool) or not 0.0 <= hertz < math.inf:
         raise Refusal("must be a frequency", hint, key="frequency", got=shown(frequency))
     return ResponseFigure(figure, output, source, hertz, RESPONSE_FIGURES[figure] or ratio)
@@ -267,12 +262,17 @@ def _band(table: Mapping[str, Any]) -> tuple[float, float] | None:
     hint = 'write band = ["1 Hz", "100 Hz"]'
     if not isinstance(band, list | tuple) or len(band) != 2:
         raise Refusal("must be two frequencies", hint, key="band", got=shown(band))
-    try:
-        low, high = (convert(end, "Hz") if isinstance(end, str) else float(end) for end in band)
-    except Refusal as error:
-        raise error.under("band", band, "two frequencies") from None
-    except (TypeError, ValueError, OverflowError):
-        raise Refusal("must be two frequencies", hint, key="band", got=shown(band)) from None
+    low, high = _hertz(band, "band", band, "two frequencies", hint)
     if not (0.0 <= low < high < math.inf):
         raise Refusal("the band is empty", hint, key="band", got=shown(band))
     return low, high
+
+
+def _hertz(entries: Sequence[Any], key: str, whole: object, wanted: str, hint: str) -> list[float]:
+    """Return frequencies of texts and numbers, `whole` as it is written at a key; raises `Refusal`."""
+    try:
+        return [convert(entry, "Hz") if isinstance(entry, str) else float(entry) for entry in entries]
+    except Refusal as error:
+        raise error.under(key, whole, wanted) from None
+    except (TypeError, ValueError, OverflowError):
+        raise Refusal(f"must be {wanted}", hint, key=key, got=shown(whole)) from None
