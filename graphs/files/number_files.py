@@ -79,7 +79,7 @@ def _rows(text: str, name: str) -> list[list[str]]:
 
 def _chosen(rows: list[list[str]], entry: Mapping[str, Any], name: str, unit: str) -> list[float]:
     if "column" in entry:
-        heads = [_head(cell) for cell in rows[0]]
+        heads = [name_and_unit(cell) for cell in rows[0]]
         wanted, names = entry["column"], [head for head, _ in heads]
         if names.count(wanted) != 1:
             hint = did_you_mean(str(wanted), names, f"the columns of {name}")
@@ -98,10 +98,10 @@ def _chosen(rows: list[list[str]], entry: Mapping[str, Any], name: str, unit: st
     raise Refusal(f"there is no part {shown(entry['part'])}", did_you_mean(str(entry["part"]), PARTS, "the parts"))
 
 
-def _head(cell: str) -> tuple[str, str]:
+def name_and_unit(cell: str) -> tuple[str, str]:
     """Name and unit of a column: "force [mN]"."""
-    name, bracket, unit = cell.partition("[")
-    return (name.strip(), unit.strip().removesuffix("]").strip()) if bracket else (cell, "")
+    name, _, unit = cell.partition("[")
+    return name.strip(), unit.strip().removesuffix("]").strip()
 
 
 def _number(cell: str, row: int, name: str, own: str, unit: str) -> float:

@@ -53,27 +53,15 @@ NEEDED_BY = {
     **{key: key.removesuffix("_spread") for key in _SPREAD},
 }
 NO_MISSIONS: Mapping[str, Mission] = MappingProxyType({})
-_NUMBERS = {  # settings beside the laws: unit, default, least value
-    "onset": ("s", 86400.0, 1e-3),
-    "temperature": ("K", 298.15, 1.0),
-    "reference_temperature": ("K", 298.15, 100.0),
-    "activation_energy": ("J", 1.1215236438e-19, 0.0),
-    "cycle_range": ("K", 100.0, 1e-3),
-    "cycle_exponent": ("1", 2.0, 0.0),
+_NUMBERS = {  # settings beside the laws: unit, least value
+    "onset": ("s", 1e-3),
+    "temperature": ("K", 1.0),
+    "reference_temperature": ("K", 100.0),
+    "activation_energy": ("J", 0.0),
+    "cycle_range": ("K", 1e-3),
+    "cycle_exponent": ("1", 0.0),
 }
-_DEFAULTS = {key: default for key, (_, default, _) in _NUMBERS.items()}
-_UNITS = {key: unit for key, (unit, _, _) in _NUMBERS.items()}
-_LEAST = {key: least for key, (_, _, least) in _NUMBERS.items()}
-
-
-_LATER = {  # settings that are not written where they have these values
-    "cycles": 0.0,
-    "cycles_spread": 0.0,
-    "cycle_range": _DEFAULTS["cycle_range"],
-    "cycle_exponent": _DEFAULTS["cycle_exponent"],
-    "mission": "",
-    "history": None,
-}
+_LATER = ("cycles", "cycles_spread", "cycle_range", "cycle_exponent", "mission", "history")  # not written by default
 
 
 @dataclass(frozen=True, repr=False)
@@ -87,23 +75,23 @@ class Drift:
     ramp_spread: float = 0.0
     logarithmic_spread: float = 0.0
     arrhenius_spread: float = 0.0
-    onset: float = _DEFAULTS["onset"]
-    temperature: float = _DEFAULTS["temperature"]
-    reference_temperature: float = _DEFAULTS["reference_temperature"]
-    activation_energy: float = _DEFAULTS["activation_energy"]
+    onset: float = 86400.0
+    temperature: float = 298.15
+    reference_temperature: float = 298.15
+    activation_energy: float = 1.1215236438e-19
     relative: bool = False
     cycles: float = 0.0
     cycles_spread: float = 0.0
-    cycle_range: float = _DEFAULTS["cycle_range"]
-    cycle_exponent: float = _DEFAULTS["cycle_exponent"]
+    cycle_range: float = 100.0
+    cycle_exponent: float = 2.0
     mission: str = ""
     history: Mission | None = None  # of that mission
 
     def __repr__(self) -> str:
         """Return the laws as they have always been written, without their defaults."""
-        fields = {field.name: getattr(self, field.name) for field in dataclasses.fields(self)}
-        new = {name: value for name, value in fields.items() if name not in _LATER or value != _LATER[name]}
-        return f"Drift({', '.join(f'{name}={value!r}' for name, value in new.items())})"
+        fields = ((field, getattr(self, field.name)) for field in dataclasses.fields(self))
+        new = (f"{of.name}={value!r}" for of, value in fields if of.name not in _LATER or value != of.default)
+        return f"Drift({', '.join(new)})"
 
     def aged(
         self,
@@ -123,7 +111,8 @@ class Drift:
 
         ramp, logarithmic, arrhenius = pace("ramp", 0), pace("logarithmic", 1), pace("arrhenius", 2)
         law = logarithmic_ageing.Constants(logarithmic / math.log(10.0), self.onset, 0.0, 1.0)
-        law_of_heat = self._law_of_heat()
+        energy = self.activation_energy / arrhenius_ageing.BOLTZMANN
+        law_of_heat = arrhenius_ageing.Constants(0.0, energy, energy / self.reference_temperature, 1.0)
         if self.history is None:
             arrhenius *= arrhenius_ageing.acceleration_at(law_of_heat, self.temperature)
         cycled = pace("cycles", _FIRST_STEP - 1) if self.cycles or self.cycles_spread else 0.0
@@ -140,10 +129,6 @@ class Drift:
             changed.append(value * (1.0 + deviation) if self.relative else value + deviation)
         return changed
 
-    def _law_of_heat(self) -> arrhenius_ageing.Constants:
-        energy = self.activation_energy / arrhenius_ageing.BOLTZMANN
-        return arrhenius_ageing.Constants(0.0, energy, energy / self.reference_temperature, 1.0)
-
 
 def read_drift(table: object, unit: str, missions: Mapping[str, Mission] = NO_MISSIONS) -> Drift:
     """An entry of `[drift]` for a parameter of that unit; raises `Refusal`."""
@@ -158,11 +143,10 @@ def read_drift(table: object, unit: str, missions: Mapping[str, Mission] = NO_MI
     base = "1" if relative else f"({unit})"
     units = {"ramp": f"{base}/s", "random_walk": f"{base}/sqrt(s)", "logarithmic": base, "arrhenius": f"{base}/s"}
     units["cycles"] = base
-    units |= {f"{law}_spread": of for law, of in units.items()} | _UNITS
-    least = {key: _LEAST.get(key, 0.0 if key.endswith(("_spread", "random_walk")) else -math.inf) for key in units}
-    numbers = {
-        key: read_quantity(table, key, units[key], least[key]) for key in table if key not in ("relative", "mission")
-    }
+    units |= {f"{law}_spread": of for law, of in units.items()}
+    signed = {key: (of, 0.0 if key.endswith(("_spread", "random_walk")) else -math.inf) for key, of in units.items()}
+    kinds = signed | _NUMBERS
+    numbers = {key: read_quantity(table, key, *kinds[key]) for key in table if key in kinds}
     return Drift(**numbers, relative=relative, mission=mission, history=missions.get(mission))
 
 

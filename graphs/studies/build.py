@@ -9,10 +9,11 @@ from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.studies.ageing import read_drift
 from proofmass.graphs.studies.distributions import read_spread
+from proofmass.graphs.studies.missions import read_mission
 from proofmass.graphs.studies.study import Study as Value
 from proofmass.graphs.studies.study import bad_numbers
 from proofmass.graphs.studies.study_tables import StudyTables
-from proofmass.graphs.studies.table_entries import read_values
+from proofmass.graphs.studies.table_entries import read_quantity, read_values
 
 PlainTables = Mapping[str, Any]
 NOTHING: PlainTables = MappingProxyType({})
@@ -63,7 +64,7 @@ class Study(Value):
         folder = (place if place is not NOWHERE else graph.place).folder
         spreads = read.parameters("spread", spread, lambda entry, unit: read_spread(entry, unit, folder))
         ages = read.ages(epochs)
-        histories = read.missions(missions, folder)
+        histories = read.read("missions", missions, lambda name, entry: read_mission(entry, folder))
         calibrations = read.recalibration(recalibration)
         changed = read.changes(changes, ages, bool(calibrations.carried))
         super().__init__(
@@ -79,8 +80,8 @@ class Study(Value):
             recalibration=calibrations,
             margins=read.margins,
             changes=changed,
-            limits=read.limits(limits, ages),
-            stop=read.stop(stop),
+            limits=read.read("limits", limits, lambda name, entry: read.limit(name, entry, ages)),
+            stop=read.read("stop", stop, lambda name, entry: read_quantity({name: entry}, name, read.unit(name), 0.0)),
             written=MappingProxyType(read.written),
             place=place,
         )

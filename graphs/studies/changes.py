@@ -9,11 +9,10 @@ import math
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from proofmass.blocks.declaration.problem import Refusal, shown, under
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.graphs.model.keys import CHANGE_KEYS
-from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.ages import age_text
-from proofmass.graphs.studies.table_entries import checked_table, read_flag
+from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_time
 
 CALIBRATION = "calibration"
 CHANGE_EXAMPLE = 'write { measure = "bias", since = "calibration" }'
@@ -53,8 +52,7 @@ def read_change(given: object, units: Mapping[str, str], ages: Sequence[float], 
             hint = 'add [study.recalibration], or write since = "0 h"'
             raise Refusal("the study calibrates nothing", hint, key="since", got=shown(since))
         return Change(measure, None, relative)
-    with under("since", since, f'an age, or "{CALIBRATION}"'):
-        age = float(read_duration(since))
+    age = float(read_time(since, "since", f'an age, or "{CALIBRATION}"'))
     same = next((epoch for epoch in ages if math.isclose(age, epoch, rel_tol=1e-9)), None)
     if age and same is None:
         raise _no_epoch(since, age, ages)

@@ -10,6 +10,7 @@ from fractions import Fraction
 
 from proofmass.blocks.declaration.problem import Refusal, did_you_mean, shown, under
 from proofmass.blocks.declaration.units import convert_exactly
+from proofmass.graphs.files.number_files import name_and_unit
 from proofmass.graphs.files.part_files import file_inside
 
 LARGEST_FILE = 1 << 22  # bytes
@@ -37,7 +38,7 @@ def read_columns(file: object, units: Sequence[tuple[object, str]], folder: str)
         rows = list(csv.reader(path.read_text(encoding="utf-8").splitlines(), strict=True, skipinitialspace=True))
     except (OSError, UnicodeDecodeError, csv.Error) as error:
         raise Refusal(f"cannot be read: {error}", key="file", got=shown(file)) from None
-    heads = [_head(head) for head in rows[0]] if rows else []
+    heads = [name_and_unit(head) for head in rows[0]] if rows else []
     names = [name for name, _ in heads]
     for column, _ in units:
         if column not in names:
@@ -65,11 +66,6 @@ def column_file(values: Iterable[float]) -> tuple[str, bytes]:
     """A CSV file of which a column holds the values, named by the SHA-256 of its content."""
     content = "\n".join([COLUMN, *map(repr, values), ""]).encode()
     return f"{hashlib.sha256(content).hexdigest()}.csv", content
-
-
-def _head(text: str) -> tuple[str, str]:
-    name, _, unit = text.partition("[")
-    return name.strip(), unit.strip().removesuffix("]")
 
 
 def _value(row: Sequence[str], place: int, line: int, scale: Fraction, file: str) -> float:

@@ -10,10 +10,8 @@ from dataclasses import dataclass, field
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Refusal, shown, under
-from proofmass.graphs.model.keys import RECALIBRATION_KEYS
-from proofmass.graphs.model.rates import read_duration
-from proofmass.graphs.studies.table_entries import checked_table
+from proofmass.blocks.declaration.problem import Refusal, shown
+from proofmass.graphs.studies.table_entries import read_time
 
 NEVER = "never"
 MOST_EPOCHS = 100_000
@@ -49,7 +47,7 @@ class Recalibration:
 
 def regular_ages(table: Mapping[str, Any]) -> tuple[float, ...]:
     """Ages from a new sensor on, in seconds: `{ every = "1 month", until = "10 year" }`; raises `Refusal`."""
-    step, last = (_duration(table, key) for key in ("every", "until"))
+    step, last = (read_time(table[key], key) for key in ("every", "until"))
     if step == 0 or last / step > MOST_EPOCHS:
         expected = f"above 0 s, and at most {MOST_EPOCHS:,} epochs in all"
         raise Refusal("out of range", key="every", got=shown(table["every"]), expected=expected)
@@ -63,17 +61,7 @@ def read_intervals(table: Mapping[str, Any]) -> tuple[float, ...]:
     intervals = [every] if isinstance(every, str | int | float) else every
     if not isinstance(intervals, list | tuple) or not intervals:
         raise Refusal("must say how often", key="every", got=shown(every), hint=example)
-    read = [math.inf if entry == NEVER else float(_duration({"every": entry}, "every")) for entry in intervals]
+    read = [math.inf if entry == NEVER else float(read_time(entry, "every")) for entry in intervals]
     if min(read) <= 0.0 or len(set(read)) < len(read):
         raise Refusal("intervals must differ and be above 0 s", key="every", got=shown(every), hint=example)
     return tuple(read)
-
-
-def recalibration_table(given: object) -> Mapping[str, Any]:
-    """A table `[recalibration]` of which all keys are known; raises `Refusal`."""
-    return checked_table(given, RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
-
-
-def _duration(table: Mapping[str, Any], key: str) -> Any:
-    with under(key, table[key]):
-        return read_duration(table[key])

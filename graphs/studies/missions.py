@@ -13,12 +13,11 @@ from functools import cache
 from itertools import pairwise
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Refusal, shown, under
+from proofmass.blocks.declaration.problem import Refusal, shown
 from proofmass.blocks.noise_and_drift import arrhenius_ageing
 from proofmass.graphs.model.keys import MISSION_KEYS, PHASE_KEYS
-from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.empirical import read_columns
-from proofmass.graphs.studies.table_entries import checked_table, read_quantity
+from proofmass.graphs.studies.table_entries import checked_table, read_quantity, read_time
 
 MISSION_EXAMPLE = 'write phases = [{ temperature = "233 K", for = "8 h" }, { temperature = "358 K", for = "16 h" }]'
 LEAST = 1.0  # kelvin
@@ -112,7 +111,7 @@ def _phases(table: Mapping[str, Any], _folder: str) -> tuple[list[float], list[f
         if set(entry) != set(PHASE_KEYS):
             raise Refusal("needs temperature and for", key="phases", got=shown(dict(entry)), hint=MISSION_EXAMPLE)
         kelvin = read_quantity(entry, "temperature", "K", LEAST)
-        times += [now, now + _seconds(entry["for"], "phases")]
+        times += [now, now + float(read_time(entry["for"], "phases", "a time"))]
         temperatures += [kelvin, kelvin]
         now = times[-1]
     return times, temperatures
@@ -123,7 +122,7 @@ def _points(table: Mapping[str, Any], _folder: str) -> tuple[list[float], list[f
     if not isinstance(points, list | tuple) or not all(isinstance(p, list | tuple) and len(p) == 2 for p in points):
         hint = 'write points = [["0 h", "233 K"], ["8 h", "358 K"], ["24 h", "233 K"]]'
         raise Refusal("must be a list of times with temperatures", key="points", got=shown(points), hint=hint)
-    times = [_seconds(time, "points") for time, _ in points]
+    times = [float(read_time(time, "points", "a time")) for time, _ in points]
     return times, [read_quantity({"points": kelvin}, "points", "K", LEAST) for _, kelvin in points]
 
 
@@ -133,8 +132,3 @@ def _file(table: Mapping[str, Any], folder: str) -> tuple[list[float], list[floa
         raise Refusal("time and temperature are one column", key="file", got=shown(dict(table)))
     times, temperatures = read_columns(table["file"], [(time, "s"), (temperature, "K")], folder)
     return [time - times[0] for time in times], temperatures
-
-
-def _seconds(entry: object, key: str) -> float:
-    with under(key, entry, "a time"):
-        return float(read_duration(entry))

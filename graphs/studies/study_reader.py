@@ -41,8 +41,7 @@ def read_study(path: str | Path, own: Own | None = None, change: GraphChange = u
     >>> study.runs, len(study.epochs), list(study.limits)
     (200, 6, ['scale_factor', 'noise'])
     """
-    path = file_of(path)
-    return _study_of_file(*read_table(path), own, change, path)
+    return next(iter(read_variants(path, own, change).values()))
 
 
 def read_variants(path: str | Path, own: Own | None = None, change: GraphChange = unchanged) -> dict[str, Study]:
@@ -57,13 +56,8 @@ def read_variants(path: str | Path, own: Own | None = None, change: GraphChange 
 
 def read_study_text(text: str, file: str = "<text>", own: Own | None = None, folder: str = ".") -> Study:
     """The study of a TOML text; file names in it start from `folder`."""
-    return _study_of_file(*parsed(text, file, folder), own, unchanged)
-
-
-def _study_of_file(
-    data: dict[str, Any], place: Place, own: Own | None, change: GraphChange, path: Path | None = None
-) -> Study:
-    return study_of_table(data, place, change(graph_in(data, place, own, path)))
+    data, place = parsed(text, file, folder)
+    return study_of_table(data, place, graph_in(data, place, own, None))
 
 
 def graph_in(data: dict[str, Any], place: Place, own: Own | None, path: Path | None) -> Graph:

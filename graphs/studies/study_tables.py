@@ -3,7 +3,7 @@
 import dataclasses
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from functools import cached_property
 from types import MappingProxyType
 from typing import Any, TypeVar
@@ -16,7 +16,7 @@ from proofmass.graphs.model.dependence import Dependence
 from proofmass.graphs.model.derived import measure_units
 from proofmass.graphs.model.flatten import flatten, inside
 from proofmass.graphs.model.graph import Graph, split
-from proofmass.graphs.model.keys import LIMIT_KEYS, STUDY_KEYS
+from proofmass.graphs.model.keys import LIMIT_KEYS, RECALIBRATION_KEYS, STUDY_KEYS
 from proofmass.graphs.model.limits import EXPECTED_NAME, NAME
 from proofmass.graphs.model.loops import MARGIN_MEASURES, VERDICTS, read_moment, read_requirement
 from proofmass.graphs.model.names import Missing, find_any, output_of_a_loop
@@ -30,11 +30,9 @@ from proofmass.graphs.studies.epochs import (
     RECALIBRATION_EXAMPLE,
     Recalibration,
     read_intervals,
-    recalibration_table,
     regular_ages,
 )
-from proofmass.graphs.studies.missions import Mission, read_mission
-from proofmass.graphs.studies.table_entries import checked_table, read_quantity
+from proofmass.graphs.studies.table_entries import checked_table, read_quantity, read_time
 
 _Entry = TypeVar("_Entry")
 
@@ -53,7 +51,7 @@ class Limit:
         return next((epoch for epoch, age in enumerate(ages) if age >= self.start), len(ages))
 
 
-def _decibels(table: Mapping[str, Any], key: str) -> float:
+def read_decibels(table: Mapping[str, Any], key: str) -> float:
     """A limit of a gain margin."""
     with under(key, table[key]):
         return read_requirement(table[key], "dB")
@@ -68,23 +66,16 @@ def _fixed(key: str, parameter: Parameter) -> Refusal:
 
 def _ascending(ages: Sequence[Any]) -> str:
     """Return the ages that can be read, as they were written, each once and in order."""
-    ordered = sorted({read_duration(age): age for age in reversed(ages) if _is_age(age)}.items())
-    written = [f'"{age}"' if isinstance(age, str) else str(age) for _, age in ordered]
-    return f"write ages = [{', '.join(written)}]"
-
-
-def _is_age(age: object) -> bool:
-    try:
-        read_duration(age)
-    except Refusal:
-        return False
-    return True
+    known: dict[Any, Any] = {}
+    for age in reversed(ages):
+        with suppress(Refusal):
+            known[read_duration(age)] = f'"{age}"' if isinstance(age, str) else str(age)
+    return f"write ages = [{', '.join(age for _, age in sorted(known.items()))}]"
 
 
 def _start(table: Mapping[str, Any], ages: Sequence[float]) -> float:
     """The age from which on a limit counts."""
-    with under("from", table.get("from", 0)):
-        start = float(read_duration(table.get("from", 0)))
+    start = float(read_time(table.get("from", 0), "from"))
     if start > ages[-1]:
         raise Refusal("no epoch is so old", key="from", got=shown(table["from"]), expected=f"at most {ages[-1]:g} s")
     return start
@@ -160,27 +151,21 @@ class StudyTables:
         """Return the times of calibrations, and the parameters that store measures of their runs."""
         if entry == {}:
             return Recalibration()
-        try:
-            table = recalibration_table(entry)
+        with self.noting("recalibration"):
+            table = checked_table(entry, RECALIBRATION_KEYS, RECALIBRATION_EXAMPLE)
             every = read_intervals(table)
-        except Refusal as error:
-            self.refuse(error, "recalibration")
-            return Recalibration()
-        carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
-        if not carried and not self.problems:
-            self.refuse(Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE), "recalibration")
-        return Recalibration(every, carried)
+            carried = self.parameters("recalibration.carried", table.get("carried", {}), self._carried)
+            if not carried and not self.problems:
+                raise Refusal("a calibration that leaves nothing", hint=RECALIBRATION_EXAMPLE)
+            return Recalibration(every, carried)
+        return Recalibration()
 
     def _carried(self, measure: object, unit: str) -> str:
         if not isinstance(measure, str):
             raise Refusal("must be the name of a measure", got=shown(measure))
-        if not same_unit(self._unit(measure), unit):
-            raise Refusal("has another unit than the parameter", got=self._unit(measure), expected=unit)
+        if not same_unit(self.unit(measure), unit):
+            raise Refusal("has another unit than the parameter", got=self.unit(measure), expected=unit)
         return measure
-
-    def missions(self, given: object, folder: str) -> Mapping[str, Mission]:
-        """Histories of temperature, by name; their files are beside the study."""
-        return self.read("missions", given, lambda name, entry: read_mission(entry, folder))
 
     def changes(self, given: object, ages: Sequence[float], calibrated: bool) -> Mapping[str, Change]:
         """Changes of measures, which limits may name."""
@@ -196,28 +181,21 @@ class StudyTables:
         self._units |= {n: "1" if c.relative else self._units[c.measure] for n, c in changes.items()}
         return changes
 
-    def limits(self, given: object, ages: Sequence[float]) -> Mapping[str, Limit]:
-        """Limits of measures."""
-        return self.read("limits", given, lambda name, entry: self._limit(name, entry, ages))
-
-    def _limit(self, name: str, entry: object, ages: Sequence[float]) -> Limit:
-        unit = self._unit(name)
+    def limit(self, name: str, entry: object, ages: Sequence[float]) -> Limit:
+        """Return the limits of a measure; raises `Refusal`."""
+        unit = self.unit(name)
         table = checked_table(entry, LIMIT_KEYS, "write { at_least = -1, at_most = 1 }")
         start = _start(table, ages)
         table = {key: value for key, value in table.items() if key != "from"}
         if self.margins and name in {f"{loop}.stable" for loop in self.flat.loops}:
             table = {key: _verdict(table, key) for key in table}
         units = {key: "1" if key == "change" else unit for key in table}
-        table = {key: _decibels(table, key) if units[key] == "dB" else table[key] for key in table}
+        table = {key: read_decibels(table, key) if units[key] == "dB" else table[key] for key in table}
         least = {key: 0.0 if key == "change" else -math.inf for key in table}
         limit = Limit(**{key: read_quantity(table, key, units[key], least[key]) for key in table}, start=start)
         if limit.at_least > limit.at_most:
             raise Refusal("no sensor can keep it", got=shown(entry), expected="at_least below at_most")
         return limit
-
-    def stop(self, given: object) -> Mapping[str, float]:
-        """Half widths of confidence intervals, each in the unit of its measure."""
-        return self.read("stop", given, lambda name, entry: read_quantity({name: entry}, name, self._unit(name), 0.0))
 
     def design(self, name: object, spread: Mapping[str, Spread]) -> str:
         """Return the design by which sensors are drawn."""
@@ -247,7 +225,7 @@ class StudyTables:
     def _flat_name(self, key: str) -> str:
         return inside(self.graph, self.graph.exports.get(key, key))
 
-    def _unit(self, name: str) -> str:
+    def unit(self, name: str) -> str:
         """Unit of a measure; raises `Refusal`."""
         if name not in self._units:
             hint = f"{did_you_mean(name, self._units, 'the measures')} Otherwise add {name} to [measures]"

@@ -2,11 +2,13 @@
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from fractions import Fraction
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.problem import Problem, Refusal, shown, under
 from proofmass.blocks.declaration.units import convert, same_dimension, split_quantity
 from proofmass.graphs.model.hints import key_hint
+from proofmass.graphs.model.rates import read_duration
 
 
 def checked_table(table: object, keys: Mapping[str, str], example: str) -> Mapping[str, Any]:
@@ -32,6 +34,12 @@ def read_flag(table: Mapping[str, Any], key: str) -> bool:
     if not isinstance(value, bool):
         raise Refusal("must be true or false", key=key, got=shown(value))
     return value
+
+
+def read_time(entry: object, key: str, expected: str = "") -> Fraction:
+    """A duration that stands under a key."""
+    with under(key, entry, expected):
+        return read_duration(entry)
 
 
 def read_values(values: object, key: str, unit: str) -> tuple[float, ...]:

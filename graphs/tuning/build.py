@@ -5,17 +5,16 @@ from collections.abc import Iterator, Mapping
 from types import MappingProxyType
 from typing import Any
 
-from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown, under
+from proofmass.blocks.declaration.problem import ModelError, Refusal, did_you_mean, shown
 from proofmass.graphs.checks.check import checked
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.flatten import flatten
 from proofmass.graphs.model.graph import NOWHERE, Graph, Place
 from proofmass.graphs.model.keys import FREE_KEYS, GOAL_KEYS, TUNE_INTEGERS, TUNE_KEYS, Integer
-from proofmass.graphs.model.loops import read_requirement
 from proofmass.graphs.model.quantities import QUANTITY_KEYS, YieldOf, read_quantity_of
 from proofmass.graphs.model.rates import read_duration
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_tables import StudyTables
+from proofmass.graphs.studies.study_tables import StudyTables, read_decibels
 from proofmass.graphs.studies.table_entries import checked_table, read_flag, read_quantity
 from proofmass.graphs.tuning.tuning import MOST_POINTS, Free, Goal, Tuning
 
@@ -48,7 +47,7 @@ def tuning_of(
     frees = read.parameters("free", free, _read_free)
     for name, problem in _outside(read, frees):
         read.refuse(problem, "free", read.written[name])
-    wanted = read.goals(goals)
+    wanted = read.read("goals", goals, lambda name, entry: read.goal(entry))
     for name, goal in wanted.items():
         if isinstance(goal.quantity, YieldOf) and study is None:
             hint = "add [study] with spread and limits to the file"
@@ -96,11 +95,8 @@ _GOAL = 'add [tune.goals] and below it phase = { loop = "main", figure = "phase_
 class _Tables(StudyTables):
     """Reads the tables of a tuning."""
 
-    def goals(self, given: object) -> Mapping[str, Goal]:
-        """Read the goals."""
-        return self.read("goals", given, lambda name, entry: self._goal(entry))
-
-    def _goal(self, entry: object) -> Goal:
+    def goal(self, entry: object) -> Goal:
+        """Read a goal; raises `Refusal`."""
         table = checked_table(entry, {**QUANTITY_KEYS, **GOAL_KEYS}, _GOAL)
         quantity = read_quantity_of(table, self.flat)
         limits = {key: _limit(table, key, quantity.unit) for key in ("at_least", "at_most") if key in table}
@@ -173,10 +169,9 @@ def _outside(read: _Tables, frees: Mapping[str, Free]) -> Iterator[tuple[str, Re
 def _limit(table: TuningTables, key: str, unit: str) -> float:
     """Read a limit in the unit of its quantity; nothing else is measured in decibels."""
     if unit == "dB":
-        with under(key, table[key]):
-            return read_requirement(table[key], "dB")
+        return read_decibels(table, key)
     if unit == "%":
-        return 100.0 * read_quantity(table, key, "1") if isinstance(table[key], str) else read_quantity(table, key, "1")
+        return (100.0 if isinstance(table[key], str) else 1.0) * read_quantity(table, key, "1")
     return read_quantity(table, key, unit)
 
 
