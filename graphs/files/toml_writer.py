@@ -75,34 +75,24 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     yield from _list("probes", [_probe(p) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
-    if graph.values:
-        yield from ("", f"[{path}values]", *(f"{name} = {_value(value)}" for name, value in graph.values.items()))
+    yield from _table(f"{path}values", {name: _value(value) for name, value in graph.values.items()})
     inner = {of: f.text for of, f in graph.formulas.items() if "." in of and not is_of_measure(graph, of)}
     inner = {of: text for of, text in inner.items() if split(of.partition("[")[0])[0] not in graph.blocks}
-    if inner:
-        yield from ("", f"[{path}formulas]", *(f"{quoted(of)} = {quoted(text)}" for of, text in inner.items()))
-    if graph.measures or graph.derived:
-        derived = (f"{name} = {_derived(formula)}" for name, formula in graph.derived.items())
-        signals = (
-            f"{name} = {_measure(m, partial(_formula, graph, f'{OF_MEASURES}{name}.'), as_written)}"
-            for name, m in graph.measures.items()
-        )
-        yield from ("", f"[{path}measures]", *signals, *derived)
-    if graph.requirements:
-        requirements = (f"{key_of(n)} = {inline(r.as_written())}" for n, r in graph.requirements.items())
-        yield from ("", f"[{path}requirements]", *requirements)
-    if graph.exports:
-        yield from ("", f"[{path}exports]", *(f"{name} = {quoted(signal)}" for name, signal in graph.exports.items()))
-    changed = graph.integration.changed()
-    if changed:
-        lines = (f"{key} = {quoted(v) if isinstance(v, str) else repr(v)}" for key, v in changed.items())
-        yield from ("", f"[{path}integration]", *lines)
+    yield from _table(f"{path}formulas", {of: quoted(text) for of, text in inner.items()})
+    signals = {
+        name: _measure(m, partial(_formula, graph, f"{OF_MEASURES}{name}."), as_written)
+        for name, m in graph.measures.items()
+    }
+    derived = {name: _derived(formula) for name, formula in graph.derived.items()}
+    yield from _table(f"{path}measures", signals | derived)
+    yield from _table(f"{path}requirements", {n: inline(r.as_written()) for n, r in graph.requirements.items()})
+    yield from _table(f"{path}exports", {name: quoted(signal) for name, signal in graph.exports.items()})
+    yield from _table(f"{path}integration", {key: inline(v) for key, v in graph.integration.changed().items()})
     for name, loop in graph.loops.items():
-        yield from ("", f"[{path}loops.{quoted(name) if '.' in name else name}]", f"open_at = {quoted(loop.open_at)}")
-        yield from (f'{key} = "{value!r} {REQUIREMENTS[key]}"' for key, value in loop.requirements.items())
+        requirements = {key: quoted(f"{value!r} {REQUIREMENTS[key]}") for key, value in loop.requirements.items()}
+        yield from _table(f"{path}loops.{key_of(name)}", {"open_at": quoted(loop.open_at)} | requirements)
     for name, block in graph.blocks.items():
-        key = quoted(name) if "." in name else name
-        yield from ("", f"[{path}blocks.{key}]", f"kind = {quoted(type(block).__name__)}")
+        yield from ("", f"[{path}blocks.{key_of(name)}]", f"kind = {quoted(type(block).__name__)}")
         if name in graph.rates:
             yield f"rate = {quoted(_formula(graph, f'{name}.{RATE}') or write_rate(graph.rates[name]))}"
         yield from _offset(graph, name, as_written)
@@ -139,36 +129,25 @@ def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -
     for name, parameter in type(block).parameters.items():
         value = getattr(block, name)
         entries = [formula(f"{name}[{place}]") for place in range(len(value))] if isinstance(value, tuple) else []
+        entry = value
         if formula(name):
-            yield f"{name} = {quoted(formula(name))}"
+            entry = formula(name)
+        elif any(entries):
+            entry = [own or number for own, number in zip(entries, value, strict=True)]
+        elif repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
             continue
-        if any(entries):
-            texts = (quoted(own) if own else repr(number) for own, number in zip(entries, value, strict=True))
-            yield f"{name} = [{', '.join(texts)}]"
-            continue
-        if repr(value) == repr(parameter.default):  # tells -0.0 from 0.0
-            continue
-        unit = short_unit(unit_of(block, parameter))
-        quantity = f"{value!r} {unit}"
-        if as_written and parameter.kind is float and (text := written(block, name)):
-            yield f"{name} = {quoted(text)}"
-            continue
-        if parameter.kind is float and value and len(quantity) <= 200 and not same_unit(unit or "1", "1"):
-            yield f"{name} = {quoted(quantity)}"
-        elif parameter.kind in (str, Fixed):
-            yield f"{name} = {quoted(str(value))}"
-        elif parameter.kind is bool:
-            yield f"{name} = {'true' if value else 'false'}"
-        else:
-            yield f"{name} = {list(value) if isinstance(value, tuple) else repr(value)}"
+        elif parameter.kind is float:
+            unit = short_unit(unit_of(block, parameter))
+            plain = not value or same_unit(unit or "1", "1") or len(f"{value!r} {unit}") > 200
+            entry = (as_written and written(block, name)) or (value if plain else f"{value!r} {unit}")
+        elif parameter.kind is Fixed:
+            entry = str(value)
+        yield f"{name} = {inline(entry)}"
 
 
 def _probe(probe: Probe) -> str:
-    signal = quoted(probe.signal)
-    more = (f", every = {probe.every}" if probe.every != 1 else "") + (
-        f", unit = {quoted(probe.unit)}" if probe.unit else ""
-    )
-    return f"{{ signal = {signal}{more} }}" if more else signal
+    more = {key: value for key, value in (("every", probe.every), ("unit", probe.unit)) if value not in (1, "")}
+    return inline({"signal": probe.signal} | more if more else probe.signal)
 
 
 def _derived(formula: Formula) -> str:
@@ -179,12 +158,9 @@ def _derived(formula: Formula) -> str:
 def _measure(measure: Measure, formula: Callable[[str], str], as_written: bool) -> str:
     times = {"from": measure.start or None, "until": measure.until}
     texts = {key: formula(key) or (_time(time, as_written) if time is not None else "") for key, time in times.items()}
-    begin = "".join(f", {key} = {quoted(text)}" for key, text in texts.items() if text)
-    options = {key: f"{value} s" if key in TIMES else value for key, value in measure.options}
-    options = {key: formula(key) or value for key, value in options.items()}
-    options |= {"unit": measure.unit} if measure.unit else {}
-    more = "".join(f", {k} = {quoted(v) if isinstance(v, str) else repr(v)}" for k, v in options.items())
-    return f"{{ signal = {quoted(measure.signal)}, statistic = {quoted(measure.statistic)}{begin}{more} }}"
+    options = {key: formula(key) or (f"{value} s" if key in TIMES else value) for key, value in measure.options}
+    head = {"signal": measure.signal, "statistic": measure.statistic}
+    return inline(head | {k: v for k, v in (texts | options | {"unit": measure.unit}).items() if v != ""})
 
 
 def inline(entry: Any) -> str:
@@ -202,6 +178,12 @@ def inline(entry: Any) -> str:
 def key_of(name: str) -> str:
     """A key of TOML, in quotes where it needs them."""
     return name if _BARE.fullmatch(name) else quoted(name)
+
+
+def _table(name: str, entries: Mapping[str, str]) -> Iterator[str]:
+    """The lines of a table; none of an empty one."""
+    if entries:
+        yield from ("", f"[{name}]", *(f"{key_of(key)} = {entry}" for key, entry in entries.items()))
 
 
 def _list(key: str, entries: list[str]) -> list[str]:
