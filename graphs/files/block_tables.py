@@ -51,7 +51,7 @@ class BlockTables:
     def read(self, tables: object) -> None:
         if not isinstance(tables, dict):
             hint = "write a table for each block: [blocks.NAME] and below it its kind"
-            self._refuse(Problem(message="must be a table", key="blocks", got=shown(tables), hint=hint), "blocks")
+            self._refuse("must be a table", "blocks", got=shown(tables), hint=hint)
             return
         for name, table in tables.items():
             if len(self.problems) > PROBLEMS or self.inside > BLOCKS:
@@ -103,14 +103,15 @@ class BlockTables:
         """Read a subgraph from a table of the file itself."""
         if self.depth >= DEPTH:
             self.doubtful.add(name)
-            message = f"subgraphs nested deeper than {DEPTH} levels"
-            self._refuse(Problem(message=message, key=f"blocks.{name}"), "blocks", name)
+            self._refuse(f"subgraphs nested deeper than {DEPTH} levels", "blocks", name)
             return
         try:
             inner = {key: value for key, value in table.items() if key != CLOCK_OFFSET}
             if CLOCK_OFFSET in table:
                 self.offsets[name] = table[CLOCK_OFFSET]
-            self._add(name, self.read_table(inner, replace(self.place, top=(*self.place.top, "blocks", name))))
+            part = self.read_table(inner, replace(self.place, top=(*self.place.top, "blocks", name)))
+            self._limit(name, part, 1)
+            self.blocks[name] = part
         except ModelError as error:
             self.doubtful.add(name)
             for problem in error.problems:
@@ -124,15 +125,15 @@ class BlockTables:
         self.doubtful.update(names)
         if "kind" in table or "blocks" in table:
             other = "kind" if "kind" in table else "blocks"
-            message, hint = f"has a graph and {other}", "a block has a kind, or a graph from a file: remove one of them"
-            self._refuse(Problem(message=message, key=f"blocks.{name}", hint=hint), *path)
+            hint = "a block has a kind, or a graph from a file: remove one of them"
+            self._refuse(f"has a graph and {other}", *path, hint=hint)
             return
         try:
             part = self.files.graph(table["graph"], self.place.folder, self.depth + 1)
             self._limit(name, part, len(names))
             part = self._changed(name, part, table, names)
         except Refusal as error:
-            self._refuse(error.problem(f"blocks.{name}.graph", table["graph"]), *path, "graph")
+            self.problems.append(replace(error.problem(f"blocks.{name}.graph", table["graph"]), path=(*path, "graph")))
             return
         except ModelError as error:
             self.problems += error.problems
@@ -153,18 +154,16 @@ class BlockTables:
         if count is None:
             yield name
             return
-        key, path = f"blocks.{name}.count", ("blocks", name, "count")
+        path = ("blocks", name, "count")
         if isinstance(count, bool) or not isinstance(count, int) or not 1 <= count <= BLOCKS:
-            expected = f"an integer from 1 to {BLOCKS}"
-            self._refuse(Problem(message="must be a count", key=key, got=shown(count), expected=expected), *path)
+            self._refuse("must be a count", *path, got=shown(count), expected=f"an integer from 1 to {BLOCKS}")
             self.named = False
             return
         for number in range(1, count + 1):
             copy = f"{name}_{number}"
             if copy in tables:
-                hint = f"rename [blocks.{copy}]: {key} makes {name}_1 to {name}_{count}"
-                message = "there is another block of that name"
-                self._refuse(Problem(message=message, key=key, got=copy, hint=hint), *path)
+                hint = f"rename [blocks.{copy}]: blocks.{name}.count makes {name}_1 to {name}_{count}"
+                self._refuse("there is another block of that name", *path, got=copy, hint=hint)
             yield copy
 
     def _limit(self, name: str, part: Graph, count: int) -> None:
@@ -175,10 +174,6 @@ class BlockTables:
             path = ("blocks", name)
             problem = Problem(message=message, key=f"blocks.{name}", got=str(self.inside), expected=expected, path=path)
             raise problem.error
-
-    def _add(self, name: str, part: Graph) -> None:
-        self._limit(name, part, 1)
-        self.blocks[name] = part
 
     def _changed(self, name: str, part: Graph, table: dict[str, Any], names: list[str]) -> Graph:
         """Return the subgraph with the values and parameters of its table."""
@@ -204,30 +199,29 @@ class BlockTables:
             own = [(p, paths.get(p.key, ("blocks", name))) for p in error.problems]
             raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p, path in own]) from None
 
-    def _refuse(self, problem: Problem, *path: str) -> None:
-        self.problems.append(replace(problem, path=path))
+    def _refuse(self, message: str, *path: str, **more: Any) -> None:
+        self.problems.append(Problem(message=message, key=".".join(path), path=path, **more))
 
     def _kind(self, name: str, table: object) -> type[Block] | None:
-        key, path = f"blocks.{name}", ("blocks", name)
+        path = ("blocks", name)
         if not isinstance(table, dict) or "kind" not in table:
             meant = nearest("kind", table) or nearest("graph", table) if isinstance(table, dict) else ""
             word = "kind" if meant and nearest("kind", [meant]) else "graph"
-            hint = f"did you mean {word} instead of {meant}?" if meant else f'write [{key}] and below it kind = "Gain"'
-            self._refuse(Problem(message="a block needs a kind", key=key, got=shown(table), hint=hint), *path)
+            other = f'write [blocks.{name}] and below it kind = "Gain"'
+            hint = f"did you mean {word} instead of {meant}?" if meant else other
+            self._refuse("a block needs a kind", *path, got=shown(table), hint=hint)
             return None
         kind = table["kind"]
         if not isinstance(kind, str):
             hint = 'write it in quotes, such as kind = "Gain"'
-            problem = Problem(message="must be a string", key=f"{key}.kind", got=shown(kind), hint=hint)
-            self._refuse(problem, *path, "kind")
+            self._refuse("must be a string", *path, "kind", got=shown(kind), hint=hint)
             return None
         if kind not in self.kinds:
             self.kinds[kind] = find(kind, self.own) if len(kind) <= TEXT_LENGTH else None
         if self.kinds[kind] is None:
             near = kind_hint(kind[:TEXT_LENGTH], all_blocks(self.own), bool(self.own))
             hint = f"{near} `proofmass blocks` lists all kinds."
-            message = "there is no such kind of block"
-            self._refuse(Problem(message=message, key=f"{key}.kind", got=shown(kind), hint=hint), *path, "kind")
+            self._refuse("there is no such kind of block", *path, "kind", got=shown(kind), hint=hint)
         return self.kinds[kind]
 
 
