@@ -18,7 +18,7 @@ from proofmass.graphs.files.table_formulas import TableFormulas
 from proofmass.graphs.model.build import Graph, above_of, read_probe, read_wire
 from proofmass.graphs.model.graph import AnyGraph, Place
 from proofmass.graphs.model.graph import Graph as Value
-from proofmass.graphs.model.hints import known_as, syntax_hint
+from proofmass.graphs.model.hints import TWICE, known_as, syntax_hint
 from proofmass.graphs.model.keys import STUDY_KEYS, TUNE_KEYS
 from proofmass.graphs.model.limits import FILE_BYTES, PROBLEMS
 from proofmass.graphs.model.top_keys import TOP_KEYS
@@ -26,8 +26,6 @@ from proofmass.graphs.model.values import read_values
 
 _COMPARED = 1000  # at most so many files of a folder are compared with a misspelt name
 _OTHERS = ("name", "exports", "rate", "measures", "loops", "values")  # keys needed to check wires and signals
-_TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints of the TOML parser
-_ONCE = "the same name is given twice: rename or remove one of them"
 _NAMES = ("values", "measures", "loops", "requirements")  # tables of names that a file chooses
 _KEYS_ELSEWHERE = {  # tables in which a key of the graph is in the wrong place, but for those that are their own too
     **dict.fromkeys((*_NAMES, "integration"), ()),
@@ -237,12 +235,9 @@ def parsed(text: str, file: str, folder: str) -> tuple[dict[str, Any], Place]:
         line = int(rest.partition(",")[0]) if word == "line" else len(texts)
         if Path(file).suffix not in ("", ".toml") and not file.startswith("<"):
             raise _refused(file, line, "this is not a graph file: it is not TOML", _graphs_beside(Path(file))) from None
-        twice = repeated_key(text, line) if message.startswith(_TWICE) else None
-        if twice:
-            raise _refused(
-                file, line, f"not TOML: {'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}", _ONCE
-            ) from None
         hint = syntax_hint(message, texts[line - 1] if line <= len(texts) else "")
+        if message.startswith(TWICE) and (twice := repeated_key(text, line)):
+            message = f"{'.'.join(twice[0])} is given twice, in lines {twice[1]} and {line}"
         raise _refused(file, line, f"not TOML: {message}", hint) from None
 
 

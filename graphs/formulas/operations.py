@@ -77,21 +77,6 @@ def _numbers(name: str, dimensions: Sequence[Dimension]) -> Dimension:
     return NUMBER
 
 
-def _product(name: str, dimensions: Sequence[Dimension]) -> Dimension:
-    del name
-    return multiplied(dimensions[0], 1, dimensions[1])
-
-
-def _quotient(name: str, dimensions: Sequence[Dimension]) -> Dimension:
-    del name
-    return multiplied(dimensions[1], -1, dimensions[0])
-
-
-def _root(name: str, dimensions: Sequence[Dimension]) -> Dimension:
-    del name
-    return multiplied(dimensions[0], Fraction(1, 2))
-
-
 def _ratio(name: str, dimensions: Sequence[Dimension]) -> Dimension:
     _same(name, dimensions)
     return NUMBER
@@ -138,10 +123,10 @@ def _operations() -> dict[str, FormulaOperation]:
     ] = [
         ("+", 2, lambda a, b: a + b, lambda a, b: (1.0, 1.0), _same),
         ("-", 2, lambda a, b: a - b, lambda a, b: (1.0, -1.0), _same),
-        ("*", 2, lambda a, b: a * b, lambda a, b: (b, a), _product),
-        ("/", 2, divided, lambda a, b: (divided(1.0, b), -divided(divided(a, b), b)), _quotient),
+        ("*", 2, lambda a, b: a * b, lambda a, b: (b, a), lambda _, d: multiplied(d[0], 1, d[1])),
+        ("/", 2, divided, _quotient_slopes, lambda _, d: multiplied(d[1], -1, d[0])),
         ("negative", 1, lambda a: -a, lambda a: (-1.0,), _same),
-        ("sqrt", 1, root, lambda a: (divided(0.5, root(a)),), _root),
+        ("sqrt", 1, root, lambda a: (divided(0.5, root(a)),), lambda _, d: multiplied(d[0], Fraction(1, 2))),
         ("abs", 1, size, lambda a: (math.copysign(1.0, a),), _same),
         ("min", 2, smaller, lambda a, b: (1.0, 0.0) if a < b else (0.0, 1.0), _same),
         ("max", 2, larger, lambda a, b: (1.0, 0.0) if a > b else (0.0, 1.0), _same),
@@ -169,6 +154,10 @@ def _operations() -> dict[str, FormulaOperation]:
         ("power", 2, of.power, _power_slopes, _numbers),
     ]
     return {row[0]: FormulaOperation(*row) for row in rows}
+
+
+def _quotient_slopes(dividend: float, divisor: float) -> tuple[float, float]:
+    return divided(1.0, divisor), -divided(divided(dividend, divisor), divisor)
 
 
 def _power_slopes(base: float, exponent: float) -> tuple[float, float]:

@@ -6,6 +6,7 @@ from collections.abc import Collection, Mapping
 
 from proofmass.blocks.declaration.problem import did_you_mean
 
+TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints about a key given twice
 _LONGEST_LINE = 400  # characters
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
 _CURLY_QUOTES = "\u201c\u201d\u2018\u2019"
@@ -48,10 +49,10 @@ def syntax_hint(message: str, line: str) -> str:
     'a number with a unit is written in quotes: rate = "50 kHz"'
     """
     key, equals, value = (part.strip() for part in line.partition("#")[0].partition("="))
+    if message.startswith(TWICE):
+        return "the same name is given twice: rename or remove one of them"
     if len(line) > _LONGEST_LINE:
         return ""
-    if message.startswith(("Cannot declare", "Cannot overwrite", "Duplicate", "Cannot mutate")):
-        return "the same name is given twice: rename or remove one of them"
     if any(quote in line for quote in _CURLY_QUOTES):
         return 'the quotes are curly: write straight ones, as in kind = "Gain"'
     if "Unescaped '\\'" in message or "escape" in message:
