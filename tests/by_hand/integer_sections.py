@@ -72,19 +72,21 @@ class Section:
             case _:
                 return floor(exact)
 
-    def largest_limit_cycle(self, transient: int = 1500, watched: int = 300) -> int:
-        """Return the largest y that comes back for ever after some start, where nothing overflows meanwhile."""
+    def largest_limit_cycle(self) -> int:
+        """Return the largest y that comes back for ever after some start, where nothing overflows meanwhile.
+
+        Each state leads to one other: as many steps as there are states end on a cycle, and go round all of it.
+        """
         side = np.arange(-self.most - 1, self.most + 1, dtype=np.int64)
         y1, y2 = (one.ravel() for one in np.meshgrid(side, side))
-        largest, overflowed = np.zeros_like(y1), np.zeros(y1.shape, dtype=bool)
-        for tick in range(transient + watched):
-            y = self._rounded(-self.a1 * y1 - self.a2 * y2)
-            wrapped = (y + self.most + 1) % (2 * self.most + 2) - self.most - 1
-            if tick >= transient:
-                largest = np.maximum(largest, np.abs(y))
-                overflowed |= wrapped != y
-            y1, y2 = wrapped, y1
-        return int(largest[~overflowed].max(initial=0))
+        y = self._rounded(-self.a1 * y1 - self.a2 * y2)
+        wrapped = (y + self.most + 1) % len(side) - self.most - 1
+        after = (wrapped + self.most + 1) + len(side) * (y1 + self.most + 1)
+        largest, overflowed = np.abs(y), wrapped != y
+        for _ in range(len(y).bit_length()):  # twice as many steps each time
+            largest, overflowed = np.maximum(largest, largest[after]), overflowed | overflowed[after]
+            after = after[after]
+        return int(largest[after][~overflowed[after]].max(initial=0))
 
     def overflows(self, inputs: Iterable[int]) -> bool:
         """Return whether some sequence of these inputs overflows y from rest: all states that can be reached."""
