@@ -28,11 +28,10 @@ def at_rest(of: OpenCorners, limit: float, widths: Sequence[float], left: Array 
     n = of.order
     left = _near_inverse(of, limit) if left is None else left
     border = np.diag([1.0] * n + [limit])
-    rest = (Enclosed(left[None], np.zeros_like(left)[None]) @ of.corners.moved(-border)).moved(np.eye(n + 1))
+    rest = (Enclosed.exact(left) @ of.corners.moved(-border)).moved(np.eye(n + 1))
     beside = np.zeros((len(rest.middle), n, n + 1))
-    below = np.swapaxes(beside, 1, 2)
-    poles = of.corners[slice(n), slice(n)]
-    corners = Enclosed.joined([[poles, Enclosed(beside, beside)], [Enclosed(below, below), rest]])
+    below = Enclosed.exact(np.swapaxes(beside, 1, 2))
+    corners = Enclosed.joined([[of.corners[slice(n), slice(n)], Enclosed.exact(beside)], [below, rest]])
     jets = [_jet(parts, n, left) for parts in of.jets]
     return Family(corners, 1, shares_of(jets, widths, {*of.interpolated}, None), blocks=(n, n + 1), left=left)
 

@@ -27,13 +27,12 @@ from proofmass.runner.design.proof.closed_loop import (
     Factor,
     Family,
     OpenCorners,
-    PoleRegion,
     closed_loops,
     through,
     with_disk,
 )
 from proofmass.runner.design.proof.contraction import Norm
-from proofmass.runner.design.proof.half_plane import HalfPlane
+from proofmass.runner.design.proof.half_plane import HalfPlane, PoleRegion
 from proofmass.runner.design.proof.noise_norm import norm_of_noise, rms_at_corners
 from proofmass.runner.design.proof.rest_norm import Start, norm_at_rest
 from proofmass.runner.host.arrays import Array
@@ -67,6 +66,9 @@ class ClaimKind:
         return self.unit is None
 
 
+_AT_REST = ClaimKind(
+    None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
+)
 SCALE_FACTOR, BIAS, RMS, PEAK = "scale factor", "bias", "noise", "peak"
 KINDS = {
     "stable": ClaimKind("", looks=False),
@@ -75,12 +77,8 @@ KINDS = {
     "disk margin": ClaimKind("1", "disk", with_disk, beside=True),
     "delay margin": ClaimKind("s", PHASE.name, _OF_PHASE, PHASE, stays=True),
     "decay rate": ClaimKind("1/s", looks=False),
-    SCALE_FACTOR: ClaimKind(
-        None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
-    ),
-    BIAS: ClaimKind(
-        None, "rest", norm=norm_at_rest, at_corners=scale_factors, stays=True, room=1e-6, nowhere="it does not settle"
-    ),
+    SCALE_FACTOR: _AT_REST,
+    BIAS: _AT_REST,
     RMS: ClaimKind(None, "noise", norm=norm_of_noise, at_corners=rms_at_corners, enters=True),
     PEAK: ClaimKind(None, "peak", through, beside=True, enters=True),
 }

@@ -29,7 +29,7 @@ import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Protocol
+from typing import Any
 
 import flint
 import numpy as np
@@ -38,7 +38,7 @@ from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
-from proofmass.runner.design.proof.enclosed import UP, Enclosed
+from proofmass.runner.design.proof.enclosed import UP, Enclosed, quarters
 from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.host.arrays import Array
 
@@ -81,32 +81,6 @@ def _of_phase(p: Any) -> Sequence[Sequence[Sequence[Any]]]:
 
 GAIN = Factor("gain", 1, lambda g: (((g,),), ((flint.arb(1),),)))
 PHASE = Factor("phase", 2, _of_phase, 2.0 * _WIDEST)
-
-
-class PoleRegion(Protocol):
-    """A part of the plane of poles: a disc, or the half plane that a disc is in continuous time."""
-
-    @property
-    def radius(self) -> float:
-        """Its radius, infinite for a half plane."""
-        ...
-
-    @property
-    def empty(self) -> bool:
-        """True if no pole lies in it."""
-        ...
-
-    def moved(self, family: "Family", parts: int) -> "Family":
-        """Return matrices whose poles lie in the disc of radius 1 if a family's lie in this region."""
-        ...
-
-    def beyond(self, family: "Family") -> Array:
-        """Return how far matrices may lie beyond the corners of a certificate, of the family that was moved."""
-        ...
-
-    def as_data(self) -> dict[str, list[float]]:
-        """Return it as plain data, for certificates."""
-        ...
 
 
 @dataclass(frozen=True)
@@ -245,12 +219,8 @@ def shares_of(jets: Sequence[Jet], widths: Sequence[float], exact: set[int], lin
 def with_disk(of: OpenCorners, ends: tuple[float, float], widths: Sequence[float]) -> Family:
     """Return the matrix of all factors of a disk, both `ends` of whose size are the same, over half `widths`."""
     size, n, k = ends[0], of.order, of.values
-    a, b, c, d = (
-        of.corners[rows, columns]
-        for rows in (slice(None, n), slice(n, None))
-        for columns in (slice(None, n), slice(n, None))
-    )
-    e = power = Enclosed(np.zeros_like(d.middle), np.zeros_like(d.middle)).moved(np.eye(k))
+    a, b, c, d = quarters(of.corners, n)
+    e = power = Enclosed.exact(np.zeros_like(d.middle)).moved(np.eye(k))
     for _ in range(k - 1):
         power = d @ power
         e = e + power
@@ -289,11 +259,7 @@ def _closed_at(of: OpenCorners, factor: Sequence[Sequence[Any]]) -> Enclosed:
     """Return the loops at the corners closed with one factor."""
     n, parts = of.order, len(factor)
     f = Enclosed.of_balls([factor]).spread(of.values)
-    a, b, c, d = (
-        of.corners[rows, columns].repeated(parts)
-        for rows in (slice(None, n), slice(n, None))
-        for columns in (slice(None, n), slice(n, None))
-    )
+    a, b, c, d = (part.repeated(parts) for part in quarters(of.corners, n))
     power = back = f @ c
     for _ in range(of.values - 1):
         power = f @ (d @ power)

@@ -21,9 +21,10 @@ from functools import cached_property
 import numpy as np
 import scipy.linalg
 
-from proofmass.runner.design.proof.closed_loop import Disc, Family, PoleRegion
+from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
+from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.host.arrays import Array
 
 _ROUNDS = 10  # of the fixed point of the covariance
@@ -51,8 +52,7 @@ class Norm:
     @cached_property
     def corners(self) -> Enclosed:
         """The matrices at the corners in these coordinates."""
-        x, t = (Enclosed(part[None], np.zeros_like(part)[None]) for part in (self.inverse, self.transform))
-        return x @ self.family.corners @ t
+        return Enclosed.exact(self.inverse) @ self.family.corners @ Enclosed.exact(self.transform)
 
     @cached_property
     def shares(self) -> Mapping[int, float]:
@@ -101,10 +101,10 @@ class Norm:
     @cached_property
     def rms(self) -> float:
         """A bound of the noise that enters, in these coordinates (`noise_norm`)."""
-        noise, x = self.family.noise, Enclosed(self.inverse[None], np.zeros_like(self.inverse)[None])
+        noise = self.family.noise
         if noise is None or self.family.beyond_noise is None:
             return 0.0
-        turned = x @ noise
+        turned = Enclosed.exact(self.inverse) @ noise
         sizes = np.abs(turned.middle) + turned.radius + np.abs(self.inverse) @ self.family.beyond_noise
         return float(np.sqrt((sizes**2).sum(axis=(1, 2)).max())) * UP
 
@@ -236,9 +236,8 @@ def radius_of(family: Family) -> float:
 
 def growth_of(of: Array, to: Array) -> float:
     """Return at least the largest size, in the norm of a transformation `to`, of what has size one in that `of`."""
-    empty = Family(Enclosed(np.zeros((1, *to.shape)), np.zeros((1, *to.shape))), 1, {})
-    norm = Norm(to, empty)
-    mixed = Enclosed(norm.inverse[None], np.zeros_like(to)[None]) @ Enclosed(of[None], np.zeros_like(of)[None])
+    norm = Norm(to, Family(Enclosed.exact(np.zeros_like(to)), 1, {}))
+    mixed = Enclosed.exact(norm.inverse) @ Enclosed.exact(of)
     size = float(np.linalg.norm(mixed.middle[0], 2)) * (1.0 + 1e-12)
     if not math.isfinite(size * size):  # the squares of its entries show nothing
         return math.inf
@@ -275,9 +274,7 @@ def _decay(transform: Array, rates: Family) -> bool:
     k = rates.still
     n = len(transform) - k
     lift, unit = np.eye(n + 2 * k), np.eye(k)
-    left, right = (
-        Enclosed(part[None], 0.0 * part[None]) for part in (np.delete(lift, slice(n, n + k), 1), lift[: n + k])
-    )
+    left, right = Enclosed.exact(np.delete(lift, slice(n, n + k), 1)), Enclosed.exact(lift[: n + k])
     corners = (left @ rates.corners @ right).moved(np.diag([0.0] * n + [-0.5] * (2 * k)))
     shares = {i: left.middle[0] @ share @ right.middle[0] for i, share in rates.shares.items()}
     norm = Norm(np.asarray(scipy.linalg.block_diag(transform, unit)), replace(rates, corners=corners, shares=shares))

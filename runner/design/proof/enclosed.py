@@ -39,6 +39,12 @@ class Enclosed:
         return cls(middle, np.array(apart) * UP)
 
     @classmethod
+    def exact(cls, middle: Array) -> "Enclosed":
+        """Return matrices of doubles, a stack of them or one."""
+        stack = middle if middle.ndim == 3 else middle[None]
+        return cls(stack, np.zeros_like(stack))
+
+    @classmethod
     def stacked(cls, stacks: Sequence["Enclosed"]) -> "Enclosed":
         """Return the matrices of stacks one after the other."""
         return cls(*(np.concatenate([getattr(one, name) for one in stacks]) for name in ("middle", "radius")))
@@ -46,9 +52,8 @@ class Enclosed:
     @classmethod
     def interleaved(cls, stacks: Sequence["Enclosed"]) -> "Enclosed":
         """Return the matrices of stacks of equal length in turn."""
-        shape = (-1, *stacks[0].middle.shape[1:])
-        middle = np.stack([one.middle for one in stacks], axis=1).reshape(shape)
-        return cls(middle, np.stack([one.radius for one in stacks], axis=1).reshape(shape))
+        parts = (np.stack([getattr(one, name) for one in stacks], axis=1) for name in ("middle", "radius"))
+        return cls(*(part.reshape(-1, *part.shape[2:]) for part in parts))
 
     @classmethod
     def joined(cls, parts: Sequence[Sequence["Enclosed"]]) -> "Enclosed":
@@ -74,7 +79,7 @@ class Enclosed:
 
     def moved(self, by: Array) -> "Enclosed":
         """Return the matrices with a matrix of doubles added to each."""
-        return self + Enclosed(np.broadcast_to(by, self.middle.shape), np.zeros_like(self.middle))
+        return self + Enclosed.exact(np.broadcast_to(by, self.middle.shape))
 
     def scaled(self, factor: float) -> "Enclosed":
         """Return the matrices times a double, or times what it is the nearest double to."""
@@ -90,6 +95,12 @@ class Enclosed:
         """Return each entry as that of a unit matrix of some size."""
         unit = np.eye(size)
         return Enclosed(_numbers(np.kron(self.middle, unit)), _numbers(np.kron(self.radius, unit)))
+
+
+def quarters(whole: Enclosed, n: int) -> list[Enclosed]:
+    """Return A, B, C and D of [A B; C D], A of n rows and columns."""
+    sides = slice(None, n), slice(n, None)
+    return [whole[rows, columns] for rows in sides for columns in sides]
 
 
 def _numbers(array: Any) -> Array:

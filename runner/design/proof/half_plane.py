@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.runner.design.proof.closed_loop import Family
-from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.closed_loop import Disc, Family
+from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
 
 _STEPS = (0.7, 0.6)  # by the mean of the slowest and the fastest pole, of which one may lie at 1 / h
@@ -43,7 +43,7 @@ class HalfPlane:
             rotation: Any = [[0.0, -1.0], [1.0, 0.0]] if parts == 2 else [[0.0]]
             centre = self.real * np.eye(n) + self.imaginary * np.kron(rotation, unit)
             turn = np.eye(n) + self.tilt * np.kron(rotation, unit)
-            corners = Enclosed(turn[None], np.zeros((1, n, n))) @ corners.moved(-centre)
+            corners = Enclosed.exact(turn) @ corners.moved(-centre)
             shares = {i: np.abs(turn) @ share * (1.0 + 2.0**-50) for i, share in shares.items()}
         return _sampled(replace(family, corners=corners, shares=shares))
 
@@ -55,6 +55,9 @@ class HalfPlane:
         """Return what the matrices of a certificate may lie beyond its corners: F."""
         assert family.rates is not None
         return np.asarray(sum(family.rates.shares.values(), 0.0 * family.centre) * (1.0 + 2.0**-39))
+
+
+PoleRegion = Disc | HalfPlane  # a part of the plane of poles
 
 
 def _sampled(rates: Family) -> Family:
@@ -70,7 +73,7 @@ def _sampled(rates: Family) -> Family:
 def _by_trapezoids(rates: Family, step: float) -> Family:
     """Return x[n+1] = x[n] + 2 h (A z + B w), with the output C z + D w of their mean z, both scaled by sqrt(2 h)."""
     n, still, root = len(rates.centre) - rates.still, np.eye(rates.still), np.sqrt(2.0 * step)
-    a, b, c, d = (rates.corners.middle[:, r, q] for r in (slice(n), slice(n, None)) for q in (slice(n), slice(n, None)))
+    a, b, c, d = (part.middle for part in quarters(rates.corners, n))
     between = np.linalg.inv(np.eye(n) - step * a)
     inner, outer = root * between @ b, root * c @ between
     through = d + step * c @ between @ b
@@ -79,7 +82,7 @@ def _by_trapezoids(rates: Family, step: float) -> Family:
     left = np.abs(np.block([[root * near, zeros], [step * c.mean(axis=0) @ near, still]]))
     right = np.abs(np.block([[root * near, step * near @ b.mean(axis=0)], [zeros.T, still]]))
     shares = {i: left @ share @ right for i, share in rates.shares.items()}
-    return replace(rates, corners=Enclosed(corners, np.zeros_like(corners)), shares=shares, rates=rates)
+    return replace(rates, corners=Enclosed.exact(corners), shares=shares, rates=rates)
 
 
 def _speed(rates: Family) -> float:

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
@@ -11,19 +11,7 @@ from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Sides
 from proofmass.runner.design.proof.rest_norm import Start
 
-_SAME = (
-    "loop",
-    "open_at",
-    "kind",
-    "limit",
-    "period",
-    "most",
-    "any_change",
-    "changes",
-    "at_rest",
-    "orbit",
-    "continuous",
-)
+_SAME = tuple(each.name for each in fields(Claim) if each.name != "unit_of_quantity")
 
 
 @dataclass(frozen=True)

@@ -59,9 +59,9 @@ class RestPoint:
     def needed(self) -> Array:
         """Return |R step| + |I - R (I - J)| r, rounded up."""
         n = len(self.centre)
-        left = Enclosed(self.left[None], np.zeros((1, n, n)))
+        left = Enclosed.exact(self.left)
         minus = Enclosed(-self.matrix.middle, self.matrix.radius).moved(np.eye(n))
-        off = (Enclosed(-self.left[None], np.zeros((1, n, n))) @ minus).moved(np.eye(n))
+        off = (Enclosed.exact(-self.left) @ minus).moved(np.eye(n))
         by = left @ self.step
         sizes = np.abs(by.middle) + by.radius
         return np.asarray((sizes[0, :, 0] + (np.abs(off.middle[0]) + off.radius[0]) @ self.reach) * (1.0 + 1e-12))

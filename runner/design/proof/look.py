@@ -17,9 +17,10 @@ from proofmass.runner.derivatives.ball import BITS, UndecidedError
 from proofmass.runner.design.proof.at_rest import keeps_side, none_settles
 from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.claim import PEAK, Claim
-from proofmass.runner.design.proof.closed_loop import Family, PoleRegion
+from proofmass.runner.design.proof.closed_loop import Family
 from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
 from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.design.proof.region import ProvedRegion, widened
 from proofmass.runner.design.proof.rest_norm import Start
 

@@ -40,8 +40,8 @@ def with_noise(of: OpenCorners, limit: float, widths: Sequence[float]) -> Family
     """Return [A 0; C 0] for all of a box of half `widths`, beside [B; D], whose squares have a `limit`."""
     n, r = of.order, of.values
     states, rest = slice(n), slice(n, None)
-    empty = np.zeros((len(of.corners.middle), n + r, r))
-    square = Enclosed.joined([[of.corners[slice(None), states], Enclosed(empty, empty)]])
+    empty = Enclosed.exact(np.zeros((len(of.corners.middle), n + r, r)))
+    square = Enclosed.joined([[of.corners[slice(None), states], empty]])
     exact, last = {*of.interpolated}, None
     shares = shares_of([joined([[a, {}], [c, {}]], (n, r)) for a, _, c, _ in of.jets], widths, exact, last)
     entering = of.corners[slice(None), rest]

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 from dataclasses import dataclass
 
-from proofmass.runner.design.proof.closed_loop import OpenCorners, PoleRegion
+from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.host.arrays import Array
 
 _OVERLAP = 0.5  # of the width of a core, at both ends: what is wider dwells longer, but has less room for a norm
