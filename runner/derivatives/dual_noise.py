@@ -17,6 +17,7 @@ from proofmass.blocks.arithmetic.rounding import clip, two_level
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.checks.schedule import Beat
+from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import SIGNALS, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import compared, for_duals, quantises, with_quantisers
@@ -81,14 +82,7 @@ def given(plan: Plan, by: tuple[type, ...]) -> set[str]:
 
 def reached(plan: Plan, own: set[str]) -> set[str]:
     """Return some blocks and all that depend on them."""
-    readers: dict[str, set[str]] = {}
-    for (name, _), (source, _) in plan.schedule.drivers.items():
-        readers.setdefault(source, set()).add(name)
-    moving, new = set[str](), own
-    while new:
-        moving |= new
-        new = {reader for name in new for reader in readers.get(name, ())} - moving
-    return moving
+    return with_following(own, plan.readers.__getitem__)
 
 
 def _given(plan: Plan, name: str) -> Iterator[Binding]:

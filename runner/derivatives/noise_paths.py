@@ -8,6 +8,7 @@ from collections.abc import Collection, Iterator
 from typing import TypeAlias
 
 from proofmass.blocks.declaration.behaviour import Behaviour
+from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.derivatives.passed_on import RESULT, ArgumentNames, passed_on
@@ -26,11 +27,8 @@ def reached_by_noise(plan: Plan, noise: Collection[str]) -> set[Endpoint]:
         for made, of in _edges(plan, name):
             for number in of:
                 edges.setdefault(number, set()).add(made)
-    new = {made for name in noise for made, _ in _edges(plan, name)}
-    moving = set[_Number]()
-    while new:
-        moving |= new
-        new = {after for number in new for after in edges.get(number, ())} - moving
+    begin = (made for name in noise for made, _ in _edges(plan, name))
+    moving = with_following(begin, lambda number: edges.get(number, ()))
     return {(name, part) for what, name, part in moving if what == _WIRE}
 
 

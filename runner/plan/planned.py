@@ -13,7 +13,7 @@ from proofmass.blocks.arithmetic.fixed_point import Fixed
 from proofmass.blocks.declaration.arguments import Meaning
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import shape_of, size_of
+from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.model.derived import Derived
@@ -112,6 +112,19 @@ class WiredPlan:
         """Base ticks from one value of an output to its next."""
         block = self.blocks[node[0]]
         return self.schedule.divisors[node[0]] * size_of(block, type(block).outputs[node[1]].every)
+
+    def unit(self, node: Endpoint) -> str:
+        """Unit of an output."""
+        block = self.blocks[node[0]]
+        return unit_of(block, type(block).outputs[node[1]])
+
+    @cached_property
+    def readers(self) -> dict[str, list[str]]:
+        """The blocks that read each block, driven parameters included."""
+        readers: dict[str, list[str]] = {name: [] for name in self.blocks}
+        for (target, _), (source, _) in self.schedule.drivers.items():
+            readers[source].append(target)
+        return readers
 
     def beat(self, node: Endpoint) -> Beat:
         """Ticks in which an output has a new value."""

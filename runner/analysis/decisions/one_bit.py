@@ -24,7 +24,7 @@ from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shapi
 from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, plan_graph
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
@@ -170,13 +170,13 @@ def loop_through_bits(about: Linearisation, node: Endpoint) -> OpenLoop | None:
 
 def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:
     """Return the blocks in loops that choose one of some levels."""
-    wiring, read = plan_graph(plan), {*plan.schedule.drivers.values(), *outputs}
+    read = {*plan.schedule.drivers.values(), *outputs}
     deciding = set[str]()
     for name in upstream:
         kind = type(plan.blocks[name])
         own = "update" in kind.functions and reaches(kind.functions["update"].function, LEVELS)
         ports = [port for port, behaviour in kind.output_functions.items() if reaches(behaviour.function, LEVELS)]
-        looped = any((name, port) in read for port in ports) and name in reached(wiring, {name})
+        looped = any((name, port) in read for port in ports) and name in reached(plan.readers, {name})
         if own or looped:
             deciding.add(name)
     return deciding

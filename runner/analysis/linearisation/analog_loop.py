@@ -17,7 +17,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, plan_graph
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
 from proofmass.runner.analysis.linearisation.map_problems import not_linear
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -215,7 +215,7 @@ def analog_rates(
 
 def _downstream(plan: Plan, node: Endpoint) -> set[str]:
     """Return the blocks that a wire acts on, directly or through others."""
-    return reached(plan_graph(plan), [node[0]]) - {node[0]}
+    return reached(plan.readers, [node[0]]) - {node[0]}
 
 
 def _moving(tick: int, change: float) -> str:

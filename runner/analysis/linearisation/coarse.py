@@ -5,15 +5,13 @@ from collections.abc import Iterator
 from proofmass.blocks.declaration.declare import BlockType
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.plan.planned import Plan
 
 
 def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
     """Return a note for each block that chooses levels in the loops through an output."""
-    wiring = plan_graph(plan)
-    ahead, behind = reached(wiring, {node[0]}), reached(turned(wiring), {node[0]})
+    ahead, behind = reached(plan.readers, {node[0]}), reached(turned(plan.readers), {node[0]})
     return tuple(
         f"{name} chooses one of some levels, and counts as a gain of one: slow signals see that;"
         " whether the choice itself is stable is told by a run alone"

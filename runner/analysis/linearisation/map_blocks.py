@@ -26,27 +26,18 @@ def blocks_of_map(
     plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint], everything: bool, noise: Collection[str] = ()
 ) -> tuple[set[str], set[str]]:
     """Blocks that the outputs depend on, and those of them that the map has the states of."""
-    wiring = plan_graph(plan)
     read = {name for name, _ in outputs}
-    upstream = read | reached(turned(wiring), read)
+    upstream = read | reached(turned(plan.readers), read)
     if everything:
         return upstream, upstream
-    noisy = {*noise} | reached(wiring, noise)
+    noisy = {*noise} | reached(plan.readers, noise)
     return upstream, upstream & (_downstream(plan, inputs) | noisy)
-
-
-def plan_graph(plan: Plan) -> dict[str, list[str]]:
-    """Return the blocks that read each block, driven parameters included."""
-    wiring: dict[str, list[str]] = {name: [] for name in plan.blocks}
-    for (target, _), (source, _) in plan.schedule.drivers.items():
-        wiring[source].append(target)
-    return wiring
 
 
 def _downstream(plan: Plan, inputs: Sequence[Endpoint]) -> set[str]:
     """Blocks that the wires reach."""
     readers = {target for (target, _), source in plan.schedule.drivers.items() if source in inputs}
-    return readers | reached(plan_graph(plan), readers)
+    return readers | reached(plan.readers, readers)
 
 
 def period_of_blocks(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> int:

@@ -136,14 +136,14 @@ class PeriodMap:
 
     def between(self) -> "PeriodMap":
         """The map without states that no input reaches, or that reach no output: counters, noise, coefficients."""
-        return self.kept(self._between.tolist())
+        return self.kept(self._between)
 
     def moved_between(self) -> Array:
         """A of these states alone."""
         return self.matrix[np.ix_(self._between, self._between)]
 
     @cached_property
-    def _between(self) -> Indices:
+    def _between(self) -> list[int]:
         return between(*self._edges)
 
     def between_with(self, other: "PeriodMap") -> list[int]:
@@ -158,7 +158,7 @@ class PeriodMap:
                 buffers.setdefault((name, buffer), []).append(place)
         for cells in buffers.values():
             acts[np.ix_(cells, cells)] = True
-        return between(acts, entered, read).tolist()
+        return between(acts, entered, read)
 
     def seen(self) -> "PeriodMap":
         """The map without states that reach no output."""

@@ -12,7 +12,6 @@ import math
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
 from proofmass.runner.analysis.linearisation.forward import Course
-from proofmass.runner.analysis.linearisation.map_blocks import plan_graph
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.host.progress import Progress
@@ -25,7 +24,7 @@ FEWEST, MOST = 64, 1 << 20  # base ticks
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     plan = course.plan
-    names = sorted(set[str]().union(*loops(plan_graph(plan))))
+    names = sorted(set[str]().union(*loops(plan.readers)))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
     memory, periods, still, got = start(plan), 0, 0, ""
     largest, before = dict[Entry, float](), _numbers(memory, names)

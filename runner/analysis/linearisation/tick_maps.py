@@ -17,7 +17,7 @@ import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.derivatives.dual_ticks import LastingPlace
-from proofmass.runner.derivatives.stepped_ticks import Indices, TickSlopes
+from proofmass.runner.derivatives.stepped_ticks import TickSlopes
 from proofmass.runner.host.arrays import Array, Truths
 
 _ENTRIES = 1 << 20  # numbers of a batch
@@ -211,9 +211,9 @@ def maps_of_ticks(
     return TickMaps(*_by_values(maps, [*slopes.valued.tolist(), False]), places)
 
 
-def between(acts: Truths, entered: Truths, read: Truths) -> Indices:
+def between(acts: Truths, entered: Truths, read: Truths) -> list[int]:
     """Return the states that inputs reach and that reach outputs, where row i of `acts` follows from column j."""
-    return np.flatnonzero(reached(acts.T, entered) & reached(acts, read))
+    return np.flatnonzero(reached(acts.T, entered) & reached(acts, read)).tolist()
 
 
 def reached(acts: Truths, begin: Truths) -> Truths:

@@ -68,7 +68,7 @@ def transfer_sensitivities(about: Linearisation, source: Endpoint, target: Endpo
     settled = SteadyState(planned, period_map, target)
     scale, bias = settled.values()
     slopes = {name: settled.slopes(name) for name in period_map.slopes}
-    units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
+    units = [planned.unit(node) for node in (target, source)]
     ratio = short_unit(f"({units[0]})/({units[1]})")
     by_scale, by_bias = ({name: pair[i] for name, pair in slopes.items()} for i in (0, 1))
     return (

@@ -15,11 +15,12 @@ from collections.abc import Sequence
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.noise.covariances import Stretch
-from proofmass.runner.analysis.noise.noise_budget import QUANTISATION, NoiseBudget, NoiseSource, unit_at
+from proofmass.runner.analysis.noise.noise_budget import QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.over_runs import followed
 from proofmass.runner.analysis.spectrum.windows import window
 from proofmass.runner.derivatives.dual_noise import given
@@ -106,7 +107,7 @@ def _budget(
     )
     return NoiseBudget(
         output=output,
-        unit=unit_at(planned, node),
+        unit=short_unit(planned.unit(node)),
         rate=rate,
         band=band or (0.0, 0.5 * rate),
         sources=tuple(sorted(sources, key=lambda source: -source.rms)),

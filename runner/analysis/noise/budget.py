@@ -9,6 +9,7 @@ import numpy as np
 
 from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint, Graph
 from proofmass.graphs.model.loops import AUTO
@@ -25,7 +26,7 @@ from proofmass.runner.analysis.linearisation.wire_response import grid
 from proofmass.runner.analysis.noise.along_run import budgets_along
 from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import one_more, rms_sensitivity
-from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource, unit_at
+from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
@@ -195,7 +196,7 @@ def _budget_about(
     strain = (note,) if note else ()
     budget = NoiseBudget(
         output=output,
-        unit=unit_at(planned, target),
+        unit=short_unit(planned.unit(target)),
         rate=to_output.rate,
         band=limits,
         sources=tuple(sorted(sources_made, key=lambda source: (-source.rms, source.block, source.kind))),
@@ -203,7 +204,7 @@ def _budget_about(
         frequencies=shown,
         density=np.sum(densities, axis=1),
         input=input,
-        input_unit=unit_at(planned, sources[0]) if sources else "",
+        input_unit=short_unit(planned.unit(sources[0])) if sources else "",
         gain=to_output.gain(shown, sources[0]) if sources else np.zeros(0, dtype=complex),
         period=to_output.period,
         notes=(

@@ -6,11 +6,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.blocks.declaration.units import short_unit
-from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit
 from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
@@ -20,7 +17,6 @@ from proofmass.runner.analysis.noise.rounding import Dither
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.output.json_text import finite
-from proofmass.runner.plan.planned import Plan
 
 if TYPE_CHECKING:
     import pandas
@@ -168,9 +164,3 @@ class NoiseBudget(Plotted):
             **({"derivatives": self.derivatives.as_data()} if self.derivatives else {}),
             **({"one_more": [asdict(step) for step in self.steps]} if self.steps else {}),
         }
-
-
-def unit_at(planned: Plan, node: Endpoint) -> str:
-    """Return the unit of an output."""
-    block = planned.blocks[node[0]]
-    return short_unit(unit_of(block, type(block).outputs[node[1]]))

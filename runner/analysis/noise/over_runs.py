@@ -18,7 +18,6 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.blocks.declaration.units import short_unit
 from proofmass.graphs.files.toml_reader import GraphSource
@@ -180,11 +179,10 @@ def followed(
 
 
 def _deviation(planned: Plan, output: str, node: Endpoint, last: Last) -> ValueDeviation:
-    block = planned.blocks[node[0]]
     parts = sorted(((math.sqrt(v), name) for name, v in last.variances.items() if v > 0.0), reverse=True)
     return ValueDeviation(
         output=output,
-        unit=short_unit(unit_of(block, type(block).outputs[node[1]])),
+        unit=short_unit(planned.unit(node)),
         time=planned.beat(node).at(last.number) * planned.period,
         value=last.value,
         deviation=math.sqrt(sum(last.variances.values())),

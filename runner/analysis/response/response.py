@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.named_arguments import named_arguments
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.units import short_unit
@@ -217,7 +216,7 @@ def response_of_map(
     if not any(part.any() for part in (wires.matrices[1], wires.matrices[3])):
         raise planned.graph.placed(_unreached(source, target)).error
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else _shown(wires)
-    units = [unit_of(planned.blocks[name], type(planned.blocks[name]).outputs[port]) for name, port in (target, source)]
+    units = [planned.unit(node) for node in (target, source)]
     return Response(
         ".".join(source),
         ".".join(target),

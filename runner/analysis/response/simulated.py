@@ -13,7 +13,6 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, shown
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert
@@ -99,7 +98,7 @@ class _Bench:
     def __init__(self, planned: Plan, source: Endpoint, target: Endpoint, wires: WireResponse, tick: int) -> None:
         _refuse(planned, source)
         self.wires, self._planned, self._source, self._target = wires, planned, source, target
-        self.unit = unit_of(planned.blocks[source[0]], type(planned.blocks[source[0]]).outputs[source[1]])
+        self.unit = planned.unit(source)
         self._period = round(wires.period / planned.period)  # base ticks
         self._settled = tick + self._period * _periods_to_settle(wires.radius)
         self.ticks = 0
@@ -171,7 +170,7 @@ def _compared(stimulus: Stimulus, bench: _Bench, rows: list[tuple[Repetition, Ar
 
 def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | None) -> float:
     """Return the peak value of a stimulus in the unit of the input; raises `ModelError` for any other text."""
-    unit = unit_of(planned.blocks[source[0]], type(planned.blocks[source[0]]).outputs[source[1]])
+    unit = planned.unit(source)
     expected = f"a quantity in {unit}" if unit != "1" else "a number"
     got = shown(amplitude) if amplitude is not None else ""
     hint = "small for the response to small signals, yet well above a step of a converter"

@@ -23,6 +23,7 @@ from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
 from proofmass.runner.design.proof.krawczyk import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.host.arrays import Truths
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
@@ -172,9 +173,9 @@ class StartingLoop(Starting):
 
 def states_between(rows: MatrixRows, order: int) -> list[int]:
     """Return the states that the input reaches and that reach the output, by what is not exactly zero anywhere."""
-    links = np.array([[not _is_zero(value) for value in row] for row in rows], dtype=bool)
+    links: Truths = np.array([[not _is_zero(value) for value in row] for row in rows], dtype=bool)
     entered, read = links[:order, order:].any(axis=1), links[order:, :order].any(axis=0)
-    return between(links[:order, :order], entered, read).tolist()
+    return between(links[:order, :order], entered, read)
 
 
 def _is_zero(value: Any) -> bool:

@@ -8,13 +8,13 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import Fixed, FixedValue, fixed
-from proofmass.blocks.declaration.instance import format_of, unit_of
-from proofmass.blocks.declaration.problem import Problem, Refusal, shown
+from proofmass.blocks.declaration.instance import format_of
+from proofmass.blocks.declaration.problem import Problem, Refusal
 from proofmass.blocks.registers.fixed_quantiser import FixedQuantiser
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.derivatives.dual_noise import reached
-from proofmass.runner.design.proof.quantity_claims import both_ends
+from proofmass.runner.design.proof.quantity_claims import both_ends, refused
 from proofmass.runner.fixed.step_formats import WORD
 from proofmass.runner.plan.planned import Plan
 
@@ -67,7 +67,7 @@ def _input(
 ) -> DigitalInput:
     block, step = plan.blocks[node[0]], format.resolution
     is_quantiser = isinstance(block, FixedQuantiser)
-    unit, all_of = unit_of(block, type(block).outputs[node[1]]), (format.lowest, format.highest)
+    unit, all_of = plan.unit(node), (format.lowest, format.highest)
     if node in ranges:
         signal, (low, high) = ranges[node]
         first = max(math.ceil(Fraction(low) / step), format.lowest)
@@ -106,14 +106,10 @@ def _entering(plan: Plan, blocks: AbstractSet[str]) -> Iterator[tuple[Endpoint, 
 
 
 def _ends(plan: Plan, signal: str, limits: Any) -> tuple[float, float]:
-    name, port = node_of(plan, signal)
-    block = plan.blocks[name]
     try:
-        return both_ends(limits, unit_of(block, type(block).outputs[port]))
+        return both_ends(limits, plan.unit(node_of(plan, signal)))
     except Refusal as error:
-        expected, hint = error.expected, error.hint
-        problem = Problem(message=str(error), key=signal, got=error.got or shown(limits), expected=expected, hint=hint)
-        raise plan.graph.placed(problem).error from None
+        raise plan.graph.placed(refused(error, limits, signal)).error from None
 
 
 def _elsewhere(signal: str, node: Endpoint, known: AbstractSet[Endpoint]) -> Problem:

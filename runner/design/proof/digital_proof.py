@@ -17,16 +17,17 @@ from fractions import Fraction
 from typing import Any
 
 from proofmass.blocks.arithmetic.fixed_point import FixedValue
-from proofmass.blocks.declaration.instance import format_of, unit_of
+from proofmass.blocks.declaration.instance import format_of
 from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal, shown
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.blocks.registers.fixed_to_number import FixedToNumber
+from proofmass.graphs.model.digraph import turned, with_following
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.design.proof.digital_inputs import DigitalInput, digital_inputs
 from proofmass.runner.design.proof.digital_map import digital_map
 from proofmass.runner.design.proof.digital_reach import DigitalReach, Reach
-from proofmass.runner.design.proof.quantity_claims import number_of
+from proofmass.runner.design.proof.quantity_claims import number_of, refused
 from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, within_ranges, worst_input
 from proofmass.runner.fixed.affine import FormBounds
 from proofmass.runner.fixed.digital import DigitalBlock
@@ -262,8 +263,7 @@ def _room(condition: FormBounds, reach: Reach) -> ValueRoom:
 def _digital_output(plan: Plan, signal: str) -> tuple[Endpoint, Fraction, str]:
     """Return an output in fixed point, its step and its unit; of a converter to numbers what it converts."""
     node = node_of(plan, signal)
-    block = plan.blocks[node[0]]
-    unit = unit_of(block, type(block).outputs[node[1]])
+    block, unit = plan.blocks[node[0]], plan.unit(node)
     if isinstance(block, FixedToNumber):
         node = plan.schedule.drivers[node[0], "input"]
         block = plan.blocks[node[0]]
@@ -281,20 +281,14 @@ def _limit(output: str, limit: Any, unit: str) -> float:
         if not 0.0 <= most < math.inf:
             raise Refusal("must be zero or above", got=shown(limit))
     except Refusal as error:
-        got = error.got or shown(output)
-        problem = Problem(message=str(error), key="rounding", got=got, expected=error.expected, hint=error.hint)
-        raise problem.error from None
+        raise refused(error, output, "rounding").error from None
     return most
 
 
 def _upstream(plan: Plan, name: str) -> set[str]:
     """Return the digital blocks that one depends on by digital blocks alone, with itself."""
-    found, more = set[str](), {name}
-    while more:
-        found |= more
-        sources = {source for (target, _), (source, _) in plan.schedule.drivers.items() if target in more}
-        more = (sources & plan.digital.keys()) - found
-    return found
+    sources = turned(plan.readers)
+    return with_following([name], lambda one: plan.digital.keys() & sources[one])
 
 
 def _may_overflow(block: DigitalBlock) -> bool:

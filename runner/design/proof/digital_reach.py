@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from fractions import Fraction
 from functools import cached_property
 
+from proofmass.graphs.model.digraph import reached, turned, with_following
 from proofmass.runner.design.proof.digital_map import AffineNumber, DigitalMap
 from proofmass.runner.design.proof.reach import Entering, ExactRows, Extremes, Powers, extremes
 from proofmass.runner.fixed.affine import ERROR, INPUT, REGISTER, AffineMantissa, AffineSymbol
@@ -86,27 +87,19 @@ class DigitalReach:
 
     def _moving(self, kinds: tuple[str, ...]) -> set[int]:
         """Return the registers that something moves: what enters, or themselves from the start."""
-        by: dict[int, set[int]] = {}
-        own = set[int]()
-        for number, form in enumerate(self._map.following):
-            if isinstance(form, AffineMantissa):
-                by[number] = {s.number for s in form.terms if s.kind == REGISTER}
-            enters = any(s.kind in kinds for s in _terms(form))
-            if enters or (INPUT in kinds and self._steps[number]):
-                own.add(number)
-        moving, more = set[int](), own
-        while more:
-            moving |= more
-            more = {number for number, causes in by.items() if causes & moving} - moving
-        return moving
+        by = {number: _registers(form) for number, form in enumerate(self._map.following)}
+        own = {
+            number
+            for number, form in enumerate(self._map.following)
+            if any(s.kind in kinds for s in _terms(form)) or (INPUT in kinds and self._steps[number])
+        }
+        return own | reached(turned(by), own)
 
     def _followed(self, form: AffineNumber, moving: set[int]) -> tuple[int, ...]:
-        followed, more = set[int](), {s.number for s in _terms(form) if s.kind == REGISTER} & moving
-        while more:
-            followed |= more
-            causes = {s.number for n in more for s in _terms(self._map.following[n]) if s.kind == REGISTER}
-            more = (causes & moving) - followed
-        return tuple(sorted(followed))
+        causes = with_following(
+            _registers(form) & moving, lambda number: _registers(self._map.following[number]) & moving
+        )
+        return tuple(sorted(causes))
 
     @cached_property
     def _steps(self) -> list[Fraction]:
@@ -142,6 +135,10 @@ def _sum(own: Fraction, bound: float, way: float) -> float:
     total = own + Fraction(bound)
     rounded = float(total)
     return rounded if rounded == total else math.nextafter(rounded, way)
+
+
+def _registers(form: AffineNumber) -> set[int]:
+    return {s.number for s in _terms(form) if s.kind == REGISTER}
 
 
 def _terms(form: AffineNumber) -> Mapping[AffineSymbol, Fraction]:

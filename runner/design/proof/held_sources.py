@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem, Refusal, shown
 from proofmass.blocks.sources.constant import Constant
 from proofmass.graphs.model.graph import Graph
@@ -23,11 +22,10 @@ def with_constants(
     """
     blocks, ranges = dict(graph.blocks), dict[str, Range]()
     for signal, written in constants.items():
-        name, port = node_of(planned, signal)
-        block = planned.blocks[name]
-        if name not in graph.blocks or [*type(block).outputs] != ["output"]:
+        node = node_of(planned, signal)
+        name, unit = node[0], planned.unit(node)
+        if name not in graph.blocks or [*type(planned.blocks[name]).outputs] != ["output"]:
             raise planned.graph.placed(_no_source(signal, name)).error
-        unit = unit_of(block, type(block).outputs[port])
         try:
             low, high = both_ends(written if ".." in str(written) else [written] * 2, unit)
         except Refusal as error:

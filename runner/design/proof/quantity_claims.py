@@ -30,10 +30,10 @@ def settled_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: 
             quantity = checked_quantity({part: output, "input": source or output}, planned.graph)
             ends = _ends(limits, quantity.unit)
         except Refusal as error:
-            raise _refused(error, output, kind.replace(" ", "_")).error from None
+            raise refused(error, output, kind.replace(" ", "_")).error from None
         loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
         if loop == open_at:
-            raise _refused(Refusal("is the input itself", "name an output that follows it"), output).error
+            raise refused(Refusal("is the input itself", "name an output that follows it"), output).error
         yield [Claim(loop, open_at, kind, limit, most=most, unit_of_quantity=quantity.unit) for limit, most in ends]
 
 
@@ -52,7 +52,7 @@ def upper_claims(planned: Plan, kind: str, wanted: Mapping[str, Any], source: st
             if not most > 0.0:
                 raise Refusal("must be above zero", got=shown(limit))
         except Refusal as error:
-            raise _refused(error, output, kind).error from None
+            raise refused(error, output, kind).error from None
         loop, open_at = (inside(planned.graph.root, signal) if signal else "" for signal in (source, output))
         yield [Claim(loop, open_at, kind, most, most=True, unit_of_quantity=quantity.unit)]
 
@@ -93,7 +93,7 @@ def _named(limits: Sequence[Any]) -> Iterator[tuple[Any, bool]]:
     yield from ((end, most) for end, most in zip(limits, (False, True), strict=True) if end not in (None, ""))
 
 
-def _refused(error: Refusal, output: str, kind: str = "scale_factor") -> Problem:
-    key = error.key or kind
-    got = error.got or shown(output)
-    return Problem(message=str(error), key=key, got=got, expected=error.expected, hint=error.hint)
+def refused(error: Refusal, value: object, key: str = "scale_factor") -> Problem:
+    """Return the problem of a value that stands under a key unless the refusal names another."""
+    got = error.got or shown(value)
+    return Problem(message=str(error), key=error.key or key, got=got, expected=error.expected, hint=error.hint)

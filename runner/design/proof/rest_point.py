@@ -218,7 +218,7 @@ class RestRun:
             raise UndecidedError("a source changes with time for some parameters")
         centre = np.array(self._start if within is None else within.centre)
         if not len(centre):
-            empty = Enclosed(np.zeros((1, 0, 0)), np.zeros((1, 0, 0)))
+            empty = Enclosed.exact(np.zeros((0, 0)))
             return RestPoint(centre, centre, np.zeros((0, 0)), empty, empty)
         sizes, before, left = np.abs(centre), np.full(len(centre), math.inf), np.eye(len(centre))
         for _ in range(_NEWTON):

@@ -13,7 +13,6 @@ from typing import Any
 
 import flint
 
-from proofmass.blocks.declaration.instance import unit_of
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.sources.pulse import Pulse
 from proofmass.blocks.sources.sine import Sine
@@ -68,10 +67,10 @@ class RestSources:
 
     def _depends_on_time(self, signal: str, sources: Sequence[Endpoint]) -> Problem:
         held = []
-        for name, port in sources:
-            unit = unit_of(self._plan.blocks[name], type(self._plan.blocks[name]).outputs[port])
-            value = f"{_value_at_start(self._plan, (name, port)):.9g} {unit if unit != '1' else ''}".rstrip()
-            held.append(f'--constant "{name}.{port}={value}"')
+        for node in sources:
+            unit = self._plan.unit(node)
+            value = f"{float(_value_of(self._plan, node, 0.0)):.9g} {unit if unit != '1' else ''}".rstrip()
+            held.append(f'--constant "{".".join(node)}={value}"')
         return Problem(
             message=f"{signal} has no point of rest, since sources change with time",
             key=signal,
@@ -131,11 +130,6 @@ def _changes(plan: Plan, source: Endpoint, time: float) -> bool:
             return True
         time *= 2.0
     return False
-
-
-def _value_at_start(plan: Plan, source: Endpoint) -> float:
-    """Return what an output that follows from the time alone is at the start."""
-    return float(_value_of(plan, source, 0.0))
 
 
 def _value_of(plan: Plan, source: Endpoint, time: Any) -> Any:
