@@ -22,7 +22,7 @@ from proofmass.graphs.model.targets import is_of_measure
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
-from proofmass.runner.analysis.noise.budget import budget_at
+from proofmass.runner.analysis.noise.budget import BudgetQuestion, budget_at
 from proofmass.runner.analysis.noise.over_runs import ValueDeviation, densities
 from proofmass.runner.analysis.spectrum.windows import window
 from proofmass.runner.derivatives.dual_noise import given, noise_blocks
@@ -129,7 +129,7 @@ class Subject:
         """Return the budget at an operating point."""
         if at not in self._points:
             self._points[at] = OperatingPoints(self.plan, AUTO if at is None else self._time(at))
-        return budget_at(self._points[at], output, **options)
+        return budget_at(self._points[at], output, BudgetQuestion(**options))
 
     def _time(self, at: str) -> str | Fraction:
         return (self.plan.ticks() - 1) / self.plan.schedule.base_rate if at == END else at

@@ -8,7 +8,7 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
-from proofmass.runner.analysis.noise.budget import budgets_at
+from proofmass.runner.analysis.noise.budget import BudgetQuestion, budgets_at
 from proofmass.runner.analysis.noise.noise_budget import NoiseBudget
 from proofmass.runner.analysis.noise.over_runs import deviation_over_runs
 from proofmass.runner.analysis.noise.plot import plot_noise
@@ -33,7 +33,8 @@ def show_noise(request: NoiseRequest) -> int:
     outputs = [request.output] if request.output else list(dict.fromkeys(probe.signal for probe in points.plan.probes))
     if not outputs:
         raise points.plan.graph.placed(_NO_OUTPUT).error
-    answers = budgets_at(points, outputs, request.source, band_of(request.band), (), request.derivatives)
+    wanted = BudgetQuestion(request.source, band_of(request.band), derivatives=request.derivatives)
+    answers = budgets_at(points, outputs, wanted)
     budgets = [answer for answer in answers if isinstance(answer, NoiseBudget)]
     refused = [answer for answer in answers if isinstance(answer, ModelError)]
     data = [budget.as_data() for budget in budgets]

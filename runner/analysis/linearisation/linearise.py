@@ -109,6 +109,13 @@ def loops_of(planned: Plan) -> dict[str, Loop]:
     return {cut: Loop(open_at=cut) for cut in cuts}
 
 
+def loop_nodes(planned: Plan, loop: str = "") -> dict[str, Endpoint]:
+    """Return the outputs at which loops are opened: that of one, or those of all of the graph; raises `ModelError`."""
+    if loop:
+        return dict([one_loop(planned, loop)])
+    return {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
+
+
 def one_loop(planned: Plan, name: str) -> tuple[str, Endpoint]:
     """Name and output of the loop of a name, or opened at an output."""
     loops = planned.graph.loops

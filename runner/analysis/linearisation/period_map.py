@@ -122,6 +122,10 @@ class PeriodMap:
             ticks=ticks,
         )
 
+    def along(self, parameter: str, step: float) -> "PeriodMap":
+        """Return the map whose matrices have gone a step along their derivatives by a parameter."""
+        return replace(self, matrix=self.matrix + step * self.slopes[parameter], ticks=None)
+
     def with_slopes(self, moved: "PeriodMap") -> "PeriodMap":
         """Return the map with the slopes of one by parameters, whose own numbers converters do not round."""
         n, m, states = self.order, moved.order, _places(self.states, moved.states)

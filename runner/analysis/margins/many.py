@@ -19,7 +19,7 @@ from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, SETTLED, VERDICTS
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints, tick_of_time
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of
+from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.orbit import SAME
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, place_of
@@ -68,7 +68,7 @@ class ManyMargins:
         self._plan, self._at = plan, at
         self._time: At = 0.0 if at == AUTO else at  # of what is taken side by side
         self._course = Course(plan)
-        self._nodes = {name: node_of(plan, loop.open_at) for name, loop in loops_of(plan).items()}
+        self._nodes = loop_nodes(plan)
         self._patterns = self._common()
 
     def values(self, sensors: Sequence[Plan]) -> list[MarginValues | ModelError]:

@@ -11,7 +11,7 @@ from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, Loop
 from proofmass.runner.analysis.decisions.one_bit import loop_through_bits
 from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels
@@ -56,12 +56,8 @@ def all_margins(planned: Plan, loop: str = "", at: At = AUTO) -> dict[str, Margi
 def margins_or_reasons(points: OperatingPoints, loop: str = "") -> dict[str, Margins | ModelError]:
     """Return the margins of every loop by name, or of the one that is wanted; or why a loop has none."""
     planned = points.plan
-    if loop:
-        nodes = dict([one_loop(planned, loop)])
-    else:
-        nodes = {name: node_of(planned, one.open_at) for name, one in loops_of(planned).items()}
     answers = dict[str, Margins | ModelError]()
-    for name, node in nodes.items():
+    for name, node in loop_nodes(planned, loop).items():
         try:
             answers[name] = margins_of(open_loop(points, node), name, ".".join(node))
         except ModelError as error:

@@ -81,14 +81,14 @@ def _budget(
 ) -> NoiseBudget | ModelError:
     node, weight = node_of(planned, output), float(np.sum(stretch.window**2))
     if not len(lines):
-        return _refusal(planned, output, "the run is too short for its noise", f"{len(stretch.window)} values")
+        return refusal(planned, output, "the run is too short for its noise", f"{len(stretch.window)} values")
     densities = {name: power * (2.0 / (rate * weight)) for name, power in stretch.powers.items()}
     squares = {name: float(np.sum(square)) / weight for name, square in stretch.squares.items()}
     if band is not None:
         squares = {name: float(np.sum(density)) * rate / len(stretch.window) for name, density in densities.items()}
     total = sum(squares.values())
     if not total > 0.0:
-        return _refusal(planned, output, f"no noise reaches {output}", "none along the run")
+        return refusal(planned, output, f"no noise reaches {output}", "none along the run")
     drawing = given(planned, (Deviate,))
     sources = [
         NoiseSource(
@@ -122,6 +122,7 @@ def _budget(
     )
 
 
-def _refusal(planned: Plan, output: str, message: str, got: str) -> ModelError:
-    problem = Problem(message=message, key=output, got=got, path=("blocks", output.rpartition(".")[0]))
-    return ModelError([planned.graph.placed(problem)])
+def refusal(planned: Plan, output: str, message: str, got: str, hint: str = "") -> ModelError:
+    """Return the error of an output without a budget."""
+    problem = Problem(message=message, key=output, got=got, hint=hint, path=("blocks", output.rpartition(".")[0]))
+    return planned.graph.placed(problem).error

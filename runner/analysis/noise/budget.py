@@ -4,6 +4,7 @@ import math
 from collections.abc import Sequence
 from contextlib import suppress
 from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -23,9 +24,10 @@ from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.periodic import PeriodicPoint
 from proofmass.runner.analysis.linearisation.wire_response import grid
-from proofmass.runner.analysis.noise.along_run import budgets_along
+from proofmass.runner.analysis.margins.sensitivity import ranked
+from proofmass.runner.analysis.noise.along_run import budgets_along, refusal
 from proofmass.runner.analysis.noise.band import mean_squares
-from proofmass.runner.analysis.noise.derivatives import one_more, rms_sensitivity
+from proofmass.runner.analysis.noise.derivatives import one_more, rms_slopes
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
@@ -38,6 +40,18 @@ from proofmass.runner.planning.plan import plan
 
 _DECADES = 5.0  # below half the rate that are shown
 DECISION = "one-bit quantisation"
+
+
+class BudgetQuestion(NamedTuple):
+    """Options of `noise`, of any output."""
+
+    input: str = ""
+    band: tuple[float, float] | None = None
+    frequencies: Sequence[float] = ()
+    derivatives: bool = False
+
+
+_PLAIN = BudgetQuestion()
 
 
 @named_arguments
@@ -70,62 +84,35 @@ def noise(
     >>> [(source.block, f"{source.share:.0%}") for source in budget.sources]
     [('amplifier', '66%'), ('gas', '26%'), ('adc', '7%')]
     """
-    return noise_of(
-        plan(graph), output, input=input, band=band, at=at, frequencies=frequencies, derivatives=derivatives
-    )
+    wanted = BudgetQuestion(input, band, frequencies, derivatives)
+    return budget_at(OperatingPoints(plan(graph), at), output, wanted)
 
 
-def noise_of(
-    planned: Plan,
-    output: str,
-    *,
-    input: str = "",
-    band: tuple[float, float] | None = None,
-    at: At = AUTO,
-    frequencies: Sequence[float] = (),
-    derivatives: bool = False,
-) -> NoiseBudget:
-    """Return the budget of an output of a plan: of several outputs the operating point is looked for once."""
-    return budget_at(OperatingPoints(planned, at), output, input, band, frequencies, derivatives)
-
-
-def budget_at(
-    points: OperatingPoints,
-    output: str,
-    input: str = "",
-    band: tuple[float, float] | None = None,
-    frequencies: Sequence[float] = (),
-    derivatives: bool = False,
-) -> NoiseBudget:
+def budget_at(points: OperatingPoints, output: str, wanted: BudgetQuestion = _PLAIN) -> NoiseBudget:
     """Return the budget of an output at an operating point; raises `ModelError`."""
-    (answer,) = budgets_at(points, [output], input, band, frequencies, derivatives)
+    (answer,) = budgets_at(points, [output], wanted)
     if isinstance(answer, ModelError):
         raise answer
     return answer
 
 
 def budgets_at(
-    points: OperatingPoints,
-    outputs: Sequence[str],
-    input: str = "",
-    band: tuple[float, float] | None = None,
-    frequencies: Sequence[float] = (),
-    derivatives: bool = False,
+    points: OperatingPoints, outputs: Sequence[str], wanted: BudgetQuestion = _PLAIN
 ) -> list[NoiseBudget | ModelError]:
     """Return the budget of each output, or why it has none: the operating point is looked for once.
 
     Where there is none since the orbit does not come back, the budgets are those along the run.
     """
     answers = list[NoiseBudget | ModelError]()
-    beside = _beside(points, outputs, input) if len(outputs) > 1 else {}
+    beside = _beside(points, outputs, wanted.input) if len(outputs) > 1 else {}
     for output in outputs:
         try:
-            answers.append(_budget_about(points, output, input, band, frequencies, derivatives, beside.get(output, ())))
+            answers.append(_budget_about(points, output, wanted, beside.get(output, ())))
         except ModelError as error:
             answers.append(error)
     left = [i for i, answer in enumerate(answers) if isinstance(answer, UnrepeatedError)]
-    if left and points.at == AUTO and not input and not derivatives:
-        found = budgets_along(points, [outputs[i] for i in left], band, frequencies)
+    if left and points.at == AUTO and not wanted.input and not wanted.derivatives:
+        found = budgets_along(points, [outputs[i] for i in left], wanted.band, wanted.frequencies)
         for i, answer in zip(left, found, strict=True):
             answers[i] = answer
     return answers
@@ -154,16 +141,10 @@ def _beside(points: OperatingPoints, outputs: Sequence[str], input: str) -> dict
 
 
 def _budget_about(
-    points: OperatingPoints,
-    output: str,
-    input: str,
-    band: tuple[float, float] | None,
-    frequencies: Sequence[float],
-    derivatives: bool,
-    beside: Sequence[Endpoint],
+    points: OperatingPoints, output: str, wanted: BudgetQuestion, beside: Sequence[Endpoint]
 ) -> NoiseBudget:
     """Return the budget at the first operating point that has one."""
-    planned = points.plan
+    planned, (input, band, frequencies, derivatives) = points.plan, wanted
     target = node_of(planned, output)
     sources = [node_of(planned, input)] if input else []
 
@@ -216,7 +197,7 @@ def _budget_about(
     )
     if not derivatives:
         return budget
-    counted = limits if band is not None or not to_output.settles else None
+    slopes = rms_slopes(to_output, limits if band is not None or not to_output.settles else None, budget.rms)
     rounding = [source.block for source in sources_made if source.kind in (QUANTISATION, DROPPED)]
 
     def again(changed: Graph) -> float:
@@ -224,7 +205,7 @@ def _budget_about(
 
     return replace(
         budget,
-        derivatives=rms_sensitivity(planned, output, budget.unit, to_output, counted, budget.rms, whole.undefined),
+        derivatives=ranked(planned, f"noise of {output}", budget.unit, budget.rms, slopes, whole.undefined),
         steps=tuple(one_more(planned, rounding, budget.rms, again)),
     )
 
@@ -316,7 +297,7 @@ def _refuse_growth(planned: Plan, output: str, to_output: NoiseMap) -> None:
         message = f"the noise of {output} grows without end: a loop is unstable"
         got = f"a mode that grows by {to_output.radius:.6g} in {to_output.period:.3g} s"
         hint = "proofmass margins says how stable the loops are; another operating point may do: --at"
-        raise _refusal(planned, output, message, got, hint)
+        raise refusal(planned, output, message, got, hint)
 
 
 def _locked(noisy: Noisy) -> list[str]:
@@ -351,7 +332,7 @@ def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy)
     output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick)
     if lost:
         message = f"noise reaches {output} by truth values alone, which have no slope"
-        return _refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
+        return refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")
     return _no_noise(about.plan, output, sources, "; ".join(_locked(noisy)), about.tick)
 
 
@@ -360,10 +341,4 @@ def _no_noise(planned: Plan, output: str, sources: int, hint: str = "", tick: in
     if sources:
         here = f"at {time_text(tick * planned.period)} a switch may be open, or a register wait"
         path = f"{here}: --at another time, or --until one for the value there alone"
-    return _refusal(planned, output, f"no noise reaches {output}", f"{sources} sources upstream of it", hint or path)
-
-
-def _refusal(planned: Plan, output: str, message: str, got: str, hint: str) -> ModelError:
-    block = output.rpartition(".")[0]
-    problem = Problem(message=message, key=output, got=got, hint=hint, path=("blocks", block))
-    return ModelError([planned.graph.placed(problem)])
+    return refusal(planned, output, f"no noise reaches {output}", f"{sources} sources upstream of it", hint or path)

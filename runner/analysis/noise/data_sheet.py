@@ -9,7 +9,7 @@ import math
 from collections.abc import Mapping
 
 from proofmass.blocks.declaration.declare import Block
-from proofmass.blocks.declaration.problem import ModelError, Problem
+from proofmass.blocks.declaration.problem import Problem
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert, same_dimension, short_unit
 from proofmass.blocks.noise_and_drift.flicker_noise import FlickerNoise
@@ -33,9 +33,8 @@ def noise_blocks_of(
     unit = unit or _unit_of(figures)
     numbers = {name: _number(name, text, unit) for name, text in figures.items()}
     if "density" in numbers and "N" in numbers:
-        raise ModelError(
-            [Problem(message="give a density or a random walk, not both: one follows from the other", key="N")]
-        )
+        message = "give a density or a random walk, not both: one follows from the other"
+        raise Problem(message=message, key="N").error
     blocks: dict[str, Block] = {}
     if "density" in numbers or "N" in numbers:
         blocks["white"] = WhiteNoise(density=numbers.get("density", math.sqrt(2.0) * numbers.get("N", 0.0)), unit=unit)
@@ -71,18 +70,9 @@ def _unit_of(figures: Mapping[str, str]) -> str:
     for unit in ("rad/s", "m/s^2"):
         if all(_fits(text, short_unit(f"({unit}){_SUFFIX[name]}")) for name, text in figures.items()):
             return unit
-    text = ", ".join(figures.values())
+    message = "the figures are not all of an angular rate or of an acceleration"
     hint = "say the unit of the signal, as in --unit V"
-    raise ModelError(
-        [
-            Problem(
-                message="the figures are not all of an angular rate or of an acceleration",
-                key="unit",
-                got=text,
-                hint=hint,
-            )
-        ]
-    )
+    raise Problem(message=message, key="unit", got=", ".join(figures.values()), hint=hint).error
 
 
 def _fits(text: str, unit: str) -> bool:
@@ -98,6 +88,4 @@ def _number(name: str, text: str, unit: str) -> float:
         return convert(text, wanted)
     except UnitError as error:
         expected = f"a quantity such as 0.1 {wanted}"
-        raise ModelError(
-            [Problem(message=str(error), key=name, got=text, expected=expected, hint=error.hint)]
-        ) from None
+        raise Problem(message=str(error), key=name, got=text, expected=expected, hint=error.hint).error from None

@@ -18,7 +18,6 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.state_space import Matrices
-from proofmass.runner.analysis.margins.sensitivity import Sensitivity, ranked
 from proofmass.runner.analysis.noise.band import rule_of
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, summed
 from proofmass.runner.plan.planned import Plan
@@ -33,20 +32,6 @@ class OneMore:
     parameter: str
     value: int
     change: float  # of the rms
-
-
-def rms_sensitivity(
-    planned: Plan,
-    output: str,
-    unit: str,
-    of: NoiseMap,
-    band: tuple[float, float] | None,
-    rms: float,
-    undefined: tuple[str, ...],
-) -> Sensitivity:
-    """Return the rms of an output with all parameters that move it, the strongest first."""
-    slopes = rms_slopes(of, band, rms)
-    return ranked(planned, f"noise of {output}", unit, rms, slopes, undefined)
 
 
 def one_more(planned: Plan, blocks: Iterable[str], rms: float, again: Callable[[Graph], float]) -> Iterator[OneMore]:

@@ -14,7 +14,7 @@ from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.linearisation.linearise import loop_nodes
 from proofmass.runner.analysis.margins.margins import Margins, margins_of
 from proofmass.runner.planning.plan import plan, varied
 
@@ -99,10 +99,7 @@ def _over(
         raise Problem(message="too many values", key=axis, got=str(len(values)), expected=f"{MOST}").error
     planned = plan(graph.changed(probes=()))
     adjustable = Adjustable(planned.graph)
-    if loop:
-        nodes = dict([one_loop(planned, loop)])
-    else:
-        nodes = {name: node_of(planned, made.open_at) for name, made in loops_of(planned).items()}
+    nodes = loop_nodes(planned, loop)
     margins_by_age, course = [], Course(planned)
     for row in rows:
         changed = varied(planned, changed_blocks(planned.blocks, adjustable.settings(row)))

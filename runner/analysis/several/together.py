@@ -12,7 +12,7 @@ such as the phase of an oscillation, are left out as they are of a single loop.
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
@@ -24,7 +24,7 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearisation import At, Linearisation, OperatingPoints, of_wires
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.linearisation.linearise import loop_nodes, one_loop
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Verdict
 from proofmass.runner.analysis.margins.frequencies import sweep
@@ -44,25 +44,26 @@ _CLOSE = 1e-7  # of bounds while a peak is looked for
 _PEAKS = 4  # that are refined
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Together:
     """The disk margin of several loops at once, and of each alone with the others closed."""
 
     loops: tuple[str, ...]
     open_at: tuple[str, ...]
     verdict: Verdict
-    margin: float | None  # every combination of factors up to it leaves the loops stable; None if they are not stable
-    reached: float | None  # a combination of factors of this size makes them unstable
-    frequency: float | None  # Hz, where the margin is least
-    factors: tuple[complex, ...]  # of that combination, a factor for each wire
-    alone: tuple[float, ...]  # disk margin of each loop
-    unstructured: float | None  # margin that perturbations between the wires would leave
-    frequencies: Array  # Hz
-    bounds: Array  # of mu at these frequencies, from above
-    of_each: Array  # |S_ii - 1/2|, a row for each loop
-    sensitivities: Array  # largest |S_ij| over all frequencies, S = (I + L)^-1: from wire j to wire i
-    complementary: Array  # the same of T = I - S
-    notes: tuple[str, ...]
+    margin: float | None = None  # all factors up to it leave the loops stable; None if they are not
+    reached: float | None = None  # a combination of factors of this size makes them unstable
+    frequency: float | None = None  # Hz, where the margin is least
+    factors: tuple[complex, ...] = ()  # of that combination, a factor for each wire
+    alone: tuple[float, ...] = ()  # disk margin of each loop
+    unstructured: float | None = None  # margin that perturbations between the wires would leave
+    frequencies: Array = field(default_factory=lambda: np.zeros(0))  # Hz
+    bounds: Array = field(default_factory=lambda: np.zeros(0))  # of mu at these frequencies, from above
+    of_each: Array = field(default_factory=lambda: np.zeros((0, 0)))  # |S_ii - 1/2|, a row for each loop
+    # the largest |S_ij| over all frequencies, S = (I + L)^-1, from wire j to wire i; and the same of T = I - S
+    sensitivities: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    complementary: Array = field(default_factory=lambda: np.zeros((0, 0)))
+    notes: tuple[str, ...] = ()
 
     @property
     def gain(self) -> float | None:
@@ -111,10 +112,7 @@ def margins_together(graph: GraphSource, loops: Sequence[str] = (), *, at: At = 
     ('stable', 0.788, [1.538, 1.538])
     """
     planned = plan(graph)
-    if loops:
-        named = dict(one_loop(planned, loop) for loop in loops)
-    else:
-        named = {name: node_of(planned, loop.open_at) for name, loop in loops_of(planned).items()}
+    named = dict(one_loop(planned, loop) for loop in loops) if loops else loop_nodes(planned)
     return OperatingPoints(planned, at).answered(lambda about: together(about, named))
 
 
@@ -140,24 +138,8 @@ def of_system(
 ) -> Together:
     """Return the margin of an open loop of several wires, with so many values of each in a period."""
     system, verdict, _, hidden = seen(system)
-    left_out = (f"without {mode}" for mode in hidden)
-    base = Together(
-        loops=tuple(loops),
-        open_at=tuple(open_at or loops),
-        verdict=verdict,
-        margin=None,
-        reached=None,
-        frequency=None,
-        factors=(),
-        alone=(),
-        unstructured=None,
-        frequencies=np.zeros(0),
-        bounds=np.zeros(0),
-        of_each=np.zeros((0, 0)),
-        sensitivities=np.zeros((0, 0)),
-        complementary=np.zeros((0, 0)),
-        notes=(*notes, *left_out),
-    )
+    notes = (*notes, *(f"without {mode}" for mode in hidden))
+    base = Together(loops=tuple(loops), open_at=tuple(open_at or loops), verdict=verdict, notes=notes)
     return base if verdict != "stable" else _measured(base, system, sizes)
 
 
@@ -221,21 +203,20 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
         shift: np.array([[_peak_of(system, w, shift, rows, columns) for columns in blocks] for rows in blocks])
         for shift in (0.5, -0.5)
     }
-    values = {**vars(base)}
-    values |= {
-        "margin": 1.0 / upper,
-        "reached": 1.0 / low if low else None,
-        "frequency": float(place) / (2.0 * math.pi),
-        "factors": tuple(complex((1.0 + d / 2.0) / (1.0 - d / 2.0)) for d in deltas),
-        "alone": alone,
-        "unstructured": 1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
-        "frequencies": w / (2.0 * math.pi),
-        "bounds": quick,
-        "of_each": gains,
-        "sensitivities": peaks_of[0.5],
-        "complementary": peaks_of[-0.5],
-    }
-    return Together(**values)
+    return replace(
+        base,
+        margin=1.0 / upper,
+        reached=1.0 / low if low else None,
+        frequency=float(place) / (2.0 * math.pi),
+        factors=tuple(complex((1.0 + d / 2.0) / (1.0 - d / 2.0)) for d in deltas),
+        alone=alone,
+        unstructured=1.0 / max(float(np.linalg.norm(matrix, 2)) for matrix in [*matrices, critical]),
+        frequencies=w / (2.0 * math.pi),
+        bounds=quick,
+        of_each=gains,
+        sensitivities=peaks_of[0.5],
+        complementary=peaks_of[-0.5],
+    )
 
 
 def _disks(system: OpenLoop, w: Array) -> Complex:

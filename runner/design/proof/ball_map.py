@@ -174,7 +174,8 @@ class StartingLoop(Starting):
 def states_between(rows: MatrixRows, order: int) -> list[int]:
     """Return the states that the input reaches and that reach the output, by what is not exactly zero anywhere."""
     links: Truths = np.array([[not _is_zero(value) for value in row] for row in rows], dtype=bool)
-    entered, read = links[:order, order:].any(axis=1), links[order:, :order].any(axis=0)
+    entered: Truths = np.any(links[:order, order:], axis=1)
+    read: Truths = np.any(links[order:, :order], axis=0)
     return between(links[:order, :order], entered, read)
 
 

@@ -10,7 +10,7 @@ from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
-from proofmass.runner.analysis.linearisation.linearise import loops_of, node_of, one_loop
+from proofmass.runner.analysis.linearisation.linearise import loop_nodes, node_of, one_loop
 from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import Starting, StartingLoop
 from proofmass.runner.design.proof.ball_noise import StartingNoise
@@ -27,12 +27,9 @@ Subject = tuple[Callable[[RestRun | None], Starting], Sequence[Claim]]  # at the
 
 def about_loops(planned: Plan, loop: str, at: str, given: Mapping[str, str]) -> list[Subject]:
     """Return the claims about one loop, or about all of them, by their limits; raises `ModelError`."""
-    named = (
-        [one_loop(planned, loop)] if loop else [(n, node_of(planned, o.open_at)) for n, o in loops_of(planned).items()]
-    )
     return [
         (partial(_starting, planned, node, at), list(_claims(planned.graph.loops.get(name), name, node, given)))
-        for name, node in named
+        for name, node in loop_nodes(planned, loop).items()
     ]
 
 

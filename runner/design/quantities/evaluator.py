@@ -154,19 +154,15 @@ class Evaluator:
 
     def _measured(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
         """Return the measures, and their differences between runs side by side."""
-        names = list(self.widths) if slopes else []
-        rows = [dict(values)]
-        for name in names:
-            for side in (1.0, -1.0):
-                rows.append({**values, name: values[name] + side * _STEP * self.widths[name]})
-        table = self.measure(rows)
+        steps = {name: _STEP * width for name, width in self.widths.items()} if slopes else {}
+        table = self.measure(_beside(values, steps))
         order = {name: column for column, name in enumerate(self.measured_names)}
         readings: QuantityReadings = {}
         for goal, measure in self.measures.items():
             column = table[:, order[measure]]
             sides = column[1:].reshape(-1, 2)
-            moved = (sides[:, 0] - sides[:, 1]) / (2.0 * _STEP * np.array([self.widths[name] for name in names]))
-            known = dict(zip(names, np.nan_to_num(moved).tolist(), strict=True))
+            moved = (sides[:, 0] - sides[:, 1]) / (2.0 * np.array([*steps.values()]))
+            known = dict(zip(steps, np.nan_to_num(moved).tolist(), strict=True))
             readings[goal] = Reading(float(column[0]), known) if math.isfinite(column[0]) else None
         return readings
 
@@ -192,10 +188,8 @@ class Evaluator:
     def _yielded(self, values: Mapping[str, float], slopes: bool) -> QuantityReadings:
         """Return the yields; their derivatives are differences over a part of the widths, with the same sensors."""
         assert self._study is not None
-        rows = [dict(values)]
         steps = {name: _YIELD_STEP * width for name, width in self.widths.items()} if slopes else {}
-        rows += [{**values, name: values[name] + side * step} for name, step in steps.items() for side in (1.0, -1.0)]
-        table = [self._study.yields(row) for row in rows]
+        table = [self._study.yields(row) for row in _beside(values, steps)]
         readings: QuantityReadings = {}
         for goal, limit in self.yields.items():
             if table[0] is None:
@@ -205,6 +199,12 @@ class Evaluator:
             pairs = zip(steps.items(), sides[::2], sides[1::2], strict=True)
             readings[goal] = Reading(table[0][limit], {n: (up - down) / (2.0 * step) for (n, step), up, down in pairs})
         return readings
+
+
+def _beside(values: Mapping[str, float], steps: Mapping[str, float]) -> list[dict[str, float]]:
+    """Return values, then those with each step up and down."""
+    sides = ((name, side * step) for name, step in steps.items() for side in (1.0, -1.0))
+    return [dict(values), *({**values, name: values[name] + step} for name, step in sides)]
 
 
 def _chained(reading: Reading | None, moved: Mapping[str, Mapping[str, float]]) -> Reading | None:

@@ -48,7 +48,11 @@ def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Map
         slope = _EXACT[figure](margins, _Response(system))
     if slope is not None:
         return Reading(value, {name: slope(name) for name in names})
-    return Reading(value, _by_differences(system, figure, {name: parameters[name] for name in names}))
+
+    def along(name: str, step: float) -> float:
+        return _figure_of(replace(system, map=system.map.along(name, step)), figure)
+
+    return Reading(value, differences(along, {name: parameters[name] for name in names}))
 
 
 def value_of_figure(margins: Margins, figure: str) -> float:
@@ -232,20 +236,14 @@ _LIFTED: Mapping[str, Callable[[Margins, OpenLoop], SlopeByParameter]] = {
 }
 
 
-def _by_differences(system: OpenLoop, figure: str, parameters: Mapping[str, float]) -> dict[str, float]:
-    """Return derivatives by central differences along the exact derivatives of the matrices."""
+def differences(along: Callable[[str, float], float], parameters: Mapping[str, float]) -> dict[str, float]:
+    """Return derivatives by central differences of what a step of a parameter makes of a value; 0 where it has none."""
     slopes = {}
     for name, value in parameters.items():
         step = _STEP * (abs(value) or 1.0)
-        ends = [_figure_of(moved_along(system, name, side * step), figure) for side in (1.0, -1.0)]
+        ends = [along(name, side * step) for side in (1.0, -1.0)]
         slopes[name] = (ends[0] - ends[1]) / (2.0 * step) if all(map(math.isfinite, ends)) else 0.0
     return slopes
-
-
-def moved_along(system: OpenLoop, name: str, step: float) -> OpenLoop:
-    """Return a loop whose matrices have gone a step along their derivatives by a parameter."""
-    matrix = system.map.matrix + step * system.map.slopes[name]
-    return replace(system, map=replace(system.map, matrix=matrix, ticks=None))
 
 
 def _figure_of(system: OpenLoop, figure: str) -> float:

@@ -5,7 +5,6 @@ Referred to an input the derivative is a difference along the exact derivatives 
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -75,7 +74,6 @@ def _referred(
     rms, moved = math.sqrt(mean_square(to_output)), dict[str, float]()
     for name, value in parameters.items() if rms > 0.0 else ():
         step = _STEP * (abs(value) or 1.0)
-        sides = (replace(whole, matrix=whole.matrix + side * step * whole.slopes[name]) for side in (1.0, -1.0))
-        up, down = (mean_square(noise_map(along, target)) for along in sides)
+        up, down = (mean_square(noise_map(whole.along(name, side * step), target)) for side in (1.0, -1.0))
         moved[name] = (up - down) / (4.0 * step * rms)
     return Reading(rms, moved)

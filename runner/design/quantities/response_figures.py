@@ -5,7 +5,6 @@ Derivatives are central differences along the exact derivatives of the period ma
 
 import math
 from collections.abc import Mapping
-from dataclasses import replace
 
 import numpy as np
 
@@ -15,9 +14,7 @@ from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.linearisation.map_blocks import common_period
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.response.response import Response, response_of_map
-from proofmass.runner.design.quantities.loop_figures import Reading
-
-_STEP = 1e-5  # of a parameter
+from proofmass.runner.design.quantities.loop_figures import Reading, differences
 
 
 def read_response(
@@ -39,12 +36,8 @@ def read_response(
     value = figure(whole)
     if not slopes or not math.isfinite(value):
         return Reading(value, {})
-    moved = {}
-    for name in (name for name in parameters if name in whole.slopes):
-        step = _STEP * (abs(parameters[name]) or 1.0)
-        ends = [figure(replace(whole, matrix=whole.matrix + side * step * whole.slopes[name])) for side in (1.0, -1.0)]
-        moved[name] = (ends[0] - ends[1]) / (2.0 * step) if all(map(math.isfinite, ends)) else 0.0
-    return Reading(value, moved)
+    known = {name: parameters[name] for name in parameters if name in whole.slopes}
+    return Reading(value, differences(lambda name, step: figure(whole.along(name, step)), known))
 
 
 def value_of_response(response: Response, figure: str) -> float:

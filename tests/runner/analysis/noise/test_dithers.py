@@ -9,7 +9,7 @@ from proofmass.runner.analysis.decisions.one_bit import noise_at
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
-from proofmass.runner.analysis.noise.budget import noise_of
+from proofmass.runner.analysis.noise.budget import budget_at
 from proofmass.runner.analysis.noise.rounding import dithers
 from proofmass.runner.planning.plan import plan
 
@@ -26,7 +26,7 @@ def test_the_map_to_quantisers_alone_moves_them_as_the_whole_one(name: str, outp
     noise = noise_at(about, [node])  # type: ignore[list-item]
     whole = period_map(planned, (), [node], noise=noise, memory=Course(planned).at(about.tick))  # type: ignore[list-item]
     expected = {(one.block, one.part): one for one in dithers(whole, {})}
-    sources = {source.block: source.dither for source in noise_of(planned, output, at="20 ms").sources if source.dither}
+    sources = {one.block: one.dither for one in budget_at(points, output).sources if one.dither}
     assert sources, "a comparison of nothing"
     for block, dither in sources.items():
         least = min((one for (of, _), one in expected.items() if of == block), key=lambda one: min(one.change, one.rms))
