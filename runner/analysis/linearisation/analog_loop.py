@@ -21,7 +21,7 @@ from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, co
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
 from proofmass.runner.analysis.linearisation.map_problems import not_linear
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, WAITED
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, STARTS_UP, WAITED
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS, PointSlopes, with_slopes
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
@@ -65,12 +65,13 @@ def analog_map(plan: Plan, onward: Onward, group: Group, nodes: Sequence[Endpoin
     analog = analog_map_at(plan, group, nodes, onward.begin)
     later = [analog_map_at(plan, group, nodes, onward.at(tick + look)) for look in LOOKS]
     change = _change(analog, later[0])
-    notes = [_moving(tick, change)] if change > _MOVED else []
+    moving = f"the operating point moves: the linearisation changes by {100.0 * change:.1g} % in a tick"
+    notes = [moving if tick else STARTS_UP] if change > _MOVED else []
     switched = _switched(plan, onward, group, nodes, analog)
     if switched is not None:
         later.append(switched)
         notes.append(switch_note(switched.time - analog.time))
-    behind = set[str]().union(*(_downstream(plan, node) for node in nodes))
+    behind = set[str]().union(*(reached(plan.readers, [name]) - {name} for name, _ in nodes))
     held = sorted(".".join(wire) for wire in group.inputs if wire[0] in behind)
     if held:
         notes.append(f"loops through discrete blocks are open here: held are {', '.join(held)}")
@@ -211,19 +212,6 @@ def analog_rates(
     except (TypeError, ValueError, AttributeError, ArithmeticError, NoSolutionError) as error:
         raise TickError(stages.at, memory.tick, error) from error
     return moving, [*(rates[j] for j in moving), *stages.back.values()]
-
-
-def _downstream(plan: Plan, node: Endpoint) -> set[str]:
-    """Return the blocks that a wire acts on, directly or through others."""
-    return reached(plan.readers, [node[0]]) - {node[0]}
-
-
-def _moving(tick: int, change: float) -> str:
-    if tick == 0:
-        return (
-            'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
-        )
-    return f"the operating point moves: the linearisation changes by {100.0 * change:.1g} % in a tick"
 
 
 def _within(node: Endpoint, tear: Endpoint) -> Problem:

@@ -231,9 +231,11 @@ class Onward:
         missing = periods - len(rows)
         if missing > 0 and rows[0]:
             memory = self.at(self.begin.tick + (len(rows) - 1) * ticks)
-            rows += self._in_code(names, rings, ticks, missing, memory) or self._in_turn(
-                names, rings, ticks, missing, memory
-            )
+            run, last = self.course.from_memory(memory), memory.tick + missing * ticks
+            ends = range(memory.tick + ticks, last + 1, ticks)
+            rows += self._in_code(names, rings, ticks, missing, memory) or [
+                rings.integers_of(run.to(end, last), names) for end in ends
+            ]
         return (rows if rows[0] else rows * periods)[:periods]
 
     def _in_code(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
@@ -248,11 +250,6 @@ class Onward:
         keys = [StateField(*of) for of in fields if of not in places and kinds[StateField(*of)] is not float]
         rows = code.numbers(keys, memory.tick + periods * ticks, ticks)
         return rows.astype(np.int64).tolist() if code.is_sound() else []
-
-    def _in_turn(self, names: Sequence[str], rings: Rings, ticks: int, periods: int, memory: Memory) -> list[list[int]]:
-        run, last = self.course.from_memory(memory), memory.tick + periods * ticks
-        ends = range(memory.tick + ticks, last + 1, ticks)
-        return [rings.integers_of(run.to(end, last), names) for end in ends]
 
 
 class Alone(PartInterpreter):

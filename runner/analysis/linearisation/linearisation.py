@@ -157,15 +157,11 @@ class Linearisation:
             exact = analog_map_at(self.plan, group, nodes, self.memory(), True, slopes)
             analog = replace(exact, notes=analog.notes + notes)
         between = replace(analog.between(), told=self.told)
-        alone = [i for i in range(len(nodes)) if not _comes_back(between, i)]
+        _, b, _, d = between.parts()
+        alone = [node for i, node in enumerate(nodes) if not (b[:, i].any() or d[:, i].any())]
         if alone:
-            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, nodes[i])) for i in alone])
+            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, node)) for node in alone])
         return OpenLoop(between, continuous=True)
-
-
-def _comes_back(between: PeriodMap, wire: int) -> bool:
-    _, b, _, d = between.parts()
-    return bool(b[:, wire].any() or d[:, wire].any())
 
 
 def linearised(plan: Plan, point: OperatingPoint = 0) -> Linearisation:
@@ -212,10 +208,6 @@ class OperatingPoints:
         """Return the first operating point after the start that there is, or the start; raises `ModelError`."""
         about = [one for one in islice(self._about(first), 3) if isinstance(one, Linearisation)]
         return about[:2][-1] if about else self.answered(lambda one: one, first)
-
-    def memory_at(self, tick: int) -> Memory:
-        """Return the memory at the start of a tick of the run without noise; raises `ModelError`."""
-        return self.course.at(tick).copy()
 
     def loop(self, node: Endpoint, by_parameters: bool = False, otherwise: "Otherwise | None" = None) -> OpenLoop:
         """Return the loop through an output at the operating point, or at the first one where it does not start up.

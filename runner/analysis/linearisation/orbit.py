@@ -58,6 +58,7 @@ _JUMPS = 16  # instants at which the map is compared
 MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose maps are compared one by one
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
+STARTS_UP = 'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
 
 
@@ -126,9 +127,10 @@ class OrbitSearch:
         if all(self._same(first, self._run.map(look)) for look in (1, *changes)) and all(
             self._compared.change(first, self._run.map(look)) <= NOTED for look in apart
         ):
-            return self._at_rest(first)
+            return OrbitPoint(first, 1, later=(self._run.map(1),))  # which may differ in last digits
         maps = dict[int, PeriodMap]()
-        for look in _from_the_last({*self._looks(), *changes, *apart}):
+        looks = {*(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED), *changes, *apart}
+        for look in sorted(looks, key=lambda look: (look != 1, -look)):  # most has changed in the last one
             maps[look] = self._run.map(look)
             if len(maps) == 2 and self._is_lost(first, maps):
                 break
@@ -140,17 +142,15 @@ class OrbitSearch:
         change = self._change(first, maps, switched)
         if change > NOTED:
             closed = self._closed(first, self._returns_of_maps(first, maps), exactly=True)
-            if closed is not None:
-                return closed
-        if switched and (self._ends.noise or change > FROZEN):
+        if closed is None and switched and (self._ends.noise or change > FROZEN):
             closed = self._closed(first, self._repetition())
-            if closed is not None:
-                return closed
+        if closed is not None:
+            return closed
         until = self._until(first, maps, switched)
         if change <= NOTED:
             return OrbitPoint(first, 1, until, later, self._ahead(first, maps, switched))
         if self._first == 0:
-            return OrbitPoint(replace(first, starting=not until), 1, until or (self._start_up(),), later)
+            return OrbitPoint(replace(first, starting=not until), 1, until or (STARTS_UP,), later)
         if change <= FROZEN:
             notes = (*until, *_moving(change))
             return OrbitPoint(first, 1, notes, later, self._ahead(first, maps, switched))
@@ -161,10 +161,6 @@ class OrbitSearch:
         if closed is None:
             raise UnrepeatedError([self._plan.graph.placed(self._refused(orbit, first))])
         return closed
-
-    def _at_rest(self, first: PeriodMap) -> OrbitPoint:
-        """Return the map of a period that is that of the next one, with that one, which may differ in last digits."""
-        return OrbitPoint(first, 1, later=(self._run.map(1),))
 
     def _over_turns(self, point: OrbitPoint) -> OrbitPoint:
         """Return the map over whole turns of all sources: what parameters do differs where periods are alike."""
@@ -288,10 +284,6 @@ class OrbitSearch:
     def _same(self, first: PeriodMap, after: PeriodMap) -> bool:
         return self._compared.change(first, after) <= SAME
 
-    def _looks(self) -> tuple[int, ...]:
-        """Return the periods after which the map is compared."""
-        return tuple(look for look in LOOKS if look == 1 or look * self._ticks <= MOST_COMPARED)
-
     def _closed(self, first: PeriodMap, returns: Iterable[int], exactly: bool = False) -> OrbitPoint | None:
         """The map over so many periods that the orbit comes back, but for a slow motion, or `exactly`."""
         for periods in returns:
@@ -299,7 +291,8 @@ class OrbitSearch:
             after = self._run.map(periods, periods)
             if exactly and not self._same(closed, after):
                 continue
-            if exactly and self._is_repeated(first, closed, periods):
+            one_path = len(self._ends.inputs) == len(self._ends.outputs) == 1 and not self._ends.noise
+            if exactly and one_path and same_between(first, closed, periods):  # as averages that begin anew each turn
                 return OrbitPoint(first, 1)
             change = self._drift(closed, {periods: self._run.map(periods)}, periods, first, after)
             if self._ends.noise and self._compared.change(closed, after) > _BACK:
@@ -325,15 +318,6 @@ class OrbitSearch:
         most = min(MOST_MAPS, MOST_COMPARED // self._ticks)
         yield from (n for n in range(2, most + 1) if self._repeats(n, maps) and self._same(first, self._run.map(n)))
 
-    def _is_repeated(self, first: PeriodMap, closed: PeriodMap, periods: int) -> bool:
-        """Return whether one period again and again does the same between the wires as all periods in turn.
-
-        So do averages that begin their sum anew at each turn.
-        """
-        if len(self._ends.inputs) != 1 or len(self._ends.outputs) != 1 or self._ends.noise:
-            return False
-        return same_between(first, closed, periods)
-
     def _repeats(self, periods: int, maps: Mapping[int, PeriodMap]) -> bool:
         """Return whether the maps of later periods are those of the first so many; what is known is asked first."""
         looks = sorted(maps, key=lambda look: (not self._run.knows(look % periods), look))
@@ -349,11 +333,6 @@ class OrbitSearch:
             if look > least and self._compared.change(first, maps[look]) > FROZEN:
                 return (switch_note(look * self._period),)
         return ()
-
-    def _start_up(self) -> str:
-        return (
-            'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
-        )
 
     def _refused(self, orbit: Orbit, found: PeriodMap) -> Problem:
         name, part, step = orbit.fastest() or self._run.slowest_ring()
@@ -373,11 +352,6 @@ class OrbitSearch:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
-
-
-def _from_the_last(looks: Iterable[int]) -> list[int]:
-    """Return the next period, and then the others from the last on, in which most has changed."""
-    return sorted(looks, key=lambda look: (look != 1, -look))
 
 
 def _passes(of_period: PeriodMap) -> bool:

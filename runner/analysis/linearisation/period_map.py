@@ -8,7 +8,6 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
-from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -256,7 +255,10 @@ def period_map(
         starts = {entry: place_of(memory, entry, rings) for entry in seeded}
         if noise and code is not None:
             followed = Followed(upstream, moving, inputs, outputs, noise, drawn, quantisers)
-            engine = in_code = _noise_in_code(code, plan, memory, followed, {*starts.values()})
+            # start-up time: short periods need no compiler
+            from proofmass.runner.targets import native_noise
+
+            engine = in_code = native_noise.CompiledNoise(code, plan, memory, followed, {*starts.values()})
         elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
@@ -305,15 +307,6 @@ def period_map(
             end=without_slopes(engine.memory(), plan),
             late=_late(plan, inputs, outputs),
         )
-
-
-def _noise_in_code(
-    code: "SlopeCode", plan: Plan, memory: Memory, followed: Followed, starts: AbstractSet[LastingPlace]
-) -> "CompiledNoise":
-    # start-up time: short periods need no compiler
-    from proofmass.runner.targets.native_noise import CompiledNoise
-
-    return CompiledNoise(code, plan, memory, followed, starts)
 
 
 def _late(plan: Plan, inputs: Sequence[Endpoint], outputs: Sequence[Endpoint]) -> float:

@@ -68,17 +68,13 @@ class Waiting:
         rows = self._onward.wires(self._wires, periods * self._ticks, self._alone, self._timed, self._entries)
         return rows.reshape(periods, -1)
 
-    def counts(self, after: Callable[[int], Memory]) -> bool:
-        """Return whether an integer or a truth value of a block that signals reach changes in a period."""
-        return self._integers(after(1)) != self._integers(after(0))
-
     def stands(self) -> bool:
         """Return whether nothing that follows from the time has moved one period on."""
         return not self._between_ticks and not self._moved(1).any()
 
     def changes(self, after: Callable[[int], Memory], periods: int) -> list[int]:
         """Return the numbers of periods, up to some, after which the map is to be compared; none if nothing waits."""
-        counted = self._between_ticks or self.counts(after)
+        counted = self._between_ticks or self._integers(after(1)) != self._integers(after(0))
         doubled = [1 << k for k in range(1, periods.bit_length())] if counted else []
         if periods < 2 or not self._wires:
             return doubled
@@ -131,9 +127,10 @@ class Waiting:
     def _says(self, rows: list[list[int]], number: int, known: Mapping[int, Memory], told: Array) -> bool:
         """Return whether a repetition goes on as it begins."""
         later = {period: self._integers(memory) for period, memory in known.items()}
-        turning = [i for i, column in enumerate(zip(*rows, strict=True)) if _turns(column)]
+        turning = np.flatnonzero(_turning(np.array(rows, dtype=float).reshape(len(rows), -1))).tolist()
         alike = all(row[i] == rows[period % number][i] for period, row in later.items() for i in turning)
-        return alike and _same_turns(told, number)
+        told = told[:, _turning(told)]
+        return alike and _comes_again(told, number, _rounding(told))
 
     def _integers(self, memory: Memory) -> list[int]:
         return self._rings.integers_of(memory, self._others)
@@ -148,10 +145,6 @@ def _turning(values: Array) -> npt.NDArray[np.bool_]:
     """Return which columns go up and down: not what only counts, or settles."""
     steps = np.diff(values, axis=0)
     return np.asarray((steps > 0.0).any(axis=0) & (steps < 0.0).any(axis=0))
-
-
-def _turns(column: tuple[int, ...]) -> bool:
-    return bool(_turning(np.array(column, dtype=float)[:, None])[0])
 
 
 def _may_return(counts: Array, told: Array) -> bool:
@@ -173,12 +166,6 @@ def _repetition(values: Array, longest: int) -> int:
     near = _rounding(values)
     alike = np.flatnonzero((np.abs(values[1 : longest + 1] - values[0]) <= near).all(axis=1)) + 1
     return next((n for n in alike.tolist() if _comes_again(values, n, near)), 0)
-
-
-def _same_turns(values: Array, number: int) -> bool:
-    """Return whether what turns in the rows comes again after some."""
-    values = values[:, _turning(values)]
-    return _comes_again(values, number, _rounding(values))
 
 
 def _comes_again(values: Array, number: int, near: Array) -> bool:

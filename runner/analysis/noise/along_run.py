@@ -49,7 +49,7 @@ def budgets_along(
         for node, count in counts.items()
     }
     try:
-        followed(planned, nodes, ticks, stretches, begin=points.memory_at(first), course=points.course)
+        followed(planned, nodes, ticks, stretches, begin=points.course.at(first).copy(), course=points.course)
     except ModelError as error:
         return [error for _ in outputs]
     span = f"from {time_text(first * planned.period)} to {time_text(ticks * planned.period)}"
