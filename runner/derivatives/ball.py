@@ -26,6 +26,18 @@ class UndecidedError(ArithmeticError):
     """A comparison or a count that is not the same for all numbers of a ball."""
 
 
+def _operated(operation: Callable[[Any, Any], Any]) -> Callable[["Ball", Any], Any]:
+    def operated(self: "Ball", other: Any) -> Any:
+        if not isinstance(other, int | float | Ball):
+            return NotImplemented
+        value = operation(self.arb, arb_of(other))
+        if not value.is_finite():
+            raise UndecidedError("a number without bounds")
+        return Ball(value)
+
+    return operated
+
+
 class Ball:
     """A number in an interval.
 
@@ -53,29 +65,17 @@ class Ball:
         """Return the ball with the last places of each value as a further radius."""
         return Ball(self.arb * flint.arb(1, LAST_PLACES))
 
-    def __add__(self, other: Any) -> Any:
-        return _operated(other, lambda b: self.arb + b)
-
-    __radd__ = __add__
-
-    def __sub__(self, other: Any) -> Any:
-        return _operated(other, lambda b: self.arb - b)
-
-    def __rsub__(self, other: Any) -> Any:
-        return _operated(other, lambda b: b - self.arb)
+    __add__ = __radd__ = _operated(operator.add)
+    __sub__ = _operated(operator.sub)
+    __rsub__ = _operated(lambda a, b: b - a)
+    __truediv__ = _operated(operator.truediv)
+    __rtruediv__ = _operated(lambda a, b: b / a)
+    _times = _operated(operator.mul)
 
     def __mul__(self, other: Any) -> Any:
-        if isinstance(other, int | float) and other == 0.0:
-            return 0.0
-        return _operated(other, lambda b: self.arb * b)
+        return 0.0 if isinstance(other, int | float) and other == 0.0 else self._times(other)
 
     __rmul__ = __mul__
-
-    def __truediv__(self, other: Any) -> Any:
-        return _operated(other, lambda b: self.arb / b)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return _operated(other, lambda b: b / self.arb)
 
     def __pow__(self, exponent: int) -> Any:
         if not isinstance(exponent, int):
@@ -168,15 +168,6 @@ def whole(number: Any) -> int:
     if unique is None:
         raise UndecidedError("a count that is not the same everywhere")
     return int(unique)
-
-
-def _operated(other: Any, operation: Callable[[Any], Any]) -> Any:
-    if not isinstance(other, int | float | Ball):
-        return NotImplemented
-    value = operation(arb_of(other))
-    if not value.is_finite():
-        raise UndecidedError("a number without bounds")
-    return Ball(value)
 
 
 def _decided(holds: bool, fails: bool) -> bool:

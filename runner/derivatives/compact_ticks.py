@@ -6,7 +6,7 @@ are in the first ones: with slopes S by those of before, and R by new ones, G be
 """
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import numpy.typing as npt
@@ -35,24 +35,6 @@ class InFirst(Dual):
     def slopes(self) -> Mapping[Direction, float]:  # type: ignore[override]
         """The slopes by direction."""
         return {key: slope for key, slope in zip(self.columns, self.row.tolist(), strict=False) if slope}
-
-
-class _Entries(NamedTuple):
-    """Entries of a matrix that are not zero."""
-
-    rows: list[int]
-    columns: list[int]
-    values: list[float]
-
-    def put(self, row: int, column: int, value: float) -> None:
-        """Add an entry."""
-        self.rows.append(row)
-        self.columns.append(column)
-        self.values.append(value)
-
-    def matrix(self, rows: int, columns: int) -> scipy.sparse.csr_array:
-        """Return the matrix."""
-        return scipy.sparse.csr_array((self.values, (self.rows, self.columns)), shape=(rows, columns), dtype=float)
 
 
 class CompactTicks(NoisyTicks):
@@ -114,16 +96,20 @@ class CompactTicks(NoisyTicks):
 
     def _product(self, slopes: list[Mapping[Direction, float]]) -> npt.NDArray[np.float64]:
         """Slopes by the present directions as a matrix by the first ones: S G + R."""
-        live, fresh = _Entries([], [], []), _Entries([], [], [])
+        live, fresh = list[tuple[int, int, float]](), list[tuple[int, int, float]]()
         for row, each in enumerate(slopes):
             for key, value in each.items():
                 if key[1] == LIVE:
-                    live.put(row, key[2], value)
+                    live.append((row, key[2], value))
                 else:
-                    fresh.put(row, self._columns.setdefault(key, len(self._columns)), value)
+                    fresh.append((row, self._columns.setdefault(key, len(self._columns)), value))
         known, width = self._rows.shape
         product = np.zeros((len(slopes), len(self._columns)))
-        if live.values:
-            product[:, :width] = live.matrix(len(slopes), known) @ self._rows
-        product[fresh.rows, fresh.columns] += fresh.values
+        if live:
+            rows, columns, values = zip(*live, strict=True)
+            shape = len(slopes), known
+            product[:, :width] = scipy.sparse.csr_array((values, (rows, columns)), shape, dtype=float) @ self._rows
+        if fresh:
+            rows, columns, values = zip(*fresh, strict=True)
+            product[rows, columns] += values
         return product

@@ -8,7 +8,7 @@ Computations, 7.2.2).
 
 import cmath
 import math
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -217,7 +217,7 @@ def ranked(
 ) -> Sensitivity:
     """Return a quantity, its strongest effect first; what rounding leaves of numbers of some size counts as zero."""
     values = Dependence(planned.graph.root)
-    no_slope = _undefined_values(values, undefined)
+    no_slope = [value for value in values.numbers if not values.slopes(value).keys().isdisjoint(undefined)]
     by_value = {name: slope for name, slope in _slopes_by_values(values, slopes).items() if name not in no_slope}
     effects = [_effect(planned, name, slope) for name, slope in slopes.items()]
     effects += [_with_percent(n, values.numbers[n], values.units[n], slope) for n, slope in by_value.items()]
@@ -251,8 +251,3 @@ def _slopes_by_values(dependence: Dependence, slopes: Mapping[str, float]) -> di
         if terms:
             by_value[value] = sum(terms)
     return by_value
-
-
-def _undefined_values(dependence: Dependence, undefined: Collection[str]) -> tuple[str, ...]:
-    """Return the values from which a parameter follows that has no derivative."""
-    return tuple(value for value in dependence.numbers if not dependence.slopes(value).keys().isdisjoint(undefined))

@@ -97,18 +97,15 @@ class NoiseMap(SampledStateSpace):
     def densities(self, frequencies: Array) -> Array:
         """One-sided density at the output by each source: a row for each frequency, in unit^2/Hz."""
         width = max(1, _LARGEST // max(1, len(self.matrices[0]) + len(self.inputs) + self.values))
-        rows = [self._densities(frequencies[i : i + width]) for i in range(0, len(frequencies), width)]
-        return np.vstack(rows) if rows else np.zeros((0, len(self.sources)))
+        parts = (frequencies[i : i + width] for i in range(0, len(frequencies), width))
+        rows = [self._by_source(np.abs(self.heard(part)) ** 2 * self.variances) for part in parts]
+        return np.vstack(rows) * (2.0 * self.period / self.values**2) if rows else np.zeros((0, len(self.sources)))
 
     def gain(self, frequencies: Array, source: Endpoint) -> Complex:
         """Return what comes out at the frequency that goes in at an input."""
         a, b, c, d = self.matrices
         columns = self.columns(source)
         return WireResponse((a, b[:, columns], c, d[:, columns]), self.period).gain(frequencies)
-
-    def _densities(self, frequencies: Array) -> Array:
-        power = np.abs(self.heard(frequencies)) ** 2 * self.variances
-        return self._by_source(power) * (2.0 * self.period / self.values**2)
 
     def heard(self, frequencies: Array) -> Complex:
         """Return the share of each column in the output at a frequency, by the transposed system: one row, not H."""

@@ -100,7 +100,8 @@ class _Bench:
         self.wires, self._planned, self._source, self._target = wires, planned, source, target
         self.unit = planned.unit(source)
         self._period = round(wires.period / planned.period)  # base ticks
-        self._settled = tick + self._period * _periods_to_settle(wires.radius)
+        decays = 0.0 < wires.radius < 1.0
+        self._settled = tick + self._period * (math.ceil(_DECAYED / -math.log(wires.radius)) if decays else 1)
         self.ticks = 0
 
     def output(self, repetition: Repetition, factor: float, progress: Progress | None) -> Array:
@@ -183,10 +184,6 @@ def read_amplitude(planned: Plan, source: Endpoint, amplitude: str | float | Non
         hint = error.hint if unit != "1" else "the input has no unit"
     message = "the stimulus needs an amplitude" if amplitude is None else "is not an amplitude"
     raise Problem(message=message, key="amplitude", got=got, expected=expected, hint=hint).error
-
-
-def _periods_to_settle(radius: float) -> int:
-    return 1 if not 0.0 < radius < 1.0 else math.ceil(_DECAYED / -math.log(radius))
 
 
 def _share(progress: Progress | None, number: int, runs: int) -> Progress | None:

@@ -28,20 +28,17 @@ def spectrum_text(of: Spectrum, band: tuple[float, float] | None = None, slope: 
     return "\n".join(lines)
 
 
-def _harmonics(thd: float) -> str:
-    return f"{thd:.2f} dB" if math.isfinite(thd) else "no harmonic above the noise"
-
-
 def tone_text(measured: Tones | None, of: Spectrum) -> str:
     """The figures of a tone for people, if there is one."""
     if measured is None:
         return "no tone stands out"
     unit = f" {of.unit}" if of.unit != "1" else ""
+    harmonics = f"{measured.thd:.2f} dB" if math.isfinite(measured.thd) else "no harmonic above the noise"
     lines = [
         f"tone at {measured.frequency:.9g} Hz ({of.window} window over all values)",
         f"  rms               {measured.rms:.6g}{unit}, noise {measured.noise:.6g}{unit}",
         f"  SNR, SNDR         {measured.snr:.2f} dB, {measured.sndr:.2f} dB",
-        f"  THD               {_harmonics(measured.thd)}",
+        f"  THD               {harmonics}",
         f"  SFDR              {measured.sfdr:.2f} dB, by {measured.spur:.9g} Hz",
         f"  ENOB              {measured.enob:.2f} bits, if the tone fills the range",
     ]

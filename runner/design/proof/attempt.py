@@ -124,7 +124,9 @@ class Attempt:
         begin = time.monotonic()
         known = self.known.leaves(claim, self.coordinates.as_data())
         whole = (*self.coordinates.box(), claim.ends)
-        searched = ProofSearch(claim, whole, self.ahead, lambda: self._is_late(until), known).outcome()
+        searched = ProofSearch(
+            claim, whole, self.ahead, lambda: time.monotonic() > until or self.stop.is_set(), known
+        ).outcome()
         counterexample, text, value = None, "", math.nan
         if searched.status == "refuted" and searched.at is not None:
             counterexample = self._middle(searched.at)
@@ -133,9 +135,6 @@ class Attempt:
                 why = f"a pole lies at the boundary of stability, at margins of {text}"
                 searched, counterexample, text = replace(searched, status="open", why=why), None, ""
         return MarginProof(claim, searched, time.monotonic() - begin, self.coordinates, counterexample, text, value)
-
-    def _is_late(self, until: float) -> bool:
-        return time.monotonic() > until or self.stop.is_set()
 
     def _breaks(self, claim: Claim, box: Sides) -> bool:
         """Return whether the middle of a box breaks a claim: where no disc has its poles, of one disc alone."""

@@ -150,7 +150,8 @@ class StartingLoop(Starting):
             raise ChangesLaterError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
         between = point.map.between()
         if not between.order:
-            raise plan.graph.placed(_not_a_loop(node)).error
+            message = f"what goes in at {signal} does not come back at the start of the run"
+            raise plan.graph.placed(Problem(message=message, key=signal, path=("blocks", node[0]))).error
         if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"
@@ -211,9 +212,3 @@ def changes_later(what: str, node: Endpoint, expected: str = "") -> Problem:
 def too_large(has: str, node: Endpoint, most: str, hint: str = "search with `proofmass worst`") -> Problem:
     """Return the problem of what has more states or values than matrices are met with."""
     return Problem(message=has, key=".".join(node), expected=f"at most {most}", hint=hint, path=("blocks", node[0]))
-
-
-def _not_a_loop(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    message = f"what goes in at {signal} does not come back at the start of the run"
-    return Problem(message=message, key=signal, path=("blocks", node[0]))

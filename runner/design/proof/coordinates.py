@@ -55,7 +55,7 @@ class Coordinates:
             r.name: 1.0 / value if turned else value
             for r, turned, value in zip(self.ranges, self.inverse, values, strict=True)
         }
-        return self.adjustable.settings(given, _applied)
+        return self.adjustable.settings(given, lambda name, values: for_duals(OPERATIONS[name].function)(*values))
 
     def named(self, values: Sequence[float]) -> dict[str, float]:
         """Return numbers of the parameters by their written names, at numbers of the coordinates."""
@@ -89,10 +89,6 @@ def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
     if problems:
         raise ModelError([plan.graph.placed(problem) for problem in problems])
     return found
-
-
-def _applied(operation: str, arguments: list[Any]) -> Any:
-    return for_duals(OPERATIONS[operation].function)(*arguments)
 
 
 def _is_number(adjustable: Adjustable, name: str) -> bool:

@@ -30,7 +30,6 @@ from proofmass.runner.design.proof.digital_reach import DigitalReach, Reach
 from proofmass.runner.design.proof.quantity_claims import number_of, refused
 from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, within_ranges, worst_input
 from proofmass.runner.fixed.affine import FormBounds
-from proofmass.runner.fixed.digital import DigitalBlock
 from proofmass.runner.plan.planned import Plan
 
 NO_OVERFLOW, ROUNDING = "no overflow", "rounding error"
@@ -140,8 +139,11 @@ class DigitalProofs:
         """
         begin, digital = time.monotonic(), self._plan.digital
         if not digital:
-            raise self._plan.graph.placed(_nothing_digital()).error
-        safe, blocks = {name for name in digital if not _may_overflow(digital[name])}, set(digital)
+            hint = "blocks whose names begin with Fixed compute in registers"
+            problem = Problem(message="the graph has no block in fixed point", key="no_overflow", hint=hint)
+            raise self._plan.graph.placed(problem).error
+        steps = {name: block.steps.values() for name, block in digital.items()}
+        safe, blocks = {n for n in digital if not any(s.overflows or s.refuses for s in steps[n])}, set(digital)
         outside = digital_inputs(self._plan, blocks, self._ranges)
         while True:
             inputs = tuple(digital_inputs(self._plan, blocks, self._ranges))
@@ -174,7 +176,8 @@ class DigitalProofs:
         begin = time.monotonic()
         node, step, unit = _digital_output(self._plan, output)
         most = _limit(output, limit, unit)
-        blocks = _upstream(self._plan, node[0])
+        sources = turned(self._plan.readers)
+        blocks = with_following([node[0]], lambda one: self._plan.digital.keys() & sources[one])
         inputs = tuple(digital_inputs(self._plan, blocks, self._ranges))
         found = DigitalProof(ROUNDING, output, most, unit, "open", inputs=inputs)
         try:
@@ -285,17 +288,6 @@ def _limit(output: str, limit: Any, unit: str) -> float:
     return most
 
 
-def _upstream(plan: Plan, name: str) -> set[str]:
-    """Return the digital blocks that one depends on by digital blocks alone, with itself."""
-    sources = turned(plan.readers)
-    return with_following([name], lambda one: plan.digital.keys() & sources[one])
-
-
-def _may_overflow(block: DigitalBlock) -> bool:
-    """Return whether intervals leave it open that a cast of a block saturates, wraps or refuses."""
-    return any(step.overflows or step.refuses for step in block.steps.values())
-
-
 def _whole(end: float, by: Any) -> float:
     return float(by(end)) if math.isfinite(end) else end
 
@@ -324,8 +316,3 @@ def _not_digital(signal: str, node: Endpoint) -> Problem:
         expected="an output of a block in fixed point, or of a FixedToNumber after one",
         path=("blocks", node[0]),
     )
-
-
-def _nothing_digital() -> Problem:
-    hint = "blocks whose names begin with Fixed compute in registers"
-    return Problem(message="the graph has no block in fixed point", key="no_overflow", hint=hint)

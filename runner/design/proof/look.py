@@ -67,8 +67,10 @@ class BoxLook:
         except UndecidedError as error:
             why = str(error)
         weights = widths(core, self.whole) if norm is None else _weights(norm, box)
-        if norm is not None and disc is not None and norm.contracts() and self._keeps_side(norm):
-            return Looked(self._region(core, box, norm, disc))
+        if norm is not None and disc is not None and norm.contracts():
+            left = norm.family.left
+            if left is None or keeps_side(left, self.claim.most):
+                return Looked(self._region(core, box, norm, disc))
         broken = None if disc is None else self._refuted_at(box, norm)
         if broken is not None:
             return Looked(broken=broken)
@@ -113,10 +115,6 @@ class BoxLook:
     def _stays(self, box: Sides) -> bool:
         """Return whether no corner of a box settles, though the quantity does: halving does not help."""
         return self.claim.row.of_output and none_settles(self.maps.open(box[:-1]))
-
-    def _keeps_side(self, norm: Norm) -> bool:
-        left = norm.family.left
-        return left is None or keeps_side(left, self.claim.most)
 
     def _sides(self, norm: Norm | None, box: Sides) -> range:
         """Return the sides that may be halved.

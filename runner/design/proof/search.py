@@ -52,7 +52,8 @@ class ProofSearch:
         leaves, boxes, late = list[ProvedRegion](), 0, list[Sides]()
 
         def ended(status: str, at: Sides | None, why: str = "") -> Searched:
-            return Searched(status, tuple(leaves), boxes, _part_of(leaves, self.whole), at, why)
+            covered = sum(float(np.prod([w for w in widths(leaf.core, self.whole) if w])) for leaf in leaves)
+            return Searched(status, tuple(leaves), boxes, covered, at, why)
 
         while left or self._halve_too_soon(leaves, left):
             part = left.pop()
@@ -112,7 +113,8 @@ class ProofSearch:
 
     def _towards_known(self, box: Sides) -> list[Sides]:
         """Return halves of a box of which some parts are known, none if it has no such parts or is one."""
-        within = [one for one in self.known if _is_within(one, box)]
+        pairs = ((one, zip(one, box, strict=True)) for one in self.known)
+        within = [one for one, ends in pairs if all(low <= a and b <= high for (a, b), (low, high) in ends)]
         if not within or box in self.known:
             return []
         for place, (low, high) in enumerate(box):
@@ -128,12 +130,3 @@ def _have_one_norm(leaves: Sequence[ProvedRegion]) -> bool:
     norms = {leaf.box[-1]: leaf.transform for leaf in leaves}
     apart = all(one[1] <= other[0] for one, other in itertools.pairwise(sorted(norms)))
     return apart and all(np.array_equal(leaf.transform, norms[leaf.box[-1]]) for leaf in leaves)
-
-
-def _is_within(box: Sides, whole: Sides) -> bool:
-    return all(low <= a and b <= high for (a, b), (low, high) in zip(box, whole, strict=True))
-
-
-def _part_of(leaves: Sequence[ProvedRegion], whole: Sides) -> float:
-    """Return the part of a box that leaves cover."""
-    return sum(float(np.prod([w for w in widths(leaf.core, whole) if w])) for leaf in leaves)

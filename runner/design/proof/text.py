@@ -126,9 +126,6 @@ def _typed(what: str, proofs: Proofs, claim: Claim, parameters: Mapping[str, flo
     if claim.kind == BIAS:
         command = f"run GRAPH --probe {claim.open_at}"
     elif claim.row.of_output:
-        command = f"response GRAPH {claim.loop} {claim.open_at} --at {at}" if claim.loop else _noise_of(claim)
+        noise = f"noise GRAPH --output {claim.open_at}"
+        command = f"response GRAPH {claim.loop} {claim.open_at} --at {at}" if claim.loop else noise
     yield f"  proofmass {command}{''.join(settings)}"
-
-
-def _noise_of(claim: Claim) -> str:
-    return f"noise GRAPH --output {claim.open_at}"

@@ -50,7 +50,8 @@ def read_figure(margins: Margins, system: OpenLoop, figure: str, parameters: Map
         return Reading(value, {name: slope(name) for name in names})
 
     def along(name: str, step: float) -> float:
-        return _figure_of(replace(system, map=system.map.along(name, step)), figure)
+        margins = margins_at(replace(system, map=system.map.along(name, step)), "", "")
+        return value_of_figure(margins, figure) if margins.stable else math.nan
 
     return Reading(value, differences(along, {name: parameters[name] for name in names}))
 
@@ -244,11 +245,6 @@ def differences(along: Callable[[str, float], float], parameters: Mapping[str, f
         ends = [along(name, side * step) for side in (1.0, -1.0)]
         slopes[name] = (ends[0] - ends[1]) / (2.0 * step) if all(map(math.isfinite, ends)) else 0.0
     return slopes
-
-
-def _figure_of(system: OpenLoop, figure: str) -> float:
-    margins = margins_at(system, "", "")
-    return value_of_figure(margins, figure) if margins.stable else math.nan
 
 
 def growth(system: OpenLoop, parameters: Sequence[str]) -> Reading:

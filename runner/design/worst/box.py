@@ -64,7 +64,7 @@ class ToleranceBox:
         if study is not None:
             self._sweep(study)
             self._age = self._ages(study)
-        for name in self._names(study, tolerances):
+        for name in dict.fromkeys([*(study.spread if study else ()), *(study.drift if study else ()), *tolerances]):
             moves = self._chosen.setdefault(name, [])
             if name in tolerances:
                 moves.append(self._tolerance(name, tolerances[name]))
@@ -134,10 +134,6 @@ class ToleranceBox:
             largest = min(SIGMAS / float(np.max(np.abs(along))), SIGMAS * math.sqrt(len(members) / square))
             deviates[members] = size * largest * along
         return [float(deviate) for deviate in deviates]
-
-    def _names(self, study: Study | None, tolerances: Mapping[str, Tolerance]) -> list[str]:
-        """Return what moves: everything that a study spreads or that drifts there, and what has tolerances."""
-        return list(dict.fromkeys([*(study.spread if study else ()), *(study.drift if study else ()), *tolerances]))
 
     def _add(self, wanted: Range, scale: float = 1.0) -> int:
         self.ranges.append(wanted)

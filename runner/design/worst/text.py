@@ -17,7 +17,8 @@ def worst_text(cases: WorstCases) -> str:
     lines = ["interrupted: the worst so far"] if cases.interrupted else []
     for case in cases.cases:
         lines += [*_case(case, cases), ""]
-    return "\n".join([*lines, *_coverage(cases), *_left_out(cases)])
+    left_out = (f"{name} does not count: {reason}" for name, reason in cases.left_out.items())
+    return "\n".join([*lines, *_coverage(cases), *left_out])
 
 
 def _case(case: WorstCase, cases: WorstCases) -> Iterator[str]:
@@ -65,11 +66,6 @@ def _coverage(cases: WorstCases) -> Iterator[str]:
             f"no random point is worse: with 95 % confidence less than {100.0 * cases.unseen:.2g} % of the box is;"
             " this is a search, not a proof"
         )
-
-
-def _left_out(cases: WorstCases) -> Iterator[str]:
-    for name, reason in cases.left_out.items():
-        yield f"{name} does not count: {reason}"
 
 
 def value_text(value: float | None, quantity: Quantity, unit: str = "") -> str:

@@ -280,14 +280,13 @@ def _case(search: BoxSearch, side: Side, quantity: Quantity, both: bool) -> Wors
         values={r.written: known.get(r.name, r.at(part)) for r, part in zip(ranges, corner.place, strict=True)},
         places={r.written: part for r, part in zip(ranges, corner.place, strict=True)},
         one_at_a_time=tuple(singles),
-        corners=tuple((_signs(case), _value(case, side)) for case in corners[:_LISTED]),
+        corners=tuple(
+            ("".join("+" if part > 0.0 else "-" for part in case.place), _value(case, side))
+            for case in corners[:_LISTED]
+        ),
     )
 
 
 def _value(case: SearchedPlace | None, side: Side) -> float | None:
     reading = case.readings[side.quantity] if case is not None else None
     return None if reading is None else reading.value
-
-
-def _signs(case: SearchedPlace) -> str:
-    return "".join("+" if part > 0.0 else "-" for part in case.place)
