@@ -15,6 +15,13 @@ What moves A itself, a driven parameter or a factor that is held, acts on x as i
 
 which is left out where the group has loops that Newton's method solves. A linear group that nothing of this concerns is
 moved by the matrices of the run itself, `HeldAdvance`.
+
+Algebraic loops are solved by Newton's method, with exact derivatives of the solution:
+
+    u = g(u, p):   u <- u + (I - J)^-1 (g(u, p) - u),   J = dg/du at the solution
+
+The implicit function theorem, as a chord iteration in dual numbers: from plain values each step makes one more order of
+the derivatives by p exact (Griewank and Walther 2008, section 15.3).
 """
 
 import math
@@ -24,11 +31,11 @@ from typing import Any
 from proofmass.blocks.arithmetic.modes import Matrix
 from proofmass.blocks.declaration.behaviour import Behaviour
 from proofmass.blocks.declaration.declare import Block
-from proofmass.runner.continuous.algebraic import NoSolutionError
+from proofmass.runner.continuous.algebraic import NoSolutionError, solve_in_place
+from proofmass.runner.continuous.linear_equations import factorise, substitute
 from proofmass.runner.derivatives.ball import Ball
 from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.derivatives.dual_functions import for_duals
-from proofmass.runner.derivatives.dual_loops import solve_dual
 from proofmass.runner.derivatives.dual_plan import dual_constants, dual_hold, dual_parameters, is_finite, typed
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.planned import Filled, Plan
@@ -37,10 +44,54 @@ from proofmass.runner.plan.stages import StageContext, Stages
 from proofmass.runner.reference.advance import Advance, Moment, PlainAdvance
 
 STATES = SIGNALS + 1  # level of the slopes by the states of a group, whose slopes by signals are wanted
+_ORDERS = 2  # signals, and parameters of their slopes
 _NODES = (0.5 - math.sqrt(3.0) / 6.0, 0.5 + math.sqrt(3.0) / 6.0)  # in a tick, of Gauss and Legendre
 _NEAR, _FAR = 0.25 + math.sqrt(3.0) / 6.0, 0.25 - math.sqrt(3.0) / 6.0
 _ALIKE = 1e-15  # relative difference of two changes that are the same but for a factor
 _ANSWERS = 64  # that are kept
+
+
+def solve_dual(tears: Sequence[Any], others: Sequence[Any], signals: Any, value: Callable[[Any], Any]) -> bool:
+    """Solve a loop as `algebraic.solve_in_place` does; `value(node)` and the solution may be dual numbers."""
+    for tear in tears:
+        signals[tear] = plain(signals[tear])
+    if not solve_in_place(tears, others, signals, lambda node: plain(value(node))):
+        return False
+
+    def equations(unknown: list[Any]) -> list[Any]:
+        for tear, held in zip(tears, unknown, strict=True):
+            signals[tear] = held
+        for node in others:
+            signals[node] = value(node)
+        return [value(tear) for tear in tears]
+
+    solution: list[Any] = [signals[tear] for tear in tears]
+    directions = [("tear", number) for number in range(len(tears))]
+    moved = equations([dual(v, {key: 1.0}, SIGNALS) for v, key in zip(solution, directions, strict=True)])
+    jacobian = [[plain(slopes_of(v, SIGNALS).get(key, 0.0)) for key in directions] for v in moved]
+    inverse = _inverse([[float(i == j) - v for j, v in enumerate(row)] for i, row in enumerate(jacobian)])
+    if inverse is None:
+        return False
+    for _ in range(_ORDERS):
+        apart = [there - here for there, here in zip(equations(solution), solution, strict=True)]
+        solution = [
+            sum((factor * d for factor, d in zip(row, apart, strict=True)), here)
+            for row, here in zip(inverse, solution, strict=True)
+        ]
+    equations(solution)
+    return True
+
+
+def _inverse(rows: list[list[float]]) -> list[list[float]] | None:
+    """The inverse of a matrix, None where there is none."""
+    n = len(rows)
+    matrix, order = [v for row in rows for v in row], [0.0] * n
+    if not factorise(matrix, n, order):
+        return None
+    columns = [[float(i == j) for i in range(n)] for j in range(n)]
+    for column in columns:
+        substitute(matrix, n, order, column)
+    return [list(row) for row in zip(*columns, strict=True)]
 
 
 class DualStages(Stages):

@@ -17,8 +17,7 @@ from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, dual, plain, slopes_of, with_errors
 from proofmass.runner.derivatives.dual_functions import for_duals
-from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance
-from proofmass.runner.derivatives.dual_loops import solve_dual
+from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance, solve_dual
 from proofmass.runner.derivatives.dual_plan import dual_constants, dual_parameters, is_finite
 from proofmass.runner.plan.bindings import Binding, Deviate
 from proofmass.runner.plan.memory import Memory

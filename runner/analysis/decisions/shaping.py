@@ -17,7 +17,7 @@ import numpy as np
 import scipy.linalg
 import scipy.special
 
-from proofmass.runner.analysis.linearisation.state_space import Matrices
+from proofmass.runner.analysis.linearisation.wire_response import Matrices
 from proofmass.runner.analysis.spectrum.welch import spectrum
 from proofmass.runner.host.arrays import Array, Complex
 

@@ -17,9 +17,8 @@ from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import reached
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period
+from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, common_period, not_linear
 from proofmass.runner.analysis.linearisation.map_changes import LOOKS
-from proofmass.runner.analysis.linearisation.map_problems import not_linear
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, LONGEST_ORBIT, STARTS_UP, WAITED
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap

@@ -24,12 +24,11 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
-from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
+from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coarse_blocks, too_many
 from proofmass.runner.analysis.linearisation.map_changes import variation
-from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES, too_many
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch

@@ -1,14 +1,18 @@
-"""The blocks of a map between wires, and the base ticks after which they all tick together again."""
+"""The blocks of a map between wires, when they tick together again, and what is to be said about them."""
 
 import math
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Iterator, Sequence
 
+from proofmass.blocks.declaration.declare import BlockType
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.digraph import reached, turned
 from proofmass.graphs.model.graph import Endpoint
+from proofmass.runner.derivatives.dual_functions import LEVELS, reaches
 from proofmass.runner.plan.planned import Plan
 
 LONGEST_PERIOD = 100_000  # base ticks
+MOST_VALUES = 4_096  # of a wire that is cut, in a map
+_OUTSIDE = "open the loop so that this block lies outside, or linearise at another time"
 
 
 def common_period(
@@ -50,3 +54,45 @@ def period_of_blocks(plan: Plan, blocks: set[str], ends: Sequence[Endpoint]) -> 
         expected, hint = f"at most {LONGEST_PERIOD:,} base ticks", "make the rates ratios of small numbers"
         raise Problem(message=message, key="rate", got=f"{ticks:,}", expected=expected, hint=hint).error
     return ticks
+
+
+def too_many(node: Endpoint, values: int) -> Problem:
+    """Return the problem of a wire with so many values in a map."""
+    signal = ".".join(node)
+    return Problem(
+        message=f"the loop has too many values of {signal} in its common period",
+        key=signal,
+        got=f"{values:,}",
+        expected=f"at most {MOST_VALUES:,}",
+        hint="open the loop at its slowest wire, where a period has few values",
+        path=("blocks", node[0]),
+    )
+
+
+def not_linear(at: str, got: str, hint: str = _OUTSIDE) -> Problem:
+    """Return the problem of a function or a state of a block, "block.what", that has no slope."""
+    name, _, what = at.rpartition(".")
+    return Problem(
+        message=f"cannot be linearised: {what} has no derivative here",
+        got=got,
+        expected="arithmetic, comparisons and functions of math on values that signals change",
+        hint=hint,
+        path=("blocks", name),
+    )
+
+
+def coarse_blocks(plan: Plan, node: Endpoint) -> tuple[str, ...]:
+    """Return a note for each block that chooses levels in the loops through an output."""
+    ahead, behind = reached(plan.readers, {node[0]}), reached(turned(plan.readers), {node[0]})
+    return tuple(
+        f"{name} chooses one of some levels, and counts as a gain of one: slow signals see that;"
+        " whether the choice itself is stable is told by a run alone"
+        for name in sorted(ahead & behind)
+        if any(reaches(function, LEVELS) for function in _functions(type(plan.blocks[name])))
+    )
+
+
+def _functions(kind: BlockType) -> Iterator[object]:
+    yield from (behaviour.function for behaviour in kind.output_functions.values())
+    if "update" in kind.functions:
+        yield kind.functions["update"].function

@@ -22,11 +22,10 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem
-from proofmass.runner.analysis.linearisation.closing import LONGEST, jumps
 from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
-from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD
+from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD, MOST_VALUES
 from proofmass.runner.analysis.linearisation.map_changes import (
     LOOKS,
     NEAR,
@@ -34,8 +33,7 @@ from proofmass.runner.analysis.linearisation.map_changes import (
     pole_rates,
     same_between,
 )
-from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES
-from proofmass.runner.analysis.linearisation.motion import INSTANTS, moves_limits
+from proofmass.runner.analysis.linearisation.motion import INSTANTS, LONGEST, jumps, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text
 from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError

@@ -16,8 +16,13 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map, period_of_blocks
-from proofmass.runner.analysis.linearisation.map_problems import MOST_VALUES, not_linear, too_many
+from proofmass.runner.analysis.linearisation.map_blocks import (
+    MOST_VALUES,
+    blocks_of_map,
+    not_linear,
+    period_of_blocks,
+    too_many,
+)
 from proofmass.runner.analysis.linearisation.rings import Entry, Rings
 from proofmass.runner.analysis.linearisation.seeds import (
     NO_RINGS,

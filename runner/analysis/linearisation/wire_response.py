@@ -11,20 +11,43 @@ where the first value of the output is `late` behind that of the input, by clock
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Self
+from typing import Self, TypeAlias
 
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.open_loop import TransferMatrix
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.linearisation.state_space import SampledStateSpace
 from proofmass.runner.host.arrays import Array, Complex
 
+Matrices: TypeAlias = tuple[Array, Array, Array, Array]
 _PER_DECADE = 60
 _ABOUT_A_RESONANCE = np.array([-8.0, -4.0, -2.0, -1.0, -0.5, 0.0, 0.5, 1.0, 2.0, 4.0, 8.0])  # half widths
 _MOST_RESONANCES = 50
 _AT_A_TIME = 1_000_000  # values of a wire at some frequencies that are held at a time
+
+
+@dataclass(frozen=True)
+class SampledStateSpace:
+    """A, B, C and D of a map over a period, x[n+1] = A x[n] + B u[n], and the period in seconds."""
+
+    matrices: Matrices
+    period: float
+
+    @cached_property
+    def poles(self) -> Complex:
+        """Poles over a period."""
+        return np.linalg.eigvals(self.matrices[0]).astype(complex)
+
+    @property
+    def radius(self) -> float:
+        """Size of the slowest pole; below 1 the output settles."""
+        return float(np.max(np.abs(self.poles), initial=0.0))
+
+    @property
+    def values(self) -> int:
+        """Values of the output in a period."""
+        return len(self.matrices[3])
 
 
 @dataclass(frozen=True)

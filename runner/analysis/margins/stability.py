@@ -9,9 +9,9 @@ from proofmass.graphs.files.toml_reader import GraphSource
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, REQUIREMENTS, Loop
 from proofmass.runner.analysis.decisions.one_bit import loop_through_bits
-from proofmass.runner.analysis.linearisation.coarse import coarse_blocks
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes
+from proofmass.runner.analysis.linearisation.map_blocks import coarse_blocks
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole
 from proofmass.runner.analysis.margins.figures import decibels

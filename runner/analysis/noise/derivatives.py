@@ -17,7 +17,7 @@ import numpy as np
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.graph import Graph
-from proofmass.runner.analysis.linearisation.state_space import Matrices
+from proofmass.runner.analysis.linearisation.wire_response import Matrices
 from proofmass.runner.analysis.noise.band import rule_of
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, summed
 from proofmass.runner.plan.planned import Plan

@@ -27,8 +27,7 @@ from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
-from proofmass.runner.analysis.linearisation.state_space import Matrices, SampledStateSpace
-from proofmass.runner.analysis.linearisation.wire_response import WireResponse
+from proofmass.runner.analysis.linearisation.wire_response import Matrices, SampledStateSpace, WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
 from proofmass.runner.host.arrays import Array, Complex
 

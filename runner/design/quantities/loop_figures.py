@@ -14,13 +14,14 @@ from typing import NamedTuple
 
 import numpy as np
 
+from proofmass.runner.analysis.linearisation.balance import balanced
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.figures import decibels
 from proofmass.runner.analysis.margins.frequencies import sweep
 from proofmass.runner.analysis.margins.lifted import closed_samples, largest
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import by_gain, by_turn, closed_slope
-from proofmass.runner.design.quantities.step_figures import step_figures
+from proofmass.runner.analysis.margins.step import WITHIN, step_response
 from proofmass.runner.host.arrays import Complex
 
 _DECIBELS = 20.0 / math.log(10.0)
@@ -259,3 +260,34 @@ def growth(system: OpenLoop, parameters: Sequence[str]) -> Reading:
             moved = complex(left @ closed_slope(system, 1.0, name) @ vectors[:, worst])
             slopes[name] = moved.real if system.continuous else (moved / pole).real
     return Reading(pole.real if system.continuous else math.log(abs(pole) + 1e-300), slopes)
+
+
+def step_figures(margins: Margins) -> dict[str, float]:
+    """Return the overshoot in per cent and the settling time of T within 2 % in seconds, of the mean over a period."""
+    times, rows = step_response(margins)
+    values = rows.mean(axis=1)
+    final = _final(margins.system)
+    if final == 0.0 or not len(values):
+        return {"overshoot": math.inf, "settling_time": math.inf}
+    apart = values / final - 1.0
+    outside = np.flatnonzero(np.abs(apart) > WITHIN)
+    settled = 0.0
+    if len(outside):
+        last = int(outside[-1])
+        if last + 1 >= len(apart):
+            settled = math.inf
+        else:  # between two values the straight line
+            before, after = abs(float(apart[last])), abs(float(apart[last + 1]))
+            settled = float(times[last] + (times[last + 1] - times[last]) * (before - WITHIN) / (before - after))
+    return {"overshoot": 100.0 * max(float(np.max(apart)), 0.0), "settling_time": settled}
+
+
+def _final(system: OpenLoop) -> float:
+    _, b, c, d = system.matrices
+    inverse = np.linalg.inv(np.eye(len(d)) + d)
+    closed = np.real(system.closed())
+    rest = -closed if system.continuous else np.eye(len(closed)) - closed
+    alike, scale = balanced(rest)
+    entry = (b @ inverse).sum(axis=1) / scale
+    held = scale * np.linalg.lstsq(alike, entry)[0]  # the loop may not see some mode that lasts
+    return float(((inverse @ c) @ held + (d @ inverse).sum(axis=1)).mean())

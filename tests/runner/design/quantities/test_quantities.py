@@ -11,7 +11,7 @@ from proofmass.graphs.model.quantities import FIGURES
 from proofmass.graphs.tuning.build import tuning_of
 from proofmass.runner.analysis.margins.stability import margins
 from proofmass.runner.design.quantities.evaluator import STABLE, Evaluator
-from proofmass.runner.design.quantities.step_figures import step_figures
+from proofmass.runner.design.quantities.loop_figures import step_figures
 from tests.by_hand.design_texts import INTEGRATING
 
 GRAPH = read_graph_text(INTEGRATING)

@@ -8,7 +8,7 @@ import pytest
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.margins.margins import margins_of
-from proofmass.runner.design.quantities.step_figures import step_figures
+from proofmass.runner.design.quantities.loop_figures import step_figures
 
 WIRE = (("plant", "output", 0),)
 
