@@ -172,15 +172,13 @@ def _blocks(
 
 def _wires(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     sources = [{wire.target: wire.source for wire in flat.wires} for flat in (before, after)]
-    for target, (old, new) in _both(*sources):
-        yield from _changed(f"wires: {target}", old or "", new or "")
+    yield from changed_entries("wires: ", *sources)
 
 
 def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
     flats = before, after
     probes = [{probe.signal: f"every {probe.every} {probe.unit}".rstrip() for probe in flat.probes} for flat in flats]
-    for signal, (old, new) in _both(*probes):
-        yield from _changed(f"probes: {signal}", old or "", new or "")
+    yield from changed_entries("probes: ", *probes)
     measures = [{name: line_of(measure._asdict()) for name, measure in flat.measures.items()} for flat in flats]
     for lines, flat in zip(measures, flats, strict=True):
         lines |= {name: f"{formula.text} {formula.unit}".rstrip() for name, formula in flat.root.derived.items()}
@@ -192,8 +190,7 @@ def _rest(before: FlatGraph, after: FlatGraph) -> Iterator[GraphDifference]:
         "exports": [flat.exports for flat in flats],
     }
     for table, entries in tables.items():
-        for name, (old, new) in _both(*entries):
-            yield from _changed(f"{table}.{name}", old or "", new or "")
+        yield from changed_entries(f"{table}.", *entries)
 
 
 def _requirements(flat: FlatGraph) -> dict[str, str]:
@@ -252,6 +249,12 @@ def _rate(rate: Any) -> str:
 def _length(flat: FlatGraph) -> str:
     length = "" if flat.duration is None else f"{flat.duration} s"
     return length if flat.samples is None else f"{flat.samples} ticks"
+
+
+def changed_entries(place: str, before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[GraphDifference]:
+    """Yield what differs between two tables of texts at a place; an entry that a table does not have is empty."""
+    for name, (old, new) in _both(before, after):
+        yield from _changed(place + name, old or "", new or "")
 
 
 def _changed(key: str, before: str, after: str, follows: str = "") -> Iterator[GraphDifference]:

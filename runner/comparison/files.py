@@ -6,7 +6,7 @@ from pathlib import Path
 from proofmass.blocks.declaration.catalog import Own
 from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.files.toml_writer import inline
-from proofmass.graphs.model.differences import GraphDifference, differences
+from proofmass.graphs.model.differences import GraphDifference, changed_entries, differences
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
 from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
@@ -27,7 +27,7 @@ def file_differences(before: Path, after: Path, own: Own | None) -> list[GraphDi
         found = [*differences(graphs[0], graphs[1]), *_only_one(STUDY, studied)]
     tuned = [TUNE in table and not is_study(table) for table in tables]
     if all(tuned):
-        return [*found, *_tunings(before, after, own)]
+        return [*found, *changed_entries("", *(_lines(path, own) for path in (before, after)))]
     return [*found, *_only_one(TUNE, tuned)]
 
 
@@ -54,13 +54,6 @@ def _variants(first: Mapping[str, Study], second: Mapping[str, Study]) -> Iterat
         yield from (GraphDifference(place + d.key, d.before, d.after, d.follows) for d in own if d not in of_all)
     for name in sorted((first.keys() ^ second.keys()) - {""}):
         yield GraphDifference(f"study.variants.{name}", THERE if name in first else "", THERE if name in second else "")
-
-
-def _tunings(before: Path, after: Path, own: Own | None) -> Iterator[GraphDifference]:
-    first, second = (_lines(path, own) for path in (before, after))
-    for key in sorted({*first, *second}):
-        if first.get(key) != second.get(key):
-            yield GraphDifference(key, first.get(key, ""), second.get(key, ""))
 
 
 def _lines(path: Path, own: Own | None) -> dict[str, str]:

@@ -176,8 +176,9 @@ def _traces(before: Path, after: Path, tolerance: Allowance) -> Iterator[TraceCh
     import h5netcdf
 
     with h5netcdf.File(before, "r") as first, h5netcdf.File(after, "r") as second:
-        names = [name for name in first.variables if name not in first.dimensions]
-        names += [name for name in second.variables if name not in second.dimensions and name not in names]
+        names = dict.fromkeys(
+            name for data in (first, second) for name in data.variables if name not in data.dimensions
+        )
         for name in names:
             yield _trace(name, first, second, tolerance)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from proofmass.graphs.model.differences import GraphDifference, differences
+from proofmass.graphs.model.differences import GraphDifference, changed_entries, differences
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.studies.outcome.intervals import LEVEL, Bounds, mean_interval
@@ -101,17 +101,13 @@ def compare_studies(before: StudyResult, after: StudyResult) -> StudyComparison:
 
 
 def study_differences(before: Study, after: Study) -> Iterator[GraphDifference]:
-    """Yield what two studies ask otherwise."""
-    first, second = (dict(line.split(" = ", 1) for line in study.text().splitlines()) for study in (before, after))
-    first |= {"runs": str(before.runs), **_limits(before)}
-    second |= {"runs": str(after.runs), **_limits(after)}
-    for key in sorted({*first, *second}):
-        if first.get(key) != second.get(key):
-            yield GraphDifference(f"study.{key}", first.get(key, ""), second.get(key, ""))
+    """Return what two studies ask otherwise."""
+    return changed_entries("study.", _asked(before), _asked(after))
 
 
-def _limits(study: Study) -> dict[str, str]:
-    return {f"limits.{name}": str(limit) for name, limit in study.limits.items()}
+def _asked(study: Study) -> dict[str, str]:
+    lines = dict(line.split(" = ", 1) for line in study.text().splitlines())
+    return lines | {"runs": str(study.runs)} | {f"limits.{name}": str(limit) for name, limit in study.limits.items()}
 
 
 def _same_sensors(before: Study, after: Study) -> bool:

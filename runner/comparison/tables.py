@@ -47,20 +47,14 @@ def run_tables(comparison: RunComparison) -> list[Table]:
             tuple(map(_trace, comparison.traces)),
             (0, 1, 5),
         ),
-        Table(
-            "measures",
-            ("measure", "unit", "before", "after", "change", ""),
-            tuple(map(_measure, comparison.measures)),
-            (0, 1, 5),
-        ),
-        Table(
-            "margins",
-            ("margin", "unit", "before", "after", "change", ""),
-            tuple(map(_measure, comparison.margins)),
-            (0, 1, 5),
-        ),
+        _figures("measure", comparison.measures),
+        _figures("margin", comparison.margins),
         Table("notes", ("",), tuple((note,) for note in comparison.notes), (0,)),
     ]
+
+
+def _figures(name: str, changes: Iterable[MeasureChange]) -> Table:
+    return Table(f"{name}s", (name, "unit", "before", "after", "change", ""), tuple(map(_measure, changes)), (0, 1, 5))
 
 
 def study_tables(comparison: StudyComparison) -> list[Table]:
@@ -97,13 +91,11 @@ def save_tables(
 ) -> Path:
     """Write the tables as one HTML file; `before` are sections that stand above them."""
     sections = [*before]
-    sections += [(table.title, _page_table(table)) for table in tables if table.rows]
+    for table in tables:
+        if table.rows:
+            numbers = set(range(len(table.heads))) - set(table.left)
+            sections.append((table.title, page_table(table.heads, table.rows, numbers)))
     return save_page(path, title, f"<p>{escape(verdict)}</p>", sections, "")
-
-
-def _page_table(table: Table) -> str:
-    numbers = set(range(len(table.heads))) - set(table.left)
-    return page_table(table.heads, table.rows, numbers)
 
 
 def _cut(text: str) -> str:
@@ -122,9 +114,7 @@ def _trace(change: TraceChange) -> tuple[str, ...]:
 
 def _measure(change: MeasureChange) -> tuple[str, ...]:
     values = ["" if value is None else f"{value:.9g}" for value in (change.before, change.after)]
-    moved = ""
-    if change.before is not None and change.after is not None:
-        moved = f"{change.after - change.before:+.3g}"
+    moved = "" if change.before is None or change.after is None else f"{change.after - change.before:+.3g}"
     return change.name, change.unit, *values, moved, "" if change.same else "differs"
 
 
