@@ -2,14 +2,14 @@
 
 import math
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
-from proofmass.blocks.declaration.problem import Problem, Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.graphs.model.build import Graph
 from proofmass.graphs.model.rates import Rate
 from proofmass.runner.design.modulators.graph import modulator_graph
-from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer, band, synthesised
+from proofmass.runner.design.modulators.noise_transfer import NoiseTransfer, band, refused, synthesised
 from proofmass.runner.design.modulators.prediction import predicted
 from proofmass.runner.design.modulators.simulation import simulated
 from proofmass.runner.design.modulators.structures import FORMS, Coefficients, Structure, realised, scaled
@@ -60,7 +60,6 @@ class Modulator(Told, Plotted):
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
-        k = self.coefficients
         return {
             "order": self.order,
             "oversampling": self.oversampling,
@@ -72,7 +71,7 @@ class Modulator(Told, Plotted):
             "band": self.band,
             "zeros": [[z.real, z.imag] for z in self.transfer.zeros],
             "poles": [[p.real, p.imag] for p in self.transfer.poles],
-            "coefficients": {"a": k.a, "b": k.b, "c": k.c, "g": k.g},
+            "coefficients": asdict(self.coefficients),
             "amplitudes": self.amplitudes,
             "predicted": self.predicted,
             "simulated": self.simulated,
@@ -113,12 +112,8 @@ def design_modulator(
     >>> [round(a, 4) for a in loop.coefficients.a], loop.coefficients.g[1] > 0.0078
     ([0.0007, 0.0084, 0.055, 0.2443, 0.5579], True)
     """
-    try:
-        _refuse(form, levels, feeds, pulse, centre, samples)
-        wanted = synthesised(order, oversampling, gain, zeros, centre)
-    except Refusal as error:
-        problem = Problem(message=str(error), key=error.key, got=error.got, expected=error.expected, hint=error.hint)
-        raise problem.error from None
+    _refuse(form, levels, feeds, pulse, centre, samples)
+    wanted = synthesised(order, oversampling, gain, zeros, centre)
     structure = Structure(form, order, pulse)
     transfer, k = structure.reachable(wanted), realised(wanted, structure, feeds)
     sizes = tuple(10.0 ** (decibel / 20.0) for decibel in DECIBELS)
@@ -139,19 +134,17 @@ def _known(amplitudes: Sequence[float], ratios: Sequence[float | None]) -> list[
 
 def _refuse(form: str, levels: int, feeds: str, pulse: tuple[float, float] | None, centre: float, samples: int) -> None:
     if form not in FORMS:
-        raise Refusal(
-            "must be a form", did_you_mean(form, FORMS, "forms"), key="form", got=form, expected=", ".join(FORMS)
-        )
+        raise refused("must be a form", "form", form, ", ".join(FORMS), did_you_mean(form, FORMS, "forms"))
     if not 2 <= levels <= 65536:
-        raise Refusal("must be a number of levels", key="levels", got=str(levels), expected="2 to 65536")
+        raise refused("must be a number of levels", "levels", str(levels), "2 to 65536")
     if feeds not in FEEDS or (feeds == "all" and pulse):
         expected = "first" if pulse else ", ".join(FEEDS)
-        raise Refusal("must be a way to feed the input", key="feeds", got=feeds, expected=expected)
+        raise refused("must be a way to feed the input", "feeds", feeds, expected)
     if pulse and not 0.0 <= pulse[0] < pulse[1] <= 1.0:
         got = f"{pulse[0]:g} to {pulse[1]:g}"
-        raise Refusal("must lie within one period", key="pulse", got=got, expected="0 <= begin < end <= 1")
+        raise refused("must lie within one period", "pulse", got, "0 <= begin < end <= 1")
     if centre and form.startswith("CI") and not pulse:
-        hint = f"take CR{form[2:]}"
-        raise Refusal("cannot be a band pass: its zeros leave the unit circle", hint, key="form", got=form)
+        message = "cannot be a band pass: its zeros leave the unit circle"
+        raise refused(message, "form", form, hint=f"take CR{form[2:]}")
     if not 1024 <= samples <= 2**20:
-        raise Refusal("must be a number of samples", key="samples", got=str(samples), expected="1024 to 1048576")
+        raise refused("must be a number of samples", "samples", str(samples), "1024 to 1048576")

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 from scipy import optimize, special
 
-from proofmass.blocks.declaration.problem import Refusal, did_you_mean
+from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean
 from proofmass.runner.host.arrays import Array
 
 _brentq: Any = optimize.brentq
@@ -53,8 +53,8 @@ def synthesised(
     """Return the noise transfer function of an order, an oversampling ratio, and a gain far from the band.
 
     `zeros` are "optimised", "centred" (so, but with two of an even number at the centre), or "none" (all at the
-    centre). `centre` is that of the band, relative to the rate; the band is 1 / (2 oversampling) wide. `Refusal` if not
-    possible.
+    centre). `centre` is that of the band, relative to the rate; the band is 1 / (2 oversampling) wide. Raises
+    `ModelError` if that is not possible.
 
     >>> [round(abs(zero.imag), 4) for zero in synthesised(3, 32).zeros]
     [0.0, 0.076, 0.076]
@@ -73,9 +73,7 @@ def synthesised(
 
     most = math.exp(excess(_LARGEST) + math.log(gain))
     if not 1.0 < gain < most:
-        raise Refusal(
-            "must be a gain that this order has", got=f"{gain:g}", expected=f"above 1, below {most:.4g}", key="gain"
-        )
+        raise refused("must be a gain that this order has", "gain", f"{gain:g}", f"above 1, below {most:.4g}")
     log_x = float(_brentq(excess, -_LARGEST, _LARGEST, xtol=1e-14, rtol=1e-15))
     return NoiseTransfer(_sorted(roots), _sorted(_poles(order, centre, log_x)))
 
@@ -119,19 +117,16 @@ def _sorted(roots: Array) -> tuple[complex, ...]:
 
 def _refuse(order: int, oversampling: float, zeros: str, centre: float) -> None:
     if not 1 <= order <= MOST_ORDER:
-        raise Refusal("must be an order", key="order", got=str(order), expected=f"1 to {MOST_ORDER}")
+        raise refused("must be an order", "order", str(order), f"1 to {MOST_ORDER}")
     if not oversampling >= 2.0 or not math.isfinite(oversampling):
-        raise Refusal(
-            "must be an oversampling ratio", key="oversampling", got=f"{oversampling:g}", expected="at least 2"
-        )
+        raise refused("must be an oversampling ratio", "oversampling", f"{oversampling:g}", "at least 2")
     if zeros not in ZEROS:
-        raise Refusal(
-            "must be a way to place zeros",
-            did_you_mean(zeros, ZEROS, ""),
-            key="zeros",
-            got=zeros,
-            expected=", ".join(ZEROS),
-        )
+        raise refused("must be a way to place zeros", "zeros", zeros, ", ".join(ZEROS), did_you_mean(zeros, ZEROS, ""))
     if centre and (order % 2 or not 0.25 / oversampling < centre < 0.5 - 0.25 / oversampling):
         expected = "an even order" if order % 2 else "a band between 0 and half the rate"
-        raise Refusal("cannot be the centre of a band pass", key="centre", got=f"{centre:g}", expected=expected)
+        raise refused("cannot be the centre of a band pass", "centre", f"{centre:g}", expected)
+
+
+def refused(message: str, key: str, got: str, expected: str = "", hint: str = "") -> ModelError:
+    """Return the error of an argument of a design."""
+    return Problem(message=message, key=key, got=got, expected=expected, hint=hint).error

@@ -9,7 +9,7 @@ integrate over one period, and the poles are +- j sqrt(g).
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -155,8 +155,9 @@ def scaled(structure: Structure, k: Coefficients, swings: Sequence[float]) -> Co
 
 def named(k: Coefficients, value: Callable[[str], Any]) -> Coefficients:
     """Return the coefficients with what `value` makes of their names, a1 and so on; zeros and ones stay."""
-
-    def of(letter: str, numbers: Sequence[float]) -> tuple[Any, ...]:
-        return tuple(v if v in (0.0, 1.0) else value(f"{letter}{i}") for i, v in enumerate(numbers, 1))
-
-    return replace(k, a=of("a", k.a), b=of("b", k.b), c=of("c", k.c), g=of("g", k.g))
+    return Coefficients(
+        **{
+            letter: tuple(v if v in (0.0, 1.0) else value(f"{letter}{i}") for i, v in enumerate(numbers, 1))
+            for letter, numbers in vars(k).items()
+        }
+    )
