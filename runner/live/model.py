@@ -47,13 +47,9 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
     named = named_values(graph, {slider.node: slider for slider in chosen})
     fixed = (*named.fixed, *fixed_parameters(plan, chosen))
     every = (*named.sliders, *chosen)
-    carried = loop.as_data()
-    units = (
-        {slider.unit for slider in every}
-        | {wire["unit"] for wire in carried["wires"]}
-        | {probe["unit"] for probe in carried["probes"]}
-        | {made["unit"] for made in carried["measures"]}
-    )
+    carried, usual = loop.as_data(), ticks in (None, plan.ticks())
+    units = {slider.unit for slider in every}
+    units |= {row["unit"] for table in ("wires", "probes", "measures") for row in carried[table]}
     return {
         "name": graph.name,
         "file": Path(graph.place.file or "graph.toml").name,
@@ -66,9 +62,7 @@ def live_model(graph: Graph, ticks: int | None = None, seed: int | None = None) 
         "units": {name: scales_of(name) for name in sorted(units)},
         "options": _method_options(graph, plan),
         "order": [probe.signal for probe in graph.probes],
-        "duration": write_seconds(graph.duration)
-        if graph.duration is not None and ticks in (None, plan.ticks())
-        else "",
+        "duration": write_seconds(graph.duration) if usual and graph.duration is not None else "",
         "blocks": blocks_of(plan),
         "kinds": {type(block).__name__: about(type(block)) for block in plan.blocks.values()},
         "spelled": _spelled([("s", "s"), *sorted({(slider.shown_in, slider.unit) for slider in every})]),
@@ -156,11 +150,11 @@ def scales_of(unit: str) -> list[dict[str, Any]]:
 
 def _method_options(graph: Graph, plan: Plan) -> list[str]:
     """Options by which the command line steps continuous blocks as this plan does, whatever the parameters are."""
-    if all(solver.exact for solver in plan.solvers) or graph.integration.substeps is not None:
+    stepped = [solver for solver in plan.solvers if not solver.exact]
+    if not stepped or graph.integration.substeps is not None:
         return []
-    substeps = max(solver.substeps for solver in plan.solvers if not solver.exact)
-    methods = {solver.method for solver in plan.solvers if not solver.exact}
-    changes: dict[str, Any] = {"substeps": substeps}
+    methods = {solver.method for solver in stepped}
+    changes: dict[str, Any] = {"substeps": max(solver.substeps for solver in stepped)}
     if methods != {"runge_kutta_4"}:
         changes["method"] = min(methods)
     try:

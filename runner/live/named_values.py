@@ -4,7 +4,6 @@ Sums, products, quotients, roots and whole powers have the same bits in a browse
 parameter follows by another function, a rate, a duration, an integer or an entry of a list needs the command line.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from graphlib import TopologicalSorter
@@ -19,7 +18,7 @@ from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.flatten import inside, parts, values_of
 from proofmass.graphs.model.graph import Endpoint, Graph, split
 from proofmass.graphs.model.targets import target_at
-from proofmass.runner.live.sliders import LOGARITHMIC, FixedParameter, Slider, range_of
+from proofmass.runner.live.sliders import FixedParameter, Slider, range_of
 
 _SAME_BITS = frozenset(("+", "-", "*", "/", "negative", "sqrt", "abs", "min", "max"))
 
@@ -65,9 +64,8 @@ def named_values(graph: Graph, moving: Mapping[Endpoint, Slider]) -> NamedValues
         movable = all(steps[target].exact and (target in values or split(target) in moving) for target in followers)
         about = "Named value" + (f"; {', '.join(sorted(followers))} follow." if followers else ".")
         if followers and movable:
-            low, high = range_of(value.number, None, None, 1.0)
-            ends = low, high, low > 0.0 and math.log10(high / low) >= LOGARITHMIC
             facts = *place, coherent_unit(value.dimension), about, value.number
+            ends = range_of(value.number, None, None, 1.0)
             named.sliders.append(Slider(*facts, *ends, named=True, written=value.written))
         else:
             named.fixed.append(FixedParameter(*place, "", about, value.text(), named=True))

@@ -166,16 +166,11 @@ class Session:
         """A queue of what a new window is told, from how things stand on."""
         heard: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         with self._lock:
-            if self._shown:
-                heard.put(self._shown)
-            if self._diagram:
-                heard.put(self._diagram)
-            if self._problems:
-                heard.put({"kind": "problems", "problems": self._problems})
-            if "study" in self._told:
-                heard.put(self._told["study"])
-            if self._state:
-                heard.put({"kind": "state", "state": self._state, "window": ""})
+            problems = {"kind": "problems", "problems": self._problems} if self._problems else None
+            state = {"kind": "state", "state": self._state, "window": ""} if self._state else None
+            for message in (self._shown, self._diagram, problems, self._told.get("study"), state):
+                if message:
+                    heard.put(message)
             self._listeners.add(heard)
         return heard
 
@@ -255,13 +250,10 @@ def read_state(data: object) -> dict[str, Any] | None:
     if not isinstance(state, dict):
         return None
     values, seed, duration = (state.get(key) for key in ("values", "seed", "duration"))
-    if not isinstance(values, dict) or len(values) > _MOST_CHANGES:
+    if not isinstance(values, dict) or len(values) > _MOST_CHANGES or not all(map(_is_number, values.values())):
         return None
-    if not all(_is_number(value) for value in values.values()):
-        return None
-    if not (isinstance(seed, str) and _SEED.fullmatch(seed)):
-        return None
-    if not (isinstance(duration, str) and _DURATION.fullmatch(duration)):
+    forms = (seed, _SEED), (duration, _DURATION)
+    if not all(isinstance(text, str) and form.fullmatch(text) for text, form in forms):
         return None
     return {"values": {name: float(value) for name, value in values.items()}, "seed": seed, "duration": duration}
 

@@ -8,7 +8,6 @@ from typing import Any
 
 from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.instance import unit_of, written
-from proofmass.blocks.declaration.parameter import Parameter
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.blocks.declaration.shown_units import pretty
 from proofmass.blocks.declaration.spelled_units import usual_unit
@@ -124,21 +123,22 @@ def _turns_the_method(graph: Graph, plan: Plan, slider: Slider) -> bool:
 def _slider(plan: Plan, name: str, parameter: str) -> Slider:
     block = plan.blocks[name]
     declared, value = type(block).parameters[parameter], float(getattr(block, parameter))
-    low, high = _range(declared, value)
-    limits = (declared.above, declared.at_least, declared.below, declared.at_most)
-    logarithmic = low > 0.0 and math.log10(high / low) >= LOGARITHMIC
-    own, text = unit_of(block, declared), written(block, parameter)
-    drawn = box_of(plan.graph, name, block).shown(parameter)
-    return Slider(name, parameter, own, declared.doc, value, low, high, logarithmic, *limits, written=text, drawn=drawn)
-
-
-def _range(declared: Parameter, value: float) -> tuple[float, float]:
     lowest = declared.at_least if declared.above is None else declared.above
     highest = declared.at_most if declared.below is None else declared.below
-    return range_of(value, lowest, highest, float(declared.default))
+    ends = range_of(value, lowest, highest, float(declared.default))
+    limits = (declared.above, declared.at_least, declared.below, declared.at_most)
+    own, text = unit_of(block, declared), written(block, parameter)
+    drawn = box_of(plan.graph, name, block).shown(parameter)
+    return Slider(name, parameter, own, declared.doc, value, *ends, *limits, written=text, drawn=drawn)
 
 
-def range_of(value: float, lowest: float | None, highest: float | None, usual: float) -> tuple[float, float]:
+def range_of(value: float, lowest: float | None, highest: float | None, usual: float) -> tuple[float, float, bool]:
+    """Return the ends of the range of a slider, and whether it is logarithmic."""
+    low, high = _ends(value, lowest, highest, usual)
+    return low, high, low > 0.0 and math.log10(high / low) >= LOGARITHMIC
+
+
+def _ends(value: float, lowest: float | None, highest: float | None, usual: float) -> tuple[float, float]:
     """Return a decade either side of a positive value, twice any other; cut where it is bounded on both sides."""
     if lowest is not None and highest is not None:
         low, high = float(lowest), float(highest)

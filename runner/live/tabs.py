@@ -26,9 +26,8 @@ def margins_tab(graph: Graph) -> TabAnswer:
     from proofmass.runner.planning.plan import plan
 
     loops = all_margins(plan(graph))
-    pictures = (_picture(plot_margins(margins), f"loop {name}") for name, margins in loops.items())
     texts = [*map(margins_text, loops.values()), "\n".join(str(second_opinion(one)) for one in loops.values())]
-    return TabAnswer("\n\n".join(texts), tuple(pictures))
+    return _answer(texts, {f"loop {name}": plot_margins(margins) for name, margins in loops.items()})
 
 
 def noise_tab(graph: Graph) -> TabAnswer:
@@ -38,7 +37,7 @@ def noise_tab(graph: Graph) -> TabAnswer:
     from proofmass.runner.analysis.noise.plot import plot_noise
     from proofmass.runner.analysis.noise.text import noise_text
 
-    texts, pictures, refusals = list[str](), list[str](), list[ModelError]()
+    texts, figures, refusals = list[str](), dict[str, "Figure"](), list[ModelError]()
     for probe in graph.probes:
         try:
             budget = noise(graph, probe.signal)
@@ -46,10 +45,10 @@ def noise_tab(graph: Graph) -> TabAnswer:
             refusals.append(error)
             continue
         texts.append(noise_text(budget))
-        pictures.append(_picture(plot_noise(budget), f"noise of {probe.signal}"))
+        figures[f"noise of {probe.signal}"] = plot_noise(budget)
     if refusals and not texts:
         raise refusals[0]
-    return TabAnswer("\n\n".join(texts), tuple(pictures))
+    return _answer(texts, figures)
 
 
 def spectra_tab(graph: Graph) -> TabAnswer:
@@ -62,7 +61,7 @@ def spectra_tab(graph: Graph) -> TabAnswer:
     from proofmass.runner.run.simulate import simulate
 
     result = simulate(graph)
-    texts, pictures = list[str](), list[str]()
+    texts, figures = list[str](), dict[str, "Figure"]()
     for name, trace in result.traces.items():
         if trace.values.ndim > 1:
             texts.append(f"{name}: a vector has no spectrum here")
@@ -74,19 +73,19 @@ def spectra_tab(graph: Graph) -> TabAnswer:
             texts.append(f"{name}: {error.problems[0].message}")
             continue
         try:
-            figures = tones(whole)
+            tone = tones(whole)
         except ModelError:
-            figures = None
-        texts += [spectrum_text(density, None, None), tone_text(figures, whole)]
-        pictures.append(_picture(plot_spectrum(density, figures), f"spectrum of {name}"))
-    return TabAnswer("\n\n".join(texts), tuple(pictures))
+            tone = None
+        texts += [spectrum_text(density, None, None), tone_text(tone, whole)]
+        figures[f"spectrum of {name}"] = plot_spectrum(density, tone)
+    return _answer(texts, figures)
 
 
-def _picture(figure: "Figure", name: str) -> str:
+def _answer(texts: list[str], figures: dict[str, "Figure"]) -> TabAnswer:
     # start-up time: matplotlib
     from proofmass.runner.output.page import picture
 
-    return picture(figure, name)
+    return TabAnswer("\n\n".join(texts), tuple(picture(figure, name) for name, figure in figures.items()))
 
 
 TABS = {"margins": margins_tab, "noise": noise_tab, "spectra": spectra_tab}
