@@ -4,7 +4,6 @@ from collections.abc import Callable
 from functools import lru_cache
 
 Interval = tuple[int, int]
-Rule = Callable[[Interval, Interval], bool]
 
 _TRUTHS = ((0, 0), (0, 1), (1, 1))
 
@@ -31,9 +30,20 @@ def corners(evaluate: Callable[..., int], *operands: Interval) -> Interval:
     return min(values), max(values)
 
 
-def comparison(always: Rule, never: Rule, a: Interval, b: Interval) -> Interval:
-    """Interval of a comparison, by whether it holds always or never."""
-    return int(always(a, b)), int(not never(a, b))
+def comparison(test: Callable[[int, int], bool], a: Interval, b: Interval) -> Interval:
+    """Interval of < or <=: it holds always if it does where the operands are nearest to the contrary."""
+    return int(test(a[1], b[0])), int(test(a[0], b[1]))
+
+
+def equality(a: Interval, b: Interval) -> Interval:
+    """Interval of ==."""
+    return int(a == b and a[0] == a[1]), int(a[0] <= b[1] and b[0] <= a[1])
+
+
+def inequality(a: Interval, b: Interval) -> Interval:
+    """Interval of !=."""
+    never, always = equality(a, b)
+    return 1 - always, 1 - never
 
 
 def selection(condition: Interval, chosen: Interval, otherwise: Interval) -> Interval:

@@ -10,7 +10,16 @@ from functools import partial
 from types import MappingProxyType
 from typing import Any, Literal
 
-from proofmass.runner.fixed.integer_interval import Interval, Rule, bitwise, comparison, conjunction, corners, selection
+from proofmass.runner.fixed.integer_interval import (
+    Interval,
+    bitwise,
+    comparison,
+    conjunction,
+    corners,
+    equality,
+    inequality,
+    selection,
+)
 
 OperationName = Literal[
     "constant",
@@ -70,42 +79,10 @@ def _bitwise(interval: Callable[..., Interval], evaluate: Callable[..., Any], wo
     return OperationKind(evaluate=evaluate, interval=partial(interval, evaluate), word=word, commutative=True, **more)
 
 
-def _comparison(
-    test: Callable[..., bool], word: str, sign: str, always: Rule, never: Rule, **more: Any
-) -> OperationKind:
-    """A comparison that holds for all values of two intervals, or for none, where the rules say so."""
-    return OperationKind(
-        evaluate=lambda a, b: int(test(a, b)),
-        interval=partial(comparison, always, never),
-        word=word,
-        python=f"{{0}} {sign} {{1}}",
-        comparison=True,
-        **more,
-    )
-
-
-def _below(a: Interval, b: Interval) -> bool:
-    return a[1] < b[0]
-
-
-def _at_most(a: Interval, b: Interval) -> bool:
-    return a[1] <= b[0]
-
-
-def _above(a: Interval, b: Interval) -> bool:
-    return a[0] > b[1]
-
-
-def _at_least(a: Interval, b: Interval) -> bool:
-    return a[0] >= b[1]
-
-
-def _disjoint(a: Interval, b: Interval) -> bool:
-    return _below(a, b) or _above(a, b)
-
-
-def _one_value(a: Interval, b: Interval) -> bool:
-    return a == b and a[0] == a[1]
+def _comparison(test: Callable[..., bool], interval: Callable[..., Interval], word: str, sign: str, **more: Any) -> Any:
+    """A comparison that holds for all values of two intervals, or for none, where they say so."""
+    more |= {"evaluate": lambda a, b: int(test(a, b)), "interval": interval, "python": f"{{0}} {sign} {{1}}"}
+    return OperationKind(word=word, comparison=True, **more)
 
 
 OPERATIONS: Mapping[OperationName, OperationKind] = MappingProxyType(
@@ -124,10 +101,10 @@ OPERATIONS: Mapping[OperationName, OperationKind] = MappingProxyType(
         "and": _bitwise(conjunction, operator.and_, "both", python="{0} & {1}", of_equals="operand"),
         "or": _bitwise(bitwise, operator.or_, "either", python="{0} | {1}", neutral=0, of_equals="operand"),
         "xor": _bitwise(bitwise, operator.xor, "unlike", python="{0} ^ {1}", neutral=0, of_equals=0),
-        "less": _comparison(operator.lt, "less", "<", _below, _at_least, of_equals=0),
-        "less_equal": _comparison(operator.le, "at_most", "<=", _at_most, _above, of_equals=1),
-        "equal": _comparison(operator.eq, "equal", "==", _one_value, _disjoint, commutative=True, of_equals=1),
-        "not_equal": _comparison(operator.ne, "differs", "!=", _disjoint, _one_value, commutative=True, of_equals=0),
+        "less": _comparison(operator.lt, partial(comparison, operator.lt), "less", "<", of_equals=0),
+        "less_equal": _comparison(operator.le, partial(comparison, operator.le), "at_most", "<=", of_equals=1),
+        "equal": _comparison(operator.eq, equality, "equal", "==", commutative=True, of_equals=1),
+        "not_equal": _comparison(operator.ne, inequality, "differs", "!=", commutative=True, of_equals=0),
         "minimum": _arithmetic(
             min,
             "smaller",

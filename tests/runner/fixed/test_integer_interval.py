@@ -6,7 +6,16 @@ from collections.abc import Callable
 
 import pytest
 
-from proofmass.runner.fixed.integer_interval import bitwise, comparison, conjunction, corners, selection, signed_width
+from proofmass.runner.fixed.integer_interval import (
+    bitwise,
+    comparison,
+    conjunction,
+    corners,
+    equality,
+    inequality,
+    selection,
+    signed_width,
+)
 
 ENDS = range(-9, 9)
 INTERVALS = [(low, high) for low in ENDS for high in range(low, 9)]
@@ -53,8 +62,10 @@ def test_operations_with_their_extremes_at_corners(function: Callable[[int, int]
 
 def test_comparisons_and_choices() -> None:
     for a, b in PAIRS[::3]:
-        found = comparison(lambda a, b: a[1] < b[0], lambda a, b: a[0] >= b[1], a, b)
-        assert found == exact(lambda x, y: int(x < y), a, b)
+        assert comparison(operator.lt, a, b) == exact(lambda x, y: int(x < y), a, b)
+        assert comparison(operator.le, a, b) == exact(lambda x, y: int(x <= y), a, b)
+        assert equality(a, b) == exact(lambda x, y: int(x == y), a, b)
+        assert inequality(a, b) == exact(lambda x, y: int(x != y), a, b)
     for condition in INTERVALS:
         taken = {bool(value) for value in range(condition[0], condition[1] + 1)}
         ends = [end for value, end in ((True, (2, 5)), (False, (-4, 3))) if value in taken]
