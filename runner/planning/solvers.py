@@ -113,7 +113,7 @@ class _Choice:
         }
         inputs = [wires[node] for node in self.group.inputs]
         if self.group.loops:
-            return self._differences(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
+            return self._slopes(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires), 1.0, -1.0)
         point = [*(value + dual(0.0, {j: 1.0}, SIGNALS) for j, value in enumerate(self.start)), *inputs]
         stages = DualStages(self.plan, self.group, by_parameters=False)
         try:
@@ -127,38 +127,26 @@ class _Choice:
             return slopes
         return self._steepest(lambda states: rates_at(self.stages, constants, [*states, *inputs], wires))
 
-    def _differences(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
+    def _slopes(self, rates: Callable[[list[float]], list[float]], above: float, below: float) -> Matrix:
+        """Slopes by differences between two points about the start, at parts of a small step from it."""
         columns = []
         for j, value in enumerate(self.start):
             nudge = 1e-6 * abs(value) or 1e-12
-            above, below = (rates([*self.start[:j], value + s, *self.start[j + 1 :]]) for s in (nudge, -nudge))
-            columns.append([(a - b) / (2.0 * nudge) for a, b in zip(above, below, strict=True)])
+            here, there = (rates([*self.start[:j], value + p * nudge, *self.start[j + 1 :]]) for p in (below, above))
+            columns.append([(a - b) / ((above - below) * nudge) for a, b in zip(there, here, strict=True)])
         return [list(row) for row in zip(*columns, strict=True)]
 
     def _steepest(self, rates: Callable[[list[float]], list[float]]) -> Matrix:
         """Slopes on the steeper side of each corner; not finite if a slope is infinite and grows with smaller steps."""
         sides = []
         for part in (1.0, 0.01):
-            forward, backward = (self._one_sided(rates, sign * part) for sign in (1.0, -1.0))
-            sides.append(
-                [
-                    [max(pair, key=abs) for pair in zip(*rows, strict=True)]
-                    for rows in zip(forward, backward, strict=True)
-                ]
-            )
+            both = zip(self._slopes(rates, part, 0.0), self._slopes(rates, -part, 0.0), strict=True)
+            sides.append([[max(pair, key=abs) for pair in zip(*rows, strict=True)] for rows in both])
         wide, narrow = sides
         return [
             [b if abs(b) <= 2.0 * abs(a) else math.inf for a, b in zip(*rows, strict=True)]
             for rows in zip(wide, narrow, strict=True)
         ]
-
-    def _one_sided(self, rates: Callable[[list[float]], list[float]], part: float) -> Matrix:
-        here, columns = rates(list(self.start)), []
-        for j, value in enumerate(self.start):
-            nudge = part * (1e-6 * abs(value) or 1e-12)
-            there = rates([*self.start[:j], value + nudge, *self.start[j + 1 :]])
-            columns.append([(a - b) / nudge for a, b in zip(there, here, strict=True)])
-        return [list(row) for row in zip(*columns, strict=True)]
 
     def _not_linear(self) -> str:
         """Return why the group is not linear in states and inputs for held factors; empty if it is."""
