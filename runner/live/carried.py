@@ -28,9 +28,8 @@ from proofmass.runner.program.measure_formulas import measure_formulas
 from proofmass.runner.program.slots import INTEGERS
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
-from proofmass.runner.targets.content import content_of
 from proofmass.runner.targets.llvm_functions import externals
-from proofmass.runner.targets.llvm_text import ENTRY
+from proofmass.runner.targets.llvm_text import ENTRY, content_of
 from proofmass.runner.targets.native import arrays_of, dtype_of, finite_places, moving
 from proofmass.runner.targets.wasm import WasmModule, wasm_module
 

@@ -130,7 +130,7 @@ def _run(planned: Plan, seed: int, ticks: int) -> dict[str, Any]:
     """Return what two runs must share to give the same bits."""
     # start-up time: only checkpoints need the program
     from proofmass.runner.program.tick import write_tick
-    from proofmass.runner.targets.content import content_of
+    from proofmass.runner.targets.llvm_text import content_of
 
     recordings = hashlib.sha256()
     for node in sorted(planned.recorded):

@@ -4,6 +4,7 @@ A variable is a place on the stack, which LLVM's first passes make a value of; a
 away. Nothing is contracted or reordered: no instruction has a flag for that.
 """
 
+import hashlib
 from collections.abc import Collection, Iterable, Mapping
 
 from proofmass.runner.program import form
@@ -39,6 +40,11 @@ def llvm_text(
     functions = [FunctionText(f, f is entry, beside, operations, once).text() for f in program.functions.values()]
     head = [f'target triple = "{triple}"', f'target datalayout = "{layout}"'] if triple else []
     return "\n".join([*head, *beside, *functions, *ATTRIBUTES, ""])
+
+
+def content_of(program: form.Program) -> str:
+    """Hash of everything that a program computes, whatever files its functions come from: the same on every machine."""
+    return hashlib.sha256(llvm_text(program).encode()).hexdigest()
 
 
 class FunctionText:

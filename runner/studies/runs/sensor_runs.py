@@ -32,7 +32,7 @@ from proofmass.runner.run.side_by_side import SideBySide, lanes_for, whole_lanes
 from proofmass.runner.studies.draws.drawing import drawn_together, on_arrays
 from proofmass.runner.studies.outcome.outcomes import Outcomes, SensorRun, outcomes_of
 from proofmass.runner.studies.runs.margins_per_run import margin_measures
-from proofmass.runner.targets.content import content_of
+from proofmass.runner.targets.llvm_text import content_of
 
 _Answer = TypeVar("_Answer")
 Values = tuple[float, ...]

@@ -20,7 +20,7 @@ from proofmass.runner.program.listing import listing
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.simulate import RunError, simulate
-from proofmass.runner.targets.content import content_of
+from proofmass.runner.targets.llvm_text import content_of
 
 BOTH: list[EngineName] = ["python", "compiled"]
 KINDS = all_blocks()

@@ -13,7 +13,7 @@ from proofmass.runner.program.build import Builder
 from proofmass.runner.program.form import FLOAT, INTEGER, TRUTH, Function, Operand, Storage, Variable
 from proofmass.runner.program.lower import program
 from proofmass.runner.program.tick import write_tick
-from proofmass.runner.targets.content import content_of
+from proofmass.runner.targets.llvm_text import content_of
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from tests.by_hand.evaluate_program import evaluate
 from tests.by_hand.verify_program import verify

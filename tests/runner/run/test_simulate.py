@@ -37,7 +37,7 @@ from proofmass.runner.run.engine_table import EngineName
 from proofmass.runner.run.engines import choose
 from proofmass.runner.run.result import Result
 from proofmass.runner.run.simulate import simulate
-from proofmass.runner.targets.content import content_of
+from proofmass.runner.targets.llvm_text import content_of
 
 ENGINES: list[EngineName] = ["python", "compiled"]
 
