@@ -209,7 +209,8 @@ class _Wiring:
             for port, declared in type(block).outputs.items():
                 with suppress(UnitError):
                     fitting = outputs.setdefault((split(name)[0], *_kind(block, declared)), [])
-                    fitting += [f"{name}.{port}"] * (len(fitting) < 4)
+                    if len(fitting) < 4:
+                        fitting.append(f"{name}.{port}")
         return outputs
 
 

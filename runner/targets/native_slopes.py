@@ -115,7 +115,15 @@ class SlopesInCode(CompiledLoop):
         slopes = [_in_lanes(len(array)) for array in (self._scratch, *self._moved)]
         before = [array.copy() for array in self._moved]
         self._in_lanes = [_in_lanes(MOST), _in_lanes(2), *slopes]
-        self._arrays = [*self.arrays(()), *events, *self._in_lanes, *before, lengths, kept, ends]  # addresses are passed
+        self._arrays = [
+            *self.arrays(()),
+            *events,
+            *self._in_lanes,
+            *before,
+            lengths,
+            kept,
+            ends,
+        ]  # addresses are passed
         self._addresses = [array.ctypes.data for array in self._arrays]
         self._seeded = self._live = np.array([place in seeded for place in self._places.values()], dtype=bool)
         self._wanted = np.append(self._live, np.zeros(most, dtype=bool))  # numbers and events whose directions are run

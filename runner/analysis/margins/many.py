@@ -141,7 +141,7 @@ class ManyMargins:
     def _two_periods(
         self, pattern: _Pattern, course: Course, before: "CompiledSlopes | None"
     ) -> "CompiledSlopes | None":
-        """Return two periods of a sensor's loop, run by the engine of one `before` if that serves; None if they fail."""
+        """Return two periods of a sensor's loop, by the engine of one `before` if that serves; None if they fail."""
         plan, code = course.plan, self._course.slopes()
         assert code is not None
         if any(plan.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):

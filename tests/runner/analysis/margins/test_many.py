@@ -29,6 +29,14 @@ def lot(graph: Graph, spread: dict[str, float], count: int) -> tuple[Plan, list[
 ACCELEROMETER = {"pendulum.stiffness": 0.05, "pendulum.damping": 0.1, "pendulum.inertia": 0.05, "torquer.gain": 0.1}
 
 
+def test_sensors_in_turn_leave_nothing_for_the_next_one() -> None:
+    """They share arrays, in which matrices of continuous blocks are kept as long as what they follow from stays."""
+    planned, sensors = lot(proofmass.read_graph("library:closed_loop_accelerometer"), ACCELEROMETER, 6)
+    together = ManyMargins(planned, "0 s").values(sensors)
+    assert len({*together}) == 6
+    assert together == [ManyMargins(planned, "0 s").values([sensor])[0] for sensor in sensors]
+
+
 @pytest.mark.exhaustive
 @pytest.mark.parametrize("at", ["0 s", "2 ms"])
 def test_an_accelerometer(at: str) -> None:
