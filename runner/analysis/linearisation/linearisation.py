@@ -31,7 +31,7 @@ from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coar
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch
+from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch, turning
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
@@ -87,8 +87,9 @@ class Linearisation:
 
         See `period_map`. Of the outputs `beside`, whose maps are asked for too, it is computed together.
         """
-        turns = by_parameters and not cut
-        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside), turns)
+        ends = Ends(tuple(inputs), tuple(outputs), cut, everything, noise, tuple(beside))
+        if by_parameters and (not cut or turning(self.plan) & ends.blocks(self.plan)[0]):
+            ends = replace(ends, whole_turns=True)
         point = self.point_of(ends)
         notes, exact, later = point.notes, point.map, point.later
         if by_parameters:

@@ -22,6 +22,7 @@ from typing import Any
 import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.graph import split
 from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
@@ -40,7 +41,9 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap, Unrepe
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
 from proofmass.runner.analysis.linearisation.waiting import Waiting, switch_note
+from proofmass.runner.derivatives.dual_noise import given
 from proofmass.runner.host.arrays import Array, Complex
+from proofmass.runner.plan.bindings import StateBinding, Tick, Time
 from proofmass.runner.plan.memory import Memory
 from proofmass.runner.plan.planned import Plan
 
@@ -57,6 +60,7 @@ MOST_MAPS, MOST_COMPARED = 16, 2_000  # periods, and base ticks of them, whose m
 MOST_SWITCHED = MOST_VALUES  # periods of a map over those of a switch
 _BACK = 0.1  # relative difference allowed between a map of noise over several periods and the next one
 STARTS_UP = 'tick 0 is a start-up, and the loop changes afterwards: use --at settled, or a time, such as --at "0.1 s"'
+_TURNED_AT, _TURNED = 8, 1e-3  # instants of a turn; part by which what a parameter does may differ from one to another
 _EXACTLY = 1e-9  # part of its swing by which a number may miss its old value when an orbit closes for good
 
 
@@ -163,9 +167,23 @@ class OrbitSearch:
     def _over_turns(self, point: OrbitPoint) -> OrbitPoint:
         """Return the map over whole turns of all sources: what parameters do differs where periods are alike."""
         periods = math.lcm(point.periods, *self._repetition())
-        if not point.periods < periods <= self._longest:
+        if not point.periods < periods <= self._longest or (self._ends.cut and not self._turns(point, periods)):
             return point
         return replace(point, map=self._run.map(0, periods), periods=periods, later=(self._run.map(periods, periods),))
+
+    def _turns(self, point: OrbitPoint, periods: int) -> bool:
+        """Return whether what parameters do to a loop turns with sources, whose own parameters move it or others do."""
+        maps, last = periods // point.periods, _TURNED_AT - 1
+        looks = {0, 1, 2, 3, *(maps * number // last for number in range(1, last))} & {*range(maps)}
+        tables = list[dict[str, Array]]()
+        for memory in (self._run.after(look * point.periods) for look in sorted(looks)):
+            options: dict[str, Any] = {"span": point.periods * self._ticks, "rings": self._run.rings}
+            moved = self._ends.map(self._plan, memory=memory, by_parameters=True, point_slopes={}, **options)
+            tables.append({name: slope[:, :-1] for name, slope in moved.slopes.items() if slope[:, :-1].any()})
+        first, sources = tables[0], turning(self._plan)
+        if any(table.keys() != first.keys() for table in tables) or any(split(name)[0] in sources for name in first):
+            return True
+        return not all(np.allclose(first[name], table[name], _TURNED, 0.0) for table in tables for name in first)
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
         """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
@@ -350,6 +368,11 @@ class OrbitSearch:
             else "take a later time, or --at settled",
             path=("blocks", name),
         )
+
+
+def turning(plan: Plan) -> set[str]:
+    """Return the sources of a plan that turn: they have no inputs, and are given the time or a state."""
+    return {name for name in given(plan, (Time, Tick, StateBinding)) if not type(plan.blocks[name]).inputs}
 
 
 def _passes(of_period: PeriodMap) -> bool:
