@@ -41,8 +41,7 @@ class RestingOutput(Starting):
         """Raises `ModelError` where the output depends on too many states."""
         most = MOST_STATES if rest.is_exact else MOST_STATES // 2
         if len(rest.directions) > most:
-            has = f"{'.'.join(target)} depends on {len(rest.directions)} states"
-            raise plan.graph.placed(too_large(has, target, str(most))).error
+            raise too_large(plan, f"{'.'.join(target)} depends on {len(rest.directions)} states", target, most)
         self._plan, self._rest = plan, rest
         ends = Ends((), (target,), everything=True)
         self._period_run = None if rest.is_exact else BallRun(plan, ends, rest.map_between(ends), rest)

@@ -28,6 +28,7 @@ from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan
 
 MOST_STATES, MOST_VALUES = 64, 32  # of a map, and of a loop's wire in a period: matrices are met thousands of times
+_SEARCH = "search with `proofmass worst`"
 _OF_START = "a loop whose margins are those of the start of the run"
 MatrixRows = list[list[Any]]  # of balls and numbers
 
@@ -147,7 +148,7 @@ class StartingLoop(Starting):
         point = at_start(plan, ends) if rest is None else rest.map_between(ends)
         later = point.map.tick or (point.moves and OperatingPoints(plan).about_loop(node)[0].told)
         if rest is None and later:
-            raise ChangesLaterError([plan.graph.placed(changes_later(f"the loop through {signal}", node, _OF_START))])
+            raise changes_later(plan, f"the loop through {signal}", node, _OF_START)
         between = point.map.between()
         if not between.order:
             message = f"what goes in at {signal} does not come back at the start of the run"
@@ -155,11 +156,8 @@ class StartingLoop(Starting):
         if between.order > MOST_STATES or len(between.outputs) > MOST_VALUES:
             values = f"{len(between.outputs)} values of its wire in a period"
             has = f"the loop through {signal} has {between.order} states and {values}"
-            most, hint = (
-                f"{MOST_STATES} states and {MOST_VALUES} values",
-                "open the loop at its slowest wire with --loop",
-            )
-            raise plan.graph.placed(too_large(has, node, most, hint)).error
+            most = f"{MOST_STATES} states and {MOST_VALUES} values"
+            raise too_large(plan, has, node, most, "open the loop at its slowest wire with --loop")
         self._run = BallRun(plan, ends, point, rest)
         self.period, self.values = between.period, len(between.inputs)  # s, and values of the wire in it
 
@@ -198,17 +196,19 @@ def at_start(plan: Plan, ends: Ends, tick: int = 0) -> OrbitPoint:
         raise ChangesLaterError(error.problems) from None
 
 
-def changes_later(what: str, node: Endpoint, expected: str = "") -> Problem:
-    """Return the problem of what is not that of the start of the run later."""
-    return Problem(
+def changes_later(plan: Plan, what: str, node: Endpoint, expected: str = "") -> ChangesLaterError:
+    """Return the error of what is not that of the start of the run later."""
+    problem = Problem(
         message=f"{what} changes after the start",
         key=".".join(node),
         expected=expected,
         hint="proofs are about the start of a run; `proofmass worst` searches at other operating points",
         path=("blocks", node[0]),
     )
+    return ChangesLaterError([plan.graph.placed(problem)])
 
 
-def too_large(has: str, node: Endpoint, most: str, hint: str = "search with `proofmass worst`") -> Problem:
-    """Return the problem of what has more states or values than matrices are met with."""
-    return Problem(message=has, key=".".join(node), expected=f"at most {most}", hint=hint, path=("blocks", node[0]))
+def too_large(plan: Plan, has: str, node: Endpoint, most: Any, hint: str = _SEARCH) -> ModelError:
+    """Return the error of what has more states or values than matrices are met with."""
+    place, expected = ("blocks", node[0]), f"at most {most}"
+    return plan.graph.placed(Problem(message=has, key=".".join(node), expected=expected, hint=hint, path=place)).error

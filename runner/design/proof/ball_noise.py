@@ -25,7 +25,6 @@ from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
     BallRun,
-    ChangesLaterError,
     MatrixRows,
     Starting,
     at_start,
@@ -58,15 +57,14 @@ class StartingNoise(Starting):
         ends = Ends((), (target,), noise=noisy)
         point = at_start(plan, ends, first) if rest is None else rest.map_between(ends)
         if rest is None and point.map.tick != first:
-            raise ChangesLaterError([plan.graph.placed(changes_later(way, target))])
+            raise changes_later(plan, way, target)
         between = noise_map(point.map, target)
         if between.settles and not any(between.mean_squares()):
             raise plan.graph.placed(_none(target)).error
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:
             has = f"{way} has {point.map.order} states and {size} random numbers or values in a period"
-            most = f"{MOST_STATES} states and {_MOST_ENDS} numbers"
-            raise plan.graph.placed(too_large(has, target, most)).error
+            raise too_large(plan, has, target, f"{MOST_STATES} states and {_MOST_ENDS} numbers")
         self._run = _NoiseRun(plan, ends, point, rest)
         self.period, self.values = point.map.period, 1
 

@@ -22,7 +22,6 @@ from proofmass.runner.design.proof.ball_map import (
     MOST_STATES,
     MOST_VALUES,
     BallRun,
-    ChangesLaterError,
     MatrixRows,
     Starting,
     at_start,
@@ -44,10 +43,10 @@ class StartingPath(Starting):
         self._point: OrbitPoint = at_start(plan, ends) if rest is None else rest.map_between(ends)
         later = self._point.map.tick or (self._point.moves and not _answers_at_start(plan, source, target))
         if rest is None and later:
-            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+            raise changes_later(plan, way, target, _ALIKE)
         order = self._point.map.between().order
         if order > MOST_STATES:
-            raise plan.graph.placed(too_large(f"{way} has {order} states", target, str(MOST_STATES))).error
+            raise too_large(plan, f"{way} has {order} states", target, MOST_STATES)
         self._run = BallRun(plan, ends, self._point, rest)
         self.period, self.values = self._point.map.period, 1
 
@@ -70,13 +69,12 @@ class StartingResponse(StartingPath):
         """Raises `ModelError` where the graph changes after the start, has too many states, or nothing comes out."""
         super().__init__(plan, source, target, rest)
         if self._point.moves:
-            way = f"the way from {'.'.join(source)} to {'.'.join(target)}"
-            raise ChangesLaterError([plan.graph.placed(changes_later(way, target, _ALIKE))])
+            raise changes_later(plan, f"the way from {'.'.join(source)} to {'.'.join(target)}", target, _ALIKE)
         response_of_map(plan, source, target, self._point.map)
         size = max(len(self._point.map.inputs), len(self._point.map.outputs))
         if size > MOST_VALUES:
             has = f"a wire of the way to {'.'.join(target)} has {size} values in a period"
-            raise plan.graph.placed(too_large(has, target, str(MOST_VALUES))).error
+            raise too_large(plan, has, target, MOST_VALUES)
         self.values = size
 
     def _seen(self, rows: MatrixRows, order: int) -> MatrixRows:

@@ -51,11 +51,9 @@ class StartingRates(StartingLoop):
         if rest is None and not at_start:
             whole = analog_map(plan, about.course.onward(0), group, [node])
             if any(change_between(whole, after) > SAME for after in whole.later):
-                problem = changes_later(f"the loop through {signal}", node, _ALIKE)
-                raise ChangesLaterError([plan.graph.placed(problem)])
+                raise changes_later(plan, f"the loop through {signal}", node, _ALIKE)
         if between.order > MOST_STATES:
-            has = f"the loop through {signal} has {between.order} states"
-            raise plan.graph.placed(too_large(has, node, str(MOST_STATES))).error
+            raise too_large(plan, f"the loop through {signal} has {between.order} states", node, MOST_STATES)
         self._run = _RateRun(plan, group, node, rest)
         self.period, self.values = 0.0, 1
 
