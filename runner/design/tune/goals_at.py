@@ -111,7 +111,8 @@ class GoalsAt:
             readings[case], factors_of[case] = self.evaluator.readings(numbers, slopes), moves
         slacks, objectives, growths = list[GoalRow](), list[GoalRow](), list[GoalRow]()
         for case, found in readings.items():
-            chain = np.array([self._chain(name, values[name], factors_of[case]) for name in self.names])
+            slopes_of_parts = {name: self.tuning.free[name].slope(values[name]) for name in self.names}
+            chain = np.array([slope * factors_of[case].get(name, 1.0) for name, slope in slopes_of_parts.items()])
             for name, reading in found.items():
                 if reading is None:
                     continue
@@ -127,9 +128,6 @@ class GoalsAt:
         at = TriedPoint(parts, dict(values), readings, tuple(slacks), tuple(objectives), worst, inside)
         self.note(at)
         return at
-
-    def _chain(self, name: str, value: float, factors: Mapping[str, float]) -> float:
-        return self.tuning.free[name].slope(value) * factors.get(name, 1.0)
 
     def _rows(self, goal: Goal, row: GoalRow, slacks: list[GoalRow], objectives: list[GoalRow]) -> None:
         for sign, limit in goal.limits:

@@ -43,7 +43,7 @@ class Search:
 
     def _noted(self, at: TriedPoint) -> None:
         self.count += 1
-        if at.inside and (self.best is None or better(at, self.best)):
+        if at.inside and (self.best is None or _order(at) < _order(self.best)):
             self.best = at
         if self._progress:
             self._progress(self.count, max(self._expected, self.count + 1))
@@ -123,15 +123,7 @@ class Search:
             now = _gradients(self._full(x[:size]).slacks, at.slacks, size)
             return np.hstack([now, -np.ones((len(at.slacks), 1))])
 
-        begin = np.append(at.parts, -max(at.violation, 0.0))
-        optimum = self._solved(
-            lambda x: (-x[size], np.append(np.zeros(size), -1.0)),
-            begin,
-            [(0.0, 1.0)] * size + [(2.0 * UNDEFINED, 0.05)],
-            slacks,
-            gradients,
-        )
-        return self._full(optimum[:size])
+        return self._solved(at, -max(at.violation, 0.0), -1.0, (2.0 * UNDEFINED, 0.05), slacks, gradients)
 
     def _improved(self, at: TriedPoint) -> TriedPoint:
         """Lower the worst objective while all hard goals stay met."""
@@ -149,37 +141,28 @@ class Search:
             below = np.hstack([-_gradients(now.objectives, at.objectives, size), np.ones((rows, 1))])
             return np.vstack([above, below])
 
-        begin = np.append(at.parts, at.objective)
-        optimum = self._solved(
-            lambda x: (x[size], np.append(np.zeros(size), 1.0)),
-            begin,
-            [(0.0, 1.0)] * size + [(-1e4, 1e4)],
-            constraints,
-            gradients,
-        )
-        return self._full(optimum[:size])
+        return self._solved(at, at.objective, 1.0, (-1e4, 1e4), constraints, gradients)
 
-    def _solved(self, objective: Any, begin: Array, bounds: Any, constraints: Any, gradients: Any) -> Array:
+    def _solved(
+        self, at: TriedPoint, last: float, sign: float, ends: tuple[float, float], constraints: Any, gradients: Any
+    ) -> TriedPoint:
+        """Return the point at which a last number, times a sign, is least, from where it has some value."""
+        size = len(at.parts)
         optimum = _minimize(
-            objective,
-            begin,
+            lambda x: (sign * x[size], np.append(np.zeros(size), sign)),
+            np.append(at.parts, last),
             jac=True,
             method="SLSQP",
-            bounds=bounds,
+            bounds=[(0.0, 1.0)] * size + [ends],
             constraints=[{"type": "ineq", "fun": constraints, "jac": gradients}],
             options={"maxiter": _ROUNDS, "ftol": _ACCURACY},
         )
-        return np.asarray(optimum.x)
-
-
-def better(one: TriedPoint, other: TriedPoint) -> bool:
-    """Return whether a point is better: hard goals first, then the objective."""
-    return _order(one) < _order(other)
+        return self._full(optimum.x[:size])
 
 
 def _order(at: TriedPoint) -> tuple[float, float]:
-    violation = at.violation
-    return (0.0, at.objective) if violation <= KEPT else (violation, at.objective)
+    """Return what is less of a better point: hard goals first, then the objective."""
+    return 0.0 if at.violation <= KEPT else at.violation, at.objective
 
 
 def _apart(points: Sequence[TriedPoint], count: int) -> list[TriedPoint]:
