@@ -69,11 +69,15 @@ class Lasting:
         basis = np.linalg.svd(alike)[0][:, : len(alike) - count]
         return basis.T @ alike / self._scale, self._scale[:, None] * basis
 
-    def holders(self, names: Sequence[str]) -> list[str]:
+    def holders(self, names: Sequence[str]) -> tuple[str, ...]:
         """Return the blocks that take part in them."""
-        part = np.linalg.norm(self._right, axis=1)
-        order = np.argsort(-part, kind="stable")
-        return list(dict.fromkeys(names[int(i)] for i in order if part[i] >= 0.1 * part[order[0]]))
+        return holders(np.linalg.norm(self._right, axis=1), names)
+
+
+def holders(parts: Array, names: Sequence[str]) -> tuple[str, ...]:
+    """Return the blocks of states that take part in a mode, those that move most first."""
+    order = np.argsort(-parts, kind="stable")
+    return tuple(dict.fromkeys(names[int(i)] for i in order if parts[i] >= 0.1 * parts[order[0]]))
 
 
 def _invariant(a: Array, least: float) -> tuple[Complex, Complex]:

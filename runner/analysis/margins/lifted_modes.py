@@ -15,12 +15,12 @@ import numpy.typing as npt
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.lasting import holders
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.poles import Pole, Verdict, judged, together
 from proofmass.runner.analysis.margins.modes import Mode
 from proofmass.runner.host.arrays import Array, Complex
 
-_SHOWN = 0.1  # part of the largest entry of a mode, from which on a block counts as one that holds it
 _ROUNDING = 1e-12  # of a sum of vectors' parts, as a pole is known
 _eig: Any = scipy.linalg.eig
 _schur: Any = scipy.linalg.schur
@@ -42,7 +42,9 @@ def seen(system: OpenLoop) -> tuple[OpenLoop, Verdict, tuple[Pole, ...], tuple[M
     if rest is None:
         return system, verdict, poles, ()
     verdict, poles = together(pole for pole in poles if not any(pole is other for other, _ in hidden))
-    modes = tuple(_mode(system, pole, right[:, i]) for pole, i in hidden if pole.value.imag >= 0.0)
+    names = [entry[0] for entry in system.map.states]
+    upper = [(pole, np.abs(right[:, i])) for pole, i in hidden if pole.value.imag >= 0.0]
+    modes = tuple(Mode(pole, 1, holders(parts, names), True) for pole, parts in upper)
     return rest, verdict, poles, modes
 
 
@@ -71,13 +73,6 @@ def _sizes(vectors: npt.NDArray[Any], matrix: npt.NDArray[Any]) -> Array:
     sizes = np.linalg.norm(vectors @ matrix, axis=1)
     terms = np.linalg.norm(np.abs(vectors) @ np.abs(matrix), axis=1)
     return np.asarray(np.where(sizes > _ROUNDING * terms, sizes, 0.0))
-
-
-def _mode(system: OpenLoop, pole: Pole, vector: Complex) -> Mode:
-    parts = np.abs(vector)
-    order = np.argsort(-parts, kind="stable")
-    blocks = dict.fromkeys(system.map.states[int(i)][0] for i in order if parts[i] >= _SHOWN * parts[order[0]])
-    return Mode(pole, 1, tuple(blocks), True)
 
 
 def _without(system: OpenLoop, alike: Array, scale: Array, hidden: Sequence[complex]) -> OpenLoop | None:

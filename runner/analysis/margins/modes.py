@@ -20,6 +20,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.analysis.linearisation.balance import balanced
+from proofmass.runner.analysis.linearisation.lasting import holders
 from proofmass.runner.analysis.linearisation.poles import Pole, Variation, Verdict, judge, together
 from proofmass.runner.analysis.linearisation.rational import Transfer, coprime, roots
 from proofmass.runner.analysis.linearisation.real_roots import Polynomial
@@ -154,10 +155,7 @@ def _blocks_of(
     parts = _unseen(alike, c * scale, pole, multiplicity)
     if not parts.any():
         parts = _unseen(alike.T, (b / scale[:, None]).T, pole, multiplicity)
-    if not parts.any():
-        return ()
-    order = np.argsort(-parts, kind="stable")
-    return tuple(dict.fromkeys(states[i][0] for i in order if parts[i] >= 0.1 * parts[order[0]]))
+    return holders(parts, [entry[0] for entry in states]) if parts.any() else ()
 
 
 def _unseen(a: Array, c: Array, pole: Pole, multiplicity: int) -> Array:

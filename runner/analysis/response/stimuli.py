@@ -56,7 +56,9 @@ class Repetition:
 
 def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> list[Repetition]:
     """Return the stimuli to run, one after the other; raises `ModelError` for a band that does not suit."""
-    _refuse(of)
+    if of.kind not in KINDS:
+        hint = did_you_mean(of.kind, KINDS, "the stimuli")
+        raise Problem(message="there is no such stimulus", key="simulate", got=of.kind, hint=hint).error
     low, high = _band(of, wires, bandwidth)
     periods = max(4, math.ceil(1.0 / (low * wires.period) - 1e-9))
     if periods * wires.entries > _LONGEST:
@@ -66,7 +68,10 @@ def repetitions(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> l
     span = periods * wires.period
     first, last = max(1, round(low * span)), max(1, math.floor(high * span + 1e-9))
     lines = np.unique(np.round(np.geomspace(first, last, _TONES[of.kind])).astype(np.intp))
-    return [_scaled(of, shape, periods, chosen) for shape, chosen in _shapes(of.kind, lines, periods, wires.entries)]
+    return [
+        Repetition(np.asarray(shape * (of.amplitude / np.max(np.abs(shape)))), chosen, periods)
+        for shape, chosen in _shapes(of.kind, lines, periods, wires.entries)
+    ]
 
 
 def _shapes(
@@ -80,30 +85,19 @@ def _shapes(
         order = np.arange(len(lines))
         phases = -np.pi * order * (order - 1) / len(lines)
         yield np.sum([np.cos(k * turn + phase) for k, phase in zip(lines, phases, strict=True)], axis=0), lines
-    elif kind == "chirp":
-        yield _chirp(lines, turn, periods, entries)
+    elif kind == "chirp":  # from the first line to the last: it ends in the phase that it began with
+        first, last = int(lines[0]), int(lines[-1])
+        last += (first + last) % 2
+        part = turn / (2.0 * np.pi)
+        shape = np.sin(2.0 * np.pi * (first + 0.5 * (last - first) * part) * part)
+        sizes = np.abs(np.fft.fft(shape)[lines])
+        yield shape, lines[sizes >= _LEAST * np.max(sizes)]
     else:
         # start-up time: scipy.signal takes 0.3 s, and the other stimuli need none of it
         import scipy.signal
 
         bits = scipy.signal.max_len_seq(periods.bit_length())[0]
         yield np.repeat(2.0 * bits - 1.0, entries), lines
-
-
-def _chirp(
-    lines: "np.ndarray[tuple[int], np.dtype[np.intp]]", turn: Array, periods: int, entries: int
-) -> "tuple[Array, np.ndarray[tuple[int], np.dtype[np.intp]]]":
-    """A sweep from the first line to the last, which ends in the phase that it began with."""
-    first, last = int(lines[0]), int(lines[-1])
-    last += (first + last) % 2
-    part = turn / (2.0 * np.pi)
-    shape = np.sin(2.0 * np.pi * (first + 0.5 * (last - first) * part) * part)
-    sizes = np.abs(np.fft.fft(shape)[lines])
-    return shape, lines[sizes >= _LEAST * np.max(sizes)]
-
-
-def _scaled(of: Stimulus, shape: Array, periods: int, lines: "np.ndarray[tuple[int], np.dtype[np.intp]]") -> Repetition:
-    return Repetition(np.asarray(shape * (of.amplitude / np.max(np.abs(shape)))), lines, periods)
 
 
 def _band(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> tuple[float, float]:
@@ -122,12 +116,6 @@ def _band(of: Stimulus, wires: WireResponse, bandwidth: float | None) -> tuple[f
             hint=f"a sine may go up to {wires.top:g} Hz" if wires.top > top else "",
         ).error
     return low, high
-
-
-def _refuse(of: Stimulus) -> None:
-    if of.kind not in KINDS:
-        hint = did_you_mean(of.kind, KINDS, "the stimuli")
-        raise Problem(message="there is no such stimulus", key="simulate", got=of.kind, hint=hint).error
 
 
 def _too_low(low: float, wires: WireResponse) -> Problem:
