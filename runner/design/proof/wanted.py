@@ -11,14 +11,17 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes, node_of, one_loop
-from proofmass.runner.design.proof.ball_bias import RestingOutput
 from proofmass.runner.design.proof.ball_map import Starting, StartingLoop
-from proofmass.runner.design.proof.ball_noise import StartingNoise
-from proofmass.runner.design.proof.ball_path import StartingPath, StartingResponse
-from proofmass.runner.design.proof.ball_rates import StartingRates
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
 from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.starting import (
+    RestingOutput,
+    StartingNoise,
+    StartingPath,
+    StartingRates,
+    StartingResponse,
+)
 from proofmass.runner.plan.planned import Plan
 
 MOST_DISK = 2.0
