@@ -1,7 +1,6 @@
 """The command `allan`: deviations over averaging time, and the coefficients of noise."""
 
-from proofmass.runner.analysis.allan.deviations import allan
-from proofmass.runner.analysis.allan.duration import duration
+from proofmass.runner.analysis.allan.deviations import allan, duration
 from proofmass.runner.analysis.allan.plot import plot_allan
 from proofmass.runner.analysis.allan.text import allan_text, duration_text
 from proofmass.runner.commands.answers import DONE, print_answer, print_picture

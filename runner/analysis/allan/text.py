@@ -2,8 +2,7 @@
 
 import numpy as np
 
-from proofmass.runner.analysis.allan.deviations import Allan, Curve
-from proofmass.runner.analysis.allan.duration import Duration
+from proofmass.runner.analysis.allan.deviations import Allan, Curve, Duration
 from proofmass.runner.analysis.allan.field_units import field_unit, in_field_unit, word_of
 from proofmass.runner.analysis.allan.freedom import AllanStatistic
 from proofmass.runner.analysis.allan.levels import Level

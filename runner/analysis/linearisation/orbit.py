@@ -23,7 +23,6 @@ import numpy as np
 
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.model.graph import split
-from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Onward
 from proofmass.runner.analysis.linearisation.map_blocks import LONGEST_PERIOD, MOST_VALUES
@@ -36,7 +35,7 @@ from proofmass.runner.analysis.linearisation.map_changes import (
 )
 from proofmass.runner.analysis.linearisation.motion import INSTANTS, LONGEST, jumps, moves_limits
 from proofmass.runner.analysis.linearisation.numbers import Orbit, time_text
-from proofmass.runner.analysis.linearisation.orbit_run import OrbitRun
+from proofmass.runner.analysis.linearisation.orbit_run import ComparedMaps, OrbitRun
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap, UnrepeatedError
 from proofmass.runner.analysis.linearisation.rings import Rings
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS

@@ -15,7 +15,7 @@ import numpy as np
 import scipy.linalg
 
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.margins.continuation import stable_intervals
+from proofmass.runner.analysis.margins.bracketed import stable_intervals
 from proofmass.runner.analysis.margins.delays import delay_margin
 from proofmass.runner.analysis.margins.figures import LARGEST_FACTOR, FactorInterval, Figures
 from proofmass.runner.analysis.margins.frequencies import MOST_CROSSOVERS, Samples, crossings, highest, sweep

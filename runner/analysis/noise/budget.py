@@ -33,7 +33,7 @@ from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
 from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
 from proofmass.runner.analysis.noise.small_signals import strained
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
-from proofmass.runner.derivatives.noise_paths import reached_by_noise
+from proofmass.runner.derivatives.passed_on import reached_by_noise
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan

@@ -25,7 +25,8 @@ w are independent numbers with a variance of one, and y the values of the output
 of their number: the mean square of the output is that of all of y.
 
 A loop among continuous blocks is opened at a wire between them: x' = A x + B u, y = C x. The rates of its group are
-called with balls for the parameters of the blocks, and with dual numbers on them, as a tick is. What discrete blocks give is held, so that loops through them are open: those of `margins` at such a wire.
+called with balls for the parameters of the blocks, and with dual numbers on them, as a tick is. What discrete
+blocks give is held, so that loops through them are open: those of `margins` at such a wire.
 """
 
 from collections.abc import Mapping, Sequence

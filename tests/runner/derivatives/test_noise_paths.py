@@ -21,7 +21,7 @@ from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.derivatives.noise_paths import reached_by_noise
+from proofmass.runner.derivatives.passed_on import reached_by_noise
 from proofmass.runner.planning.plan import plan
 
 _SOME = ("chopped_accelerometer", "closed_loop_accelerometer", "recorded_motion", "self_calibration_gyroscope")

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from proofmass import ModelError, allan
-from proofmass.runner.analysis.allan.duration import duration
+from proofmass.runner.analysis.allan.deviations import duration
 from proofmass.runner.analysis.allan.freedom import AllanStatistic
 from tests.by_hand.deviations import deviation_at
 

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.compared_maps import ComparedMaps
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.map_changes import change_between, effect
+from proofmass.runner.analysis.linearisation.orbit_run import ComparedMaps
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 
 N, INPUTS = 3, 4

@@ -5,8 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from proofmass.runner.analysis.linearisation.changed_response import ChangedResponse
-from proofmass.runner.analysis.linearisation.map_changes import change_between, variation
+from proofmass.runner.analysis.linearisation.map_changes import ChangedResponse, change_between, variation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 
 

@@ -20,7 +20,7 @@ from proofmass.blocks import (
     UnitDelay,
 )
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.margins.continuation import stable_intervals
+from proofmass.runner.analysis.margins.bracketed import stable_intervals
 from tests.by_hand.polynomial_loops import sampled_loop
 
 
