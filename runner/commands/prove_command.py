@@ -13,7 +13,7 @@ from proofmass.runner.commands.graph_options import graph_of
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
-from proofmass.runner.design.proof.known import KnownProofs, known_proofs
+from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole

@@ -34,10 +34,10 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch, turning
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
-from proofmass.runner.analysis.linearisation.point_slopes import slopes_at_rest, slopes_near_start
 from proofmass.runner.analysis.linearisation.poles import judged
 from proofmass.runner.analysis.linearisation.seeds import PointSlopes
 from proofmass.runner.analysis.linearisation.settle import settled_tick
+from proofmass.runner.analysis.linearisation.steady_state import slopes_at_rest, slopes_near_start
 from proofmass.runner.derivatives.dual_noise import NOTHING, Noisy
 from proofmass.runner.host.arrays import Complex
 from proofmass.runner.host.progress import Progress

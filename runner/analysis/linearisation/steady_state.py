@@ -1,20 +1,33 @@
 """The steady state of a linear map with a constant input: scale factor and bias, and their derivatives by parameters.
 
-x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are
-projected out first if input and constants do not reach them or the output does not show them (`lasting`): an integrator
-after a difference, the phase of an oscillation.
+x = A x + B u + step has one solution where no pole lies at 1. Modes that do not decay are projected out first if input
+and constants do not reach them or the output does not show them (`lasting`): an integrator after a difference, the
+phase of an oscillation.
+
+An operating point has derivatives by the parameters too: a graph stands elsewhere with another spring. Near the start
+they come from a run from tick 0 in dual numbers. An operating point x that comes back after a period has
+those of the implicit function: x = F(x, p) gives dx/dp = (I - A)^-1 dF/dp.
 """
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import Problem
+from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+from proofmass.runner.analysis.linearisation.rings import Rings
+from proofmass.runner.analysis.linearisation.seeds import PointSlopes
+from proofmass.runner.derivatives.dual import PARAMETERS, slopes_of
+from proofmass.runner.derivatives.dual_plan import differentiated
+from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.host.arrays import Array
+from proofmass.runner.plan.memory import start
 from proofmass.runner.plan.planned import Plan
+from proofmass.runner.reference.interpret import TickError
 
 _ROUNDING = 1e-12
+MOST_TICKS = 20_000  # ticks of blocks that are run in dual numbers, at most
+_AT_REST = 1e-6  # part of its size by which a state at rest may move in a period
 
 
 class SteadyState:
@@ -81,3 +94,33 @@ class SteadyState:
             hint="a loop is unstable or open, or an integrator is fed by something constant",
             path=("blocks", target[0]),
         )
+
+
+def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> PointSlopes | None:
+    """Return the derivatives of what blocks hold in a tick, by a run from tick 0; None where that takes too long."""
+    if tick * len(blocks) > MOST_TICKS:
+        return None
+    moved = differentiated(plan)
+    try:
+        engine = DualTicks(moved, start(moved), blocks, (), (), False, True)
+        engine.advance(tick, ())
+    except (TickError, ModelError):  # the bits of a number depend on parameters
+        return None
+    numbers = dict(rings.states_of(engine.memory(), blocks))
+    moved_by = {entry: slopes_of(value, PARAMETERS) for entry, value in numbers.items()}
+    return {entry: {str(name): float(slope) for name, slope in own.items()} for entry, own in moved_by.items() if own}
+
+
+def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
+    """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not."""
+    n = everything.order
+    a, step = everything.parts()[0], everything.matrix[:n, -1]
+    if np.any(np.abs(step) > _AT_REST * np.maximum(np.abs(np.array(everything.point)), 1e-300) + 1e-300):
+        return None
+    rest = Lasting(a).others
+    inverse = rest @ np.linalg.inv(np.eye(n) - rest @ a)
+    columns = {name: inverse @ slope[:n, -1] for name, slope in everything.slopes.items()}
+    return {
+        entry: {name: float(column[i]) for name, column in columns.items() if column[i]}
+        for i, entry in enumerate(everything.states)
+    }

@@ -30,8 +30,7 @@ from proofmass.runner.analysis.noise.band import mean_squares
 from proofmass.runner.analysis.noise.derivatives import one_more, rms_slopes
 from proofmass.runner.analysis.noise.noise_budget import DROPPED, QUANTISATION, NoiseBudget, NoiseSource
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.rounding import ENOUGH, Dither, dithers
-from proofmass.runner.analysis.noise.small_signals import strained
+from proofmass.runner.analysis.noise.validity import ENOUGH, Dither, dithers, strained
 from proofmass.runner.derivatives.dual_noise import ONE_BIT, ROUNDING, Noisy, noise_blocks, rounding_blocks, rounds
 from proofmass.runner.derivatives.passed_on import reached_by_noise
 from proofmass.runner.host.arrays import Array

@@ -13,7 +13,7 @@ from proofmass.runner.analysis.allan.levels import Levels, matched
 from proofmass.runner.analysis.margins.sensitivity import Sensitivity
 from proofmass.runner.analysis.noise.derivatives import OneMore
 from proofmass.runner.analysis.noise.prediction import allan_deviation
-from proofmass.runner.analysis.noise.rounding import Dither
+from proofmass.runner.analysis.noise.validity import Dither
 from proofmass.runner.host.arrays import Array, Complex
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.output.json_text import finite

@@ -1,19 +1,23 @@
-"""Searches about one loop or path: what comes of a claim, and the best limit that can be proved."""
+"""Searches about one loop or path: what comes of a claim, and the best limit that can be proved.
 
+What an earlier search proved is known from its certificate: boxes with their norms, each of which is proved anew.
+"""
+
+import json
 import math
 import threading
 import time
-from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from typing import Any
 
+import numpy as np
+
 from proofmass.blocks.declaration.shown_units import in_print
-from proofmass.runner.design.proof.ahead import LooksAhead
 from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, Sides
-from proofmass.runner.design.proof.known import KnownProofs
 from proofmass.runner.design.proof.least_found import (
     LeastFound,
     Sensors,
@@ -25,13 +29,49 @@ from proofmass.runner.design.proof.least_found import (
 )
 from proofmass.runner.design.proof.look import BoxLook, Looked
 from proofmass.runner.design.proof.rest_norm import Start
-from proofmass.runner.design.proof.search import ProofSearch, Searched
+from proofmass.runner.design.proof.search import LooksAhead, ProofSearch, Searched
 
 _NEAR, _CLOSE = 0.97, 0.02  # parts of the least margin found: where a bound is near it, and two bounds alike
 _ROOM = 0.25  # of the way from the nominal value to the worst: how far beyond that a limit is tried first
 _FINER, _CLOSEST = 4.0, 0.01  # by which that room grows or shrinks, and the part of the way that is near enough
 _SMALLEST = 1e-12  # room beside a value of zero
 _WIDENED = 8  # times
+_SAME = tuple(each.name for each in fields(Claim) if each.name != "unit_of_quantity")
+
+
+@dataclass(frozen=True)
+class KnownProofs:
+    """Claims of a certificate, as plain data, the proved ones and those that are proved in part."""
+
+    claims: Sequence[Mapping[str, Any]]
+
+    def leaves(self, claim: Claim, coordinates: Sequence[Mapping[str, Any]]) -> dict[Sides, Start]:
+        """Return the boxes of a claim over the same coordinates, with their norms."""
+        wanted = [getattr(claim, key) for key in _SAME] + [list(coordinates)]
+        for one in self.claims:
+            own = {**one, "changes": tuple(one.get("changes", ()))}
+            if [own.get(key, False) for key in (*_SAME, "coordinates")] == wanted:
+                return {_sides(leaf["box"]): _start(leaf) for leaf in one["leaves"]}
+        return {}
+
+
+def known_proofs(certificate: str, graph_sha256: str) -> KnownProofs:
+    """Return what a certificate of the same graph has; nothing if it is that of another, or cannot be read."""
+    try:
+        data = json.loads(certificate)
+        same = data["graph_sha256"] == graph_sha256
+        return KnownProofs((*data["claims"], *data["unfinished"]) if same else ())
+    except (ValueError, KeyError, TypeError):
+        return KnownProofs(())
+
+
+def _start(leaf: Mapping[str, Any]) -> Start:
+    left = leaf.get("left")
+    return Start(np.array(leaf["transform"], dtype=float), None if left is None else np.array(left, dtype=float))
+
+
+def _sides(box: Sequence[Sequence[float]]) -> Sides:
+    return tuple((float(low), float(high)) for low, high in box)
 
 
 @dataclass(frozen=True)

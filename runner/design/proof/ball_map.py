@@ -21,7 +21,7 @@ from proofmass.runner.derivatives.ball import Ball
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, slopes_of
 from proofmass.runner.derivatives.dual_ticks import DualTicks
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
-from proofmass.runner.design.proof.krawczyk import RestPoint
+from proofmass.runner.design.proof.enclosed import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.host.arrays import Truths
 from proofmass.runner.plan.memory import Memory, start

@@ -38,8 +38,7 @@ from proofmass.runner.derivatives.ball import arb_of
 from proofmass.runner.derivatives.dual import plain, slopes_of
 from proofmass.runner.design.proof.ball_map import BallMap, MatrixRows
 from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND
-from proofmass.runner.design.proof.enclosed import UP, Enclosed, quarters
-from proofmass.runner.design.proof.krawczyk import RestPoint
+from proofmass.runner.design.proof.enclosed import UP, Enclosed, RestPoint, quarters
 from proofmass.runner.host.arrays import Array
 
 _WIDEST = 1.45  # half of an arc, below a quarter of a turn: the tangents at its ends cross beyond it

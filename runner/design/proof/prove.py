@@ -22,19 +22,16 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.model.loops import AUTO
 from proofmass.graphs.studies.study import Study
 from proofmass.runner.derivatives.ball import BITS, UndecidedError
-from proofmass.runner.design.proof.attempt import Attempt, MarginProof
+from proofmass.runner.design.proof.attempt import Attempt, KnownProofs, MarginProof
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.box_maps import BoxMaps
-from proofmass.runner.design.proof.change_rates import change_rates
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
-from proofmass.runner.design.proof.held_sources import with_constants
-from proofmass.runner.design.proof.known import KnownProofs
+from proofmass.runner.design.proof.held_and_moving import change_rates, with_constants
 from proofmass.runner.design.proof.least_found import Sensors
-from proofmass.runner.design.proof.rest_runs import RestRuns
 from proofmass.runner.design.proof.search import Searched
-from proofmass.runner.design.proof.wanted import Subject, about_loops, about_margin, about_outputs
+from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
 from proofmass.runner.design.worst.box import ToleranceBox, box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts

@@ -37,11 +37,9 @@ from proofmass.runner.analysis.linearisation.settle import settled_tick
 from proofmass.runner.derivatives.ball import BITS, Ball, UndecidedError, arb_of
 from proofmass.runner.derivatives.dual import SIGNALS, Dual, dual, plain, slopes_of, value_of
 from proofmass.runner.design.proof.about_rest import AboutRest
-from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND, VARIED, advanced, varied, with_balls
-from proofmass.runner.design.proof.enclosed import Enclosed
-from proofmass.runner.design.proof.krawczyk import RestPoint, balls_of, differences_of, near_inverse
+from proofmass.runner.design.proof.ball_ticks import FIRST, SECOND, VARIED, RestTicks, advanced, varied, with_balls
+from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, balls_of, differences_of, near_inverse
 from proofmass.runner.design.proof.rest_sources import LATE, MOST_PERIODS, RestSources
-from proofmass.runner.design.proof.rest_ticks import RestTicks
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.memory import Memory, start
 from proofmass.runner.plan.planned import Plan

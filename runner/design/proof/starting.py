@@ -67,7 +67,7 @@ from proofmass.runner.design.proof.ball_map import (
     too_large,
 )
 from proofmass.runner.design.proof.ball_ticks import BallTicks, advanced, varied, with_balls
-from proofmass.runner.design.proof.krawczyk import RestPoint
+from proofmass.runner.design.proof.enclosed import RestPoint
 from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.plan.groups import Group
 from proofmass.runner.plan.memory import Memory, start

@@ -1,20 +1,26 @@
-"""The claims that are wanted: what loops and outputs they are about, and their limits, as options have them."""
+"""The claims that are wanted: what loops and outputs they are about, and their limits, as options have them.
+
+What a claim is about begins at the start of a run or at the points of rest of the sensors.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from functools import partial
-from typing import Any
+from typing import Any, TypeVar
 
-from proofmass.blocks.declaration.problem import Refusal
+from proofmass.blocks.declaration.problem import ModelError, Problem, Refusal
 from proofmass.blocks.declaration.units import convert
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.loops import AUTO, SETTLED, Loop, read_requirement
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group
+from proofmass.runner.analysis.linearisation.forward import Course
+from proofmass.runner.analysis.linearisation.linearisation import tick_of_time
 from proofmass.runner.analysis.linearisation.linearise import loop_nodes, node_of, one_loop
-from proofmass.runner.design.proof.ball_map import Starting, StartingLoop
+from proofmass.runner.derivatives.ball import UndecidedError
+from proofmass.runner.design.proof.ball_map import ChangesLaterError, Starting, StartingLoop
 from proofmass.runner.design.proof.claim import BIAS, KINDS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.quantity_claims import settled_claims, upper_claims
-from proofmass.runner.design.proof.rest_point import RestRun
+from proofmass.runner.design.proof.rest_point import RestRun, not_at_rest
 from proofmass.runner.design.proof.starting import (
     RestingOutput,
     StartingNoise,
@@ -26,6 +32,48 @@ from proofmass.runner.plan.planned import Plan
 
 MOST_DISK = 2.0
 Subject = tuple[Callable[[RestRun | None], Starting], Sequence[Claim]]  # at the start or at rest, and claims about it
+_Begun = TypeVar("_Begun")
+
+
+class RestRuns:
+    """The start of a run or the points of rest of a plan, whose run to there is shared."""
+
+    def __init__(self, plan: Plan, at: str) -> None:
+        """Take "auto", "settled" or the start, "0 s"; raises `ModelError` for another time."""
+        self._plan, self._at, self._course = plan, at, Course(plan)
+        if at not in (AUTO, SETTLED) and tick_of_time(plan, at):
+            raise _another_time(at).error
+
+    def begun(self, start: Callable[[RestRun | None], _Begun], claim: Claim) -> tuple[_Begun, RestRun | None]:
+        """Return what a claim is about, at the start if it is the same later, else at rest, and where that is.
+
+        Raises `ModelError` where there is none.
+        """
+        reasons = list[Problem]()
+        if self._at != SETTLED and claim.kind != BIAS:
+            try:
+                return start(None), None
+            except ChangesLaterError as error:
+                if self._at != AUTO:
+                    raise
+                reasons += error.problems
+        try:
+            rest = RestRun(self._plan, [node_of(self._plan, claim.open_at)], self._course)
+            return start(rest), rest
+        except ModelError as error:
+            raise ModelError([*reasons, *error.problems]) from None
+        except UndecidedError as error:
+            raise ModelError([*reasons, not_at_rest(str(error), claim.open_at)]) from None
+
+
+def _another_time(at: Any) -> Problem:
+    return Problem(
+        message="proofs are about the start of a run or a point of rest",
+        key="at",
+        got=str(at),
+        expected=f'"{AUTO}", "{SETTLED}" or "0 s"',
+        hint="search at other times with `proofmass worst`",
+    )
 
 
 def about_loops(planned: Plan, loop: str, at: str, given: Mapping[str, str]) -> list[Subject]:

@@ -32,8 +32,7 @@ from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.margins.margins import Margins, margins_at
 from proofmass.runner.analysis.margins.sensitivity import transfer_sensitivities
 from proofmass.runner.design.quantities.loop_figures import Reading, growth, read_figure, value_of_figure
-from proofmass.runner.design.quantities.noise_figures import read_noise
-from proofmass.runner.design.quantities.response_figures import read_response
+from proofmass.runner.design.quantities.output_figures import read_noise, read_response
 from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.measuring import derived_values
 from proofmass.runner.plan.planned import Plan

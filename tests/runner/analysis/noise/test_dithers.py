@@ -10,7 +10,7 @@ from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.analysis.linearisation.period_map import period_map
 from proofmass.runner.analysis.noise.budget import budget_at
-from proofmass.runner.analysis.noise.rounding import dithers
+from proofmass.runner.analysis.noise.validity import dithers
 from proofmass.runner.planning.plan import plan
 
 

@@ -9,7 +9,7 @@ from proofmass import Graph, noise, simulate
 from proofmass.blocks import AnalogToDigital, Constant, LowPass, Product, Sum, WhiteNoise
 from proofmass.runner.analysis.linearisation.linearisation import linearised
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
-from proofmass.runner.analysis.noise.small_signals import difference_squared
+from proofmass.runner.analysis.noise.validity import difference_squared
 from proofmass.runner.derivatives.dual_noise import noise_blocks
 from proofmass.runner.planning.plan import plan
 

@@ -13,7 +13,7 @@ import numpy as np
 import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph
-from proofmass.runner.design.proof.known import known_proofs
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.verification.certificates import certificate, graph_digest

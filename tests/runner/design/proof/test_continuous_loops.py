@@ -17,7 +17,7 @@ from proofmass import blocks
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.margins.stability import margins
-from proofmass.runner.design.proof.known import known_proofs
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.run.simulate import simulate

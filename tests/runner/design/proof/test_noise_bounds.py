@@ -14,7 +14,7 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.proof import noise_norm
-from proofmass.runner.design.proof.known import known_proofs
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.verification.certificates import certificate, graph_digest

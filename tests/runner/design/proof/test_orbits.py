@@ -13,7 +13,7 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.margins.margins import margins_of
 from proofmass.runner.derivatives.ball import BITS, ball
-from proofmass.runner.design.proof.known import known_proofs
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.rest_point import RestRun
 from proofmass.runner.design.proof.text import proofs_text

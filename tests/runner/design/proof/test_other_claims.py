@@ -18,8 +18,8 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.runner.analysis.margins.stability import margins
+from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
 from proofmass.runner.design.proof.contraction import Norm
-from proofmass.runner.design.proof.known import KnownProofs, known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.verification.certificates import certificate, graph_digest
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from proofmass.runner.design.proof.known import known_proofs
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.prove import Proofs
 from proofmass.runner.verification.certificates import certificate, graph_digest
 from proofmass.runner.verification.proof_checker import FalseCertificateError, check_certificate

@@ -16,9 +16,9 @@ import pytest
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
-from proofmass.runner.design.proof import ahead
+from proofmass.runner.design.proof import search
+from proofmass.runner.design.proof.attempt import known_proofs
 from proofmass.runner.design.proof.contraction import Norm
-from proofmass.runner.design.proof.known import known_proofs
 from proofmass.runner.design.proof.prove import Proofs, prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.verification.certificates import certificate, graph_digest
@@ -224,7 +224,7 @@ def test_sums_of_what_comes_in_need_one_norm_and_some_claims_are_of_parameters_t
 
 
 def test_workers_and_a_second_call_find_the_same(slow: Proofs, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(ahead, "WORTH_SECONDS", -1.0)
+    monkeypatch.setattr(search, "WORTH_SECONDS", -1.0)
     assert certificate(changing(swing(0.1), "30 %/s", workers=2)) == certificate(slow)
     known = known_proofs(certificate(slow), graph_digest(slow.graph))
     monkeypatch.setattr(Norm, "improved", lambda norm: pytest.fail("what is proved is searched again"))

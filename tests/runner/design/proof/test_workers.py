@@ -15,7 +15,7 @@ import pytest
 
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.runner.command_line import main
-from proofmass.runner.design.proof import ahead
+from proofmass.runner.design.proof import search
 from proofmass.runner.design.proof.attempt import Attempt
 from proofmass.runner.design.proof.look import BoxLook
 from proofmass.runner.design.proof.prove import Proofs, prove
@@ -35,7 +35,7 @@ HERE = os.getpid()
 def at_once(monkeypatch: Patch) -> Iterator[None]:
     """Processes are started for the second box, and none of them is left."""
     before = children()
-    monkeypatch.setattr(ahead, "WORTH_SECONDS", -1.0)
+    monkeypatch.setattr(search, "WORTH_SECONDS", -1.0)
     yield
     assert children() <= before
 
@@ -157,7 +157,7 @@ def test_ctrl_c_keeps_what_is_proved(monkeypatch: Patch) -> None:
 
 PROGRAM = """
 import os, time
-from proofmass.runner.design.proof import ahead
+from proofmass.runner.design.proof import search
 from proofmass.runner.design.proof.look import BoxLook
 from tests.runner.design.proof.test_prove import GRAPH
 from proofmass import prove
@@ -167,7 +167,7 @@ def slow(look, box, start):
         print(os.getpid(), flush=True)
         time.sleep(0.2)
     return at(look, box, start)
-BoxLook.at, ahead.WORTH_SECONDS = slow, -1.0
+BoxLook.at, search.WORTH_SECONDS = slow, -1.0
 prove(GRAPH, tolerances={"gain.gain": "10 %"}, delay_margin="10.5 ms", workers=2)
 """
 
@@ -190,13 +190,13 @@ def test_processes_end_with_the_one_that_started_them(number: signal.Signals) ->
 
 def test_a_short_proof_starts_no_process(monkeypatch: Patch) -> None:
     monkeypatch.undo()
-    monkeypatch.setattr(ahead, "Forked", lambda *given: pytest.fail("processes for less than a second"))
+    monkeypatch.setattr(search, "Forked", lambda *given: pytest.fail("processes for less than a second"))
     graph = read_graph("library:closed_loop_accelerometer")
     assert prove(graph, tolerances={"torquer.gain": "10 %"}, workers=8).proved
 
 
 def test_one_process_starts_no_other(monkeypatch: Patch) -> None:
-    monkeypatch.setattr(ahead, "Forked", lambda *given: pytest.fail("a process beside one"))
+    monkeypatch.setattr(search, "Forked", lambda *given: pytest.fail("a process beside one"))
     proofs(1)
     monkeypatch.setattr("proofmass.runner.design.proof.prove.processors", lambda: 1)
     prove(GRAPH, tolerances={"gain.gain": "10 %"}, delay_margin="10.5 ms")

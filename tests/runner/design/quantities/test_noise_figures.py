@@ -9,7 +9,7 @@ from proofmass.blocks import Constant, Gain, Sum, WhiteNoise
 from proofmass.graphs.model.quantities import Noise
 from proofmass.runner.analysis.linearisation.linearisation import OperatingPoints
 from proofmass.runner.design.quantities.evaluator import Evaluator
-from proofmass.runner.design.quantities.noise_figures import read_noise
+from proofmass.runner.design.quantities.output_figures import read_noise
 from proofmass.runner.plan.planned import Plan
 from proofmass.runner.planning.plan import plan
 from tests.runner.analysis.noise.test_one_bit import modulator

@@ -1,6 +1,7 @@
-"""Rms noise of an output with its exact derivatives by parameters, those of the budget.
+"""Figures of outputs with their derivatives by parameters: of the linear response from another one, and rms noise.
 
-Referred to an input the derivative is a difference along the exact derivatives of the matrices.
+Those of a response are central differences along the exact derivatives of the period map. Those of noise are exact,
+those of the budget; referred to an input, differences along the exact derivatives of the matrices.
 """
 
 import math
@@ -9,7 +10,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.graphs.model.quantities import Noise
+from proofmass.graphs.model.quantities import Noise, ResponseFigure
 from proofmass.runner.analysis.decisions.one_bit import noise_at, with_spectra
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
@@ -18,12 +19,53 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.noise.band import bends, mean_squares, rule
 from proofmass.runner.analysis.noise.derivatives import rms_slopes
 from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map
+from proofmass.runner.analysis.response.response import Response, response_of_map
 from proofmass.runner.derivatives.dual_noise import noise_blocks
-from proofmass.runner.design.quantities.loop_figures import Reading
+from proofmass.runner.design.quantities.loop_figures import Reading, differences
 from proofmass.runner.host.arrays import Array
 
 _STEP = 1e-5  # of a parameter
 _LEAST = 1e-4  # of half the rate: the lowest frequency of a density that is referred to an input
+
+
+def read_response(
+    points: OperatingPoints, wanted: ResponseFigure, parameters: Mapping[str, float], slopes: bool
+) -> Reading:
+    """Return a figure of a response; infinite where it has no value, as the settling time of what never settles.
+
+    Raises `ModelError` where no way leads from the input to the output.
+    """
+    planned = points.plan
+    source, target = node_of(planned, wanted.input), node_of(planned, wanted.output)
+    first = common_period(planned, [source], [target])
+    whole = points.answered(lambda about: about.map([source], [target], by_parameters=slopes), first)
+    shown = [] if wanted.frequency is None else [wanted.frequency]
+
+    def figure(of: PeriodMap) -> float:
+        return value_of_response(response_of_map(planned, source, target, of, shown), wanted.figure)
+
+    value = figure(whole)
+    if not slopes or not math.isfinite(value):
+        return Reading(value, {})
+    known = {name: parameters[name] for name in parameters if name in whole.slopes}
+    return Reading(value, differences(lambda name, step: figure(whole.along(name, step)), known))
+
+
+def value_of_response(response: Response, figure: str) -> float:
+    """Return a figure of a response in its unit; gain and phase are those at its first frequency."""
+    if figure in ("gain", "phase"):
+        gain = complex(response.gain[0])
+        return abs(gain) if figure == "gain" else float(np.degrees(np.angle(gain)))
+    if figure == "peak":
+        return response.peak[1]
+    if figure in ("bandwidth", "delay"):
+        value = response.bandwidth if figure == "bandwidth" else response.delay
+        return math.inf if value is None else value
+    step = response.step
+    values = {} if step is None else {"rise_time": step.rise, "settling_time": step.settling}
+    if figure == "overshoot":
+        return math.inf if step is None or step.overshoot is None else 100.0 * step.overshoot
+    return math.inf if values.get(figure) is None else float(values[figure])  # type: ignore[arg-type]
 
 
 def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, float], slopes: bool) -> Reading | None:

@@ -1,14 +1,22 @@
-"""A check that noise is small: where it moves the operating point, the map there must do the same to it.
+"""Validity of a noise budget: whether errors of quantisers are white and uniform over one step, and noise is small.
 
-A product of two noises, or the root of a sum of squares of noise alone, has a slope that noise itself sets. The
-map is taken again along a run with noise, at several instants where periods are short, and at more where one of them
-differs: a converter may be full at some, or at most. All maps are given the same noise: the rms of what their outputs
-differ by tells them apart, even where each has the same rms, as a slope that only turns.
+They are so where what the quantiser is given moves by enough of a step from value to value (Widrow and Kollar,
+Quantization Noise, 2008, chapter 7): Gaussian motion of half a step leaves a correlation of exp(-2 pi^2 / 4), which is
+0.7 %.
+
+Where noise moves the operating point, the map there must do the same to it. A product of two noises, or the root of a
+sum of squares of noise alone, has a slope that noise itself sets. The map is taken again along a run with noise, at
+several instants where periods are short, and at more where one of them differs: a converter may be full at some, or at
+most. All maps are given the same noise: the rms of what their outputs differ by tells them apart, even where each has
+the same rms, as a slope that only turns.
 """
 
+import hashlib
 import math
+from collections.abc import Hashable, Iterator, MutableMapping
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -17,16 +25,80 @@ from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_spectra
 from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.forward import Forward
+from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
-from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summed
+from proofmass.runner.analysis.noise.noise_map import NoiseMap, noise_map, summed, variance
+from proofmass.runner.derivatives.dual_noise import rounds
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.reference.interpret import TickError
 
+ENOUGH = 0.5  # steps rms
 _TICKS = 512  # base ticks of a run with noise, or one period
 _INSTANTS, _MAPPED = 8, 64  # maps along it, and base ticks of them, or one period
 _MORE = 4  # times as many where some map is another
 _ANOTHER = 1e-3  # part of the mean square that says so
 _APART = 0.3  # of the rms: what a converter does that is full in 9 % of the ticks, with an rms that is 8 % off
+
+
+@dataclass(frozen=True)
+class Dither:
+    """Movement of the input of a quantiser by noise, in steps: rms, and from value to value."""
+
+    block: str
+    part: str  # the quantiser, or which rounding of a block
+    rms: float
+    change: float
+
+    @property
+    def enough(self) -> bool:
+        """Return whether the error of the quantiser is noise."""
+        return min(self.rms, self.change) >= ENOUGH
+
+
+def dithers(whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Iterator[Dither]:
+    """The motion of each quantiser's input, at its least over the period; infinite where it has no bound.
+
+    Maps to several outputs hold the same maps to their quantisers: what is found of these is `kept`, and what is found
+    of their states, which quantisers of a loop share.
+    """
+    for block, part in dict.fromkeys(entry[:2] for entry in whole.outputs if rounds(entry[1])):
+        rows = [i for i, entry in enumerate(whole.outputs) if entry[:2] == (block, part)]
+        own = whole.to_outputs(rows).between()
+        key = "dither", block, part, own.inputs, _digest(own.matrix)
+        if key not in kept:
+            kept[key] = _dither(block, part, own, kept)
+        yield kept[key]
+
+
+def _dither(block: str, part: str, whole: PeriodMap, kept: MutableMapping[Hashable, Any]) -> Dither:
+    a, b, c, d = whole.parts()
+    variances = np.array([variance(name) for _, name, _ in whole.inputs])
+    of_modes, of_motion = ("modes", _digest(a)), ("motion", _digest(a), _digest(b), whole.inputs)
+    if of_modes not in kept:
+        kept[of_modes] = Lasting(a)
+    lasting: Lasting = kept[of_modes]
+    if lasting.passes(b, c):  # a random walk
+        return Dither(block, part, math.inf, math.inf)
+    a, b, c = lasting.without(a, b, c)
+    if of_motion not in kept:
+        kept[of_motion] = summed(a, b * variances @ b.T)
+    p: Array = kept[of_motion]
+    following = np.vstack([c[1:], c[:1] @ a]), np.vstack([d[1:], c[:1] @ b])
+    squares = _squares(c, d, p, variances)
+    changes = _squares(following[0] - c, following[1] - d, p, variances)
+    if len(c) == 1 or len(d):  # the last change has errors of the next period too
+        changes[-1] += float(np.sum(d[0] ** 2 * variances))
+    return Dither(block, part, math.sqrt(float(np.min(squares))), math.sqrt(float(np.min(changes))))
+
+
+def _digest(matrix: Array) -> bytes:
+    return hashlib.sha256(matrix.tobytes()).digest()
+
+
+def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
+    squares = np.einsum("ij,jk,ik->i", c, p, c) + d**2 @ variances
+    return np.asarray(np.maximum(squares, 0.0))  # large p may round below
 
 
 def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMap, to_output: NoiseMap) -> str:
