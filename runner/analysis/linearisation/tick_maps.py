@@ -83,7 +83,9 @@ class TickMaps:
         while maps.shape[1] > 1:
             odd = maps.shape[1] % 2
             left, left_exponents = maps[:, -1:], exponents[:, -1:]
-            maps, exponents = _scaled(maps[:, 1::2] @ maps[:, : maps.shape[1] - odd : 2], _pairs(exponents, odd))
+            last = maps.shape[1] - odd
+            both = exponents[:, 1::2] + exponents[:, :last:2]
+            maps, exponents = _scaled(maps[:, 1::2] @ maps[:, :last:2], both)
             if odd:
                 maps, exponents = np.hstack([maps, left]), np.hstack([exponents, left_exponents])
         return maps[:, 0], exponents[:, 0]
@@ -264,10 +266,6 @@ def maps_of_lifted(states: Sequence[Entry], a: Array, b: Array, c: Array, d: Arr
     return TickMaps(moved, entered, read, np.diag(d).copy(), {state: i for i, state in enumerate(states)})
 
 
-def _pairs(exponents: npt.NDArray[np.int64], odd: int) -> npt.NDArray[np.int64]:
-    return np.asarray(exponents[:, 1::2] + exponents[:, : exponents.shape[1] - odd : 2])
-
-
 def _scaled(maps: npt.NDArray[Any], exponents: npt.NDArray[np.int64]) -> tuple[npt.NDArray[Any], npt.NDArray[np.int64]]:
     """Take a power of two out of each map."""
     _, powers = np.frexp(np.max(np.abs(maps), axis=(2, 3), initial=0.0))
@@ -278,10 +276,10 @@ def _composed(a: Array, g: Array, h: Array) -> tuple[Array, Array, Array]:
     """Return the maps of pairs: x' = a x + g l', l = a^T l' + h x of the first, then of the second."""
     last = len(a) - len(a) % 2
     (a1, a2), (g1, g2), (h1, h2) = ((m[:last:2], m[1::2]) for m in (a, g, h))
-    through = np.linalg.solve(np.eye(a.shape[1]) - g1 @ h2, np.concatenate([a1, g1 @ _turned(a2)], axis=2))
+    through = np.linalg.solve(np.eye(a.shape[1]) - g1 @ h2, np.concatenate([a1, g1 @ np.swapaxes(a2, 1, 2)], axis=2))
     n = a.shape[1]
     ahead, back = through[:, :, :n], through[:, :, n:]
-    return a2 @ ahead, g2 + a2 @ back, h1 + _turned(a1) @ h2 @ ahead
+    return a2 @ ahead, g2 + a2 @ back, h1 + np.swapaxes(a1, 1, 2) @ h2 @ ahead
 
 
 def _symplectic_poles(a: Array, g: Array, h: Array, closed: Array) -> npt.NDArray[Any]:
@@ -300,10 +298,6 @@ def _lasting(closed: Array, entered: Array) -> Array:
     for _ in range(_DOUBLED):
         entered, closed = entered + closed @ entered @ closed.T, closed @ closed
     return entered
-
-
-def _turned(maps: Array) -> Array:
-    return np.asarray(maps.transpose(0, 2, 1))
 
 
 def others(values: npt.NDArray[Any], hidden: Sequence[complex]) -> npt.NDArray[Any]:

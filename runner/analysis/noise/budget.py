@@ -152,8 +152,15 @@ def _budget_about(
         exact = about.map(sources, [target], noise=noisy, by_parameters=derivatives, beside=beside)
         whole = with_spectra(exact, noisy)
         to_output = noise_map(whole, target)
-        _refuse_growth(planned, output, to_output)
-        _refuse_silence(about, target, to_output, noisy)
+        if to_output.grows:
+            message = f"the noise of {output} grows without end: a loop is unstable"
+            got = f"a mode that grows by {to_output.radius:.6g} in {to_output.period:.3g} s"
+            hint = "proofmass margins says how stable the loops are; another operating point may do: --at"
+            raise refusal(planned, output, message, got, hint)
+        drawn = [column for column, variance in enumerate(to_output.variances) if variance]
+        _, b, _, d = to_output.matrices
+        if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
+            raise _silence(about, target, len(to_output.sources), noisy)
         return about, noisy, whole, to_output
 
     drawing, upstream = noise_blocks(planned), blocks_of_map(planned, (), [target], False)[0]
@@ -291,14 +298,6 @@ def _notes(
     return notes
 
 
-def _refuse_growth(planned: Plan, output: str, to_output: NoiseMap) -> None:
-    if to_output.grows:
-        message = f"the noise of {output} grows without end: a loop is unstable"
-        got = f"a mode that grows by {to_output.radius:.6g} in {to_output.period:.3g} s"
-        hint = "proofmass margins says how stable the loops are; another operating point may do: --at"
-        raise refusal(planned, output, message, got, hint)
-
-
 def _locked(noisy: Noisy) -> list[str]:
     """Return the notes on quantisers of one bit that noise does not pass."""
     return [one.note(name) for name, own in noisy.items() for one in own if isinstance(one, OneBit) and one.cycle]
@@ -309,13 +308,6 @@ def _lost(about: Linearisation, target: Endpoint) -> list[str]:
     lost = decided_by_noise(about.plan, target, about.tick)
     why = "noise decides this truth value, which has no slope: what it does is not in the budget"
     return [f"{wire}: {why}; a study of many runs shows it" for wire in lost]
-
-
-def _refuse_silence(about: Linearisation, target: Endpoint, to_output: NoiseMap, noisy: Noisy) -> None:
-    drawn = [column for column, variance in enumerate(to_output.variances) if variance]
-    _, b, _, d = to_output.matrices
-    if not to_output.sources or not (np.any(b[:, drawn]) or np.any(d[:, drawn])):
-        raise _silence(about, target, len(to_output.sources), noisy)
 
 
 def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:

@@ -33,7 +33,8 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
                 unseen.append(str(line.get_label()).partition(" (")[0])
                 line.remove()
         if unseen:
-            left.plot([], [], linestyle="none", label=f"too small to see: {_few(unseen)}")
+            more = f" and {len(unseen) - _NAMED} more" if len(unseen) > _NAMED else ""
+            left.plot([], [], linestyle="none", label=f"too small to see: {', '.join(unseen[:_NAMED])}{more}")
         left.set_xlabel("frequency [Hz]")
         left.set_ylabel(axis_label("density", field_unit("density", unit)))
         left.legend(loc="best")
@@ -45,11 +46,6 @@ def plot_noise(budget: NoiseBudget) -> "Figure":
         for panel in (left, right):
             panel.margins(x=0.01)
     return figure
-
-
-def _few(names: list[str]) -> str:
-    first = ", ".join(names[:_NAMED])
-    return f"{first} and {len(names) - _NAMED} more" if len(names) > _NAMED else first
 
 
 def _draw(panel: Any, budget: NoiseBudget, density: Any, **style: Any) -> None:

@@ -193,7 +193,8 @@ def _measured(base: Together, system: OpenLoop, sizes: Sequence[int]) -> Togethe
     critical = _disks(system, np.array([place]))[0]
     upper = upper_bound(critical, sizes).bound
     low, turn = lower_bound(critical, sizes)
-    turn = turn * np.exp(-1j * np.angle(_eigenvalue(critical, sizes, turn)))
+    values = np.linalg.eigvals(np.repeat(turn, sizes)[:, None] * critical)
+    turn = turn * np.exp(-1j * np.angle(values[int(np.argmax(np.abs(values)))]))
     deltas = turn / low if low else turn
     ends = np.cumsum([0, *sizes])
     blocks = list(pairwise(ends.tolist()))
@@ -284,9 +285,3 @@ def _golden(value: Any, low: float, high: float, best: tuple[float, float]) -> t
             right = low + _GOLDEN * (high - low)
             at_right = value(right)
     return best
-
-
-def _eigenvalue(matrix: Complex, sizes: Sequence[int], turn: Complex) -> complex:
-    """Return the largest eigenvalue of U M."""
-    values = np.linalg.eigvals(np.repeat(turn, sizes)[:, None] * matrix)
-    return complex(values[int(np.argmax(np.abs(values)))])

@@ -16,7 +16,7 @@ import flint
 import numpy as np
 
 from proofmass.runner.design.proof.closed_loop import Family, Jet, OpenCorners, joined, product, shares_of
-from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.host.arrays import Array
 
 _BITS = 1_000  # of a determinant
@@ -49,7 +49,7 @@ def keeps_side(left: Array, most: bool) -> bool:
 def scale_factors(of: OpenCorners) -> Array:
     """Return the scale factor at each corner, as a double: infinite where it does not settle."""
     n = of.order
-    a, b, c, d = _parts(of.corners.middle, n)
+    a, b, c, d = quarters(of.corners.middle, n)
     with np.errstate(all="ignore"):
         try:
             gains = d + c @ np.linalg.solve(np.eye(n) - a, b)
@@ -70,7 +70,7 @@ def _near_inverse(of: OpenCorners, limit: float) -> Array:
     In place of g - G in the middle of the box s is the mean of its ends, that each lies between zero and two s.
     """
     n = of.order
-    a, b, c, _ = _parts(of.corners.middle.mean(axis=0), n)
+    a, b, c, _ = quarters(of.corners.middle.mean(axis=0), n)
     try:
         inverse = np.linalg.inv(np.eye(n) - a)
     except np.linalg.LinAlgError:
@@ -89,7 +89,3 @@ def _jet(parts: tuple[Jet, Jet, Jet, Jet], n: int, left: Array) -> Jet:
     a, b, c, d = parts
     moved = product({(): flint.arb_mat(left.tolist())}, joined([[a, b], [c, d]], (n, 1)))
     return joined([[a, {}], [{}, moved]], (n, n + 1))
-
-
-def _parts(whole: Array, n: int) -> tuple[Array, Array, Array, Array]:
-    return whole[..., :n, :n], whole[..., :n, n:], whole[..., n:, :n], whole[..., n:, n:]

@@ -23,7 +23,7 @@ import scipy.linalg
 
 from proofmass.runner.design.proof.closed_loop import Disc, Family
 from proofmass.runner.design.proof.descent import descended, largest, unknown
-from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed
+from proofmass.runner.design.proof.enclosed import UNIT, UP, Enclosed, quarters
 from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.host.arrays import Array
 
@@ -195,7 +195,7 @@ def _norm_of_disk(family: Family) -> Norm | None:
         return Norm(still, family)
     _, (scale, _) = scipy.linalg.matrix_balance(family.centre, permute=False, separate=True)
     scale = scale[:n] / scale[n:].mean()
-    a, b, c, d = (family.centre[r, q] for r in (slice(n), slice(n, None)) for q in (slice(n), slice(n, None)))
+    a, b, c, d = quarters(family.centre, n)
     if np.max(np.abs(np.linalg.eigvals(a)), initial=0.0) >= 1.0:
         return None
     norms = []

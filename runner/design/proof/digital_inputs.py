@@ -73,7 +73,8 @@ def _input(
         first = max(math.ceil(Fraction(low) / step), format.lowest)
         last = min(math.floor(Fraction(high) / step), format.highest)
         if first > last:
-            raise plan.graph.placed(_between_steps(signal, format)).error
+            message, expected = f"no value of {signal} lies in this range", f"a range of values of {format.with_range}"
+            raise plan.graph.placed(Problem(message=message, key=signal, expected=expected)).error
         return DigitalInput(node, signal, low, high, unit, True, (first, last), all_of, is_quantiser)
     wire = plan.schedule.drivers.get((node[0], "input"), node)
     if wire in ranges and isinstance(block, FixedQuantiser):
@@ -120,11 +121,6 @@ def _elsewhere(signal: str, node: Endpoint, known: AbstractSet[Endpoint]) -> Pro
         hint=f"the digital part has {', '.join(sorted(map('.'.join, known))) or 'no inputs'}",
         path=("blocks", node[0]),
     )
-
-
-def _between_steps(signal: str, format: Fixed) -> Problem:
-    message = f"no value of {signal} lies in this range"
-    return Problem(message=message, key=signal, expected=f"a range of values of {format.with_range}")
 
 
 def _vector(node: Endpoint) -> Problem:

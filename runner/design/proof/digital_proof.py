@@ -30,6 +30,7 @@ from proofmass.runner.design.proof.digital_reach import DigitalReach, Reach
 from proofmass.runner.design.proof.quantity_claims import number_of, refused
 from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, within_ranges, worst_input
 from proofmass.runner.fixed.affine import FormBounds
+from proofmass.runner.output.json_text import finite
 from proofmass.runner.plan.planned import Plan
 
 NO_OVERFLOW, ROUNDING = "no overflow", "rounding error"
@@ -70,7 +71,7 @@ class ValueRoom:
 
     def as_data(self) -> dict[str, Any]:
         """Plain data, for `--json`."""
-        reach = {"low": _finite(self.low), "high": _finite(self.high)}
+        reach = {"low": finite(self.low), "high": finite(self.high)}
         return {"at": self.at, **reach, "lowest": self.lowest, "highest": self.highest}
 
     def __str__(self) -> str:
@@ -112,7 +113,7 @@ class DigitalProof:
             "claim": str(self),
             "kind": self.kind,
             "output": self.output,
-            "limit": _finite(self.limit),
+            "limit": finite(self.limit),
             "unit": self.unit,
             "status": self.status,
             "why": self.why,
@@ -290,10 +291,6 @@ def _limit(output: str, limit: Any, unit: str) -> float:
 
 def _whole(end: float, by: Any) -> float:
     return float(by(end)) if math.isfinite(end) else end
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None
 
 
 def _up(bound: float) -> float:

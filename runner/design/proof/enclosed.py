@@ -74,8 +74,9 @@ class Enclosed:
         )
         return cls(*whole)
 
-    def __getitem__(self, place: tuple[slice, slice]) -> "Enclosed":
-        return Enclosed(self.middle[:, place[0], place[1]], self.radius[:, place[0], place[1]])
+    def __getitem__(self, place: tuple[Any, ...]) -> "Enclosed":
+        rows, columns = place[-2:]
+        return Enclosed(self.middle[:, rows, columns], self.radius[:, rows, columns])
 
     def __add__(self, other: "Enclosed") -> "Enclosed":
         middle = self.middle + other.middle
@@ -107,10 +108,10 @@ class Enclosed:
         return Enclosed(_numbers(np.kron(self.middle, unit)), _numbers(np.kron(self.radius, unit)))
 
 
-def quarters(whole: Enclosed, n: int) -> list[Enclosed]:
-    """Return A, B, C and D of [A B; C D], A of n rows and columns."""
+def quarters(whole: Any, n: int) -> list[Any]:
+    """Return A, B, C and D of [A B; C D], arrays or `Enclosed`, A of n rows and columns."""
     sides = slice(None, n), slice(n, None)
-    return [whole[rows, columns] for rows in sides for columns in sides]
+    return [whole[..., rows, columns] for rows in sides for columns in sides]
 
 
 def _numbers(array: Any) -> Array:

@@ -26,7 +26,7 @@ from proofmass.runner.analysis.noise.noise_map import summed
 from proofmass.runner.design.proof.closed_loop import Family, OpenCorners, joined, shares_of
 from proofmass.runner.design.proof.contraction import Norm, bound_of, first_norm
 from proofmass.runner.design.proof.descent import descended, largest, unknown
-from proofmass.runner.design.proof.enclosed import Enclosed
+from proofmass.runner.design.proof.enclosed import Enclosed, quarters
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.host.arrays import Array
 
@@ -55,7 +55,7 @@ def rms_at_corners(of: OpenCorners) -> Array:
     """Return the rms of the output at each corner, as a double: infinite where it has no bound."""
     n, squares = of.order, []
     for corner in of.corners.middle:
-        a, b, c, d = corner[:n, :n], corner[:n, n:], corner[n:, :n], corner[n:, n:]
+        a, b, c, d = quarters(corner, n)
         decays = not n or float(np.max(np.abs(np.linalg.eigvals(a)))) < 1.0
         q = summed(a.T, c.T @ c) if decays else None
         squares.append(math.inf if q is None else float(np.trace(b.T @ q @ b)) + float(np.sum(d**2)))

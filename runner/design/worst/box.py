@@ -62,7 +62,10 @@ class ToleranceBox:
         self._scales: list[float] = []  # of the deviate of each coordinate; negative where it lowers the parameter
         self._chosen: dict[str, list[Move]] = {}
         if study is not None:
-            self._sweep(study)
+            for name, values in study.sweep.items():
+                twice = name in study.spread or name in study.drift
+                written = f"sweep.{study.name_of(name)}" if twice else study.name_of(name)
+                self._chosen[name] = [self._choice(name, written, study.unit_of(name), values, study.nominal(name))]
             self._age = self._ages(study)
         for name in dict.fromkeys([*(study.spread if study else ()), *(study.drift if study else ()), *tolerances]):
             moves = self._chosen.setdefault(name, [])
@@ -139,12 +142,6 @@ class ToleranceBox:
         self.ranges.append(wanted)
         self._scales.append(scale)
         return len(self.ranges) - 1
-
-    def _sweep(self, study: Study) -> None:
-        for name, values in study.sweep.items():
-            twice = name in study.spread or name in study.drift
-            written = f"sweep.{study.name_of(name)}" if twice else study.name_of(name)
-            self._chosen[name] = [self._choice(name, written, study.unit_of(name), values, study.nominal(name))]
 
     def _choice(self, name: str, written: str, unit: str, values: Sequence[float], nominal: float) -> Move:
         """Add a list of values, of which the one next to that of the graph is the nominal one."""

@@ -165,7 +165,10 @@ def worst(
     """
     source = source if isinstance(source, Study) else graph_from(source)
     graph = source.graph if isinstance(source, Study) else source
-    _refuse_moment(at)
+    try:
+        read_moment(at)
+    except Refusal as error:
+        raise error.problem("at", at).error from None
     return worst_of(source, _quantities(graph, quantities), tolerances or {}, at, corners, samples, seed, progress)
 
 
@@ -233,13 +236,6 @@ def _loops(graph: Graph) -> list[str]:
     except ModelError as error:
         hint = "name a quantity: --measure NAME, --noise OUTPUT, --scale-factor OUTPUT"
         raise ModelError([replace(problem, hint=problem.hint and hint) for problem in error.problems]) from error
-
-
-def _refuse_moment(at: str) -> None:
-    try:
-        read_moment(at)
-    except Refusal as error:
-        raise error.problem("at", at).error from None
 
 
 def _sides(quantity: Quantity) -> tuple[float, ...]:
