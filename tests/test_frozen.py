@@ -12,7 +12,7 @@ CHANGING = {  # written step by step, or what moves in a run
     "graphs/drawing/items.py: Item",
     "graphs/drawing/items.py: Net",
     "graphs/drawing/routing.py: Bar",
-    "runner/design/proof/ahead.py: BoxPart",
+    "runner/design/proof/search.py: BoxPart",
     "runner/fixed/affine.py: AffineForms",
     "runner/fixed/integer_ir.py: IntegerProgram",
     "runner/live/named_values.py: NamedValues",

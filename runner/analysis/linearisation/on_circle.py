@@ -62,7 +62,7 @@ class _Product:
 
 
 class _Sum:
-    """The same of a polynomial by its coefficients."""
+    """A polynomial by its coefficients, with the same of it."""
 
     def __init__(self, polynomial: Polynomial) -> None:
         self._values = PolynomialValues(polynomial)

@@ -111,7 +111,7 @@ class BallRun:
 
 
 class Starting:
-    """What a claim is about at the start of a run or at rest: its map over any box of parameters."""
+    """Subject of a claim at the start of a run or at rest: its map over any box of parameters."""
 
     _run: BallRun
     period: float  # s

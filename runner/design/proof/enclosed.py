@@ -14,7 +14,7 @@ Interval Methods for Systems of Equations, section 5.1). R is near (I - J)^-1.
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
+from typing import Any, TypeVar
 
 import flint
 import numpy as np
@@ -108,7 +108,10 @@ class Enclosed:
         return Enclosed(_numbers(np.kron(self.middle, unit)), _numbers(np.kron(self.radius, unit)))
 
 
-def quarters(whole: Any, n: int) -> list[Any]:
+_Whole = TypeVar("_Whole", Enclosed, Array)
+
+
+def quarters(whole: _Whole, n: int) -> list[_Whole]:
     """Return A, B, C and D of [A B; C D], arrays or `Enclosed`, A of n rows and columns."""
     sides = slice(None, n), slice(n, None)
     return [whole[..., rows, columns] for rows in sides for columns in sides]

@@ -1,6 +1,6 @@
 """The point of rest, or the orbit, of every sensor of a box, enclosed by Krawczyk's operator.
 
-With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `krawczyk` encloses. Where
+With the map F(x, q) of all that a graph remembers, a sensor q rests at x = F(x, q), which `enclosed` encloses. Where
 carriers or switches come round after N periods, x has what is remembered at the start of each of them, and F moves each
 of these by its own period:
 

@@ -1,4 +1,4 @@
-"""What claims are about, in balls, at the start of a run or at rest.
+"""Subjects of claims, in balls, at the start of a run or at rest.
 
 A path is the map from one wire to another over a period, for an input that is the same in all of it.
 
