@@ -1,6 +1,8 @@
 """The coordinates of a box of tolerances: each is a parameter or a named value, or one divided by it.
 
 The stiffness over a mass bends less along 1/m than along m: the straighter of both is taken.
+
+Of a whole box some part is proved in a box of its own, which is larger where parameters change slowly.
 """
 
 from collections.abc import Iterator, Mapping, Sequence
@@ -12,10 +14,14 @@ from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.graphs.model.adjustable import Adjustable
 from proofmass.graphs.model.graph import split
 from proofmass.runner.derivatives.dual_functions import for_duals
+from proofmass.runner.design.proof.closed_loop import OpenCorners
+from proofmass.runner.design.proof.half_plane import PoleRegion
 from proofmass.runner.design.worst.ranges import Range
+from proofmass.runner.host.arrays import Array
 from proofmass.runner.plan.planned import Plan
 
 Sides = tuple[tuple[float, float], ...]
+_OVERLAP = 0.5  # of the width of a core, at both ends: what is wider dwells longer, but has less room for a norm
 
 
 @dataclass(frozen=True)
@@ -108,3 +114,24 @@ def _refused(wanted: Range, why: str) -> Problem:
     key = f"tolerances.{wanted.written}"
     hint = "prove tolerances of parameters; `proofmass worst` searches everything that a study varies"
     return Problem(message=why, key=key, hint=hint, path=("tolerances", wanted.written))
+
+
+@dataclass(frozen=True)
+class ProvedRegion:
+    """A part of a whole in a box that contracts, and its norm."""
+
+    core: Sides  # of the part of the whole that it covers
+    box: Sides  # that contracts: the core, with room about it where parameters change slowly
+    transform: Array  # T
+    beyond: Array  # bounds of how far matrices may lie beyond the corners
+    left: Array | None  # what a matrix at rest was multiplied by
+    beyond_noise: Array | None
+    loops: OpenCorners  # opened, of the parameters of the box; without derivatives
+    disc: PoleRegion  # in which all poles lie
+
+
+def widened(core: Sides, whole: Sides, changes: Sequence[float]) -> Sides:
+    """Return the box of a core within a whole, with room along each coordinate that moves."""
+    rooms = [_OVERLAP * (high - low) * (move > 0.0) for (low, high), move in zip(core, (*changes, 0.0), strict=True)]
+    sides = zip(core, whole, rooms, strict=True)
+    return tuple((max(first, low - room), min(last, high + room)) for (low, high), (first, last), room in sides)

@@ -19,9 +19,8 @@ from proofmass.runner.design.proof.box_maps import MOST_CORNERS, BoxMaps, middle
 from proofmass.runner.design.proof.claim import PEAK, Claim
 from proofmass.runner.design.proof.closed_loop import Family
 from proofmass.runner.design.proof.contraction import Norm, first_norm, outer_corner, radius_of
-from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides, widened
 from proofmass.runner.design.proof.half_plane import PoleRegion
-from proofmass.runner.design.proof.region import ProvedRegion, widened
 from proofmass.runner.design.proof.rest_norm import Start
 
 _FINEST = 1e-6  # part of a side of the first box below which none is halved

@@ -23,8 +23,7 @@ from fractions import Fraction
 import numpy as np
 
 from proofmass.runner.design.proof.contraction import growth_of
-from proofmass.runner.design.proof.coordinates import Sides
-from proofmass.runner.design.proof.region import ProvedRegion
+from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides
 
 _ROOM = 1e-9  # of the logarithm by which a norm has to shorten more than the next one lengthens
 Passage = tuple[ProvedRegion, ProvedRegion]

@@ -17,10 +17,9 @@ import numpy as np
 
 from proofmass.runner.design.proof.box_maps import middle_of
 from proofmass.runner.design.proof.claim import Claim
-from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.coordinates import ProvedRegion, Sides
 from proofmass.runner.design.proof.look import NOT_IN_ONE, STAYS, Looked, halved, widths
 from proofmass.runner.design.proof.passages import halved_places, too_soon
-from proofmass.runner.design.proof.region import ProvedRegion
 from proofmass.runner.design.proof.rest_norm import Start
 from proofmass.runner.host.forked import Forked
 

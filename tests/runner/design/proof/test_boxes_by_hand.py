@@ -12,11 +12,10 @@ from proofmass.runner.derivatives.ball import Ball, UndecidedError
 from proofmass.runner.design.proof import box_maps
 from proofmass.runner.design.proof.box_maps import BoxMaps, middle_of, widths_of
 from proofmass.runner.design.proof.closed_loop import Disc
-from proofmass.runner.design.proof.coordinates import Coordinates
+from proofmass.runner.design.proof.coordinates import Coordinates, ProvedRegion, widened
 from proofmass.runner.design.proof.descent import descended, largest, unknown
 from proofmass.runner.design.proof.enclosed import Enclosed, RestPoint, differences_of, near_inverse
 from proofmass.runner.design.proof.passages import _periods, halved_places, too_soon
-from proofmass.runner.design.proof.region import ProvedRegion, widened
 
 ONE = (1.0, 1.0)  # the factor at the wire, which stays
 
