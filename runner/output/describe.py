@@ -26,7 +26,10 @@ def block_text(kind: type[Block]) -> str:
         for name, p in about["inputs"].items()
     ]
     lines += _table("Inputs", ("name", "type", "unit", "", ""), inputs)
-    outputs = [(name, _type(p), p["unit"], _feedthrough(p), p["doc"]) for name, p in about["outputs"].items()]
+    outputs = [
+        (name, _type(p), p["unit"], ", ".join(p["feedthrough"]) or "nothing", p["doc"])
+        for name, p in about["outputs"].items()
+    ]
     lines += _table("Outputs", ("name", "type", "unit", "depends at once on", ""), outputs)
     return "\n".join([*lines, "", "In a graph file:", *_example(kind)])
 
@@ -53,10 +56,6 @@ def _default(parameter: dict[str, Any]) -> str:
 def _type(port: dict[str, Any]) -> str:
     shape = f"[{', '.join(map(str, port['shape']))}]" if "shape" in port else ""
     return str(port["type"]) + shape + (f", every {port['every']} ticks" if "every" in port else "")
-
-
-def _feedthrough(port: dict[str, Any]) -> str:
-    return ", ".join(port["feedthrough"]) or "nothing"
 
 
 def _table(title: str, head: tuple[str, ...], rows: Sequence[tuple[str, ...]]) -> list[str]:

@@ -1,6 +1,5 @@
 """Pages of reports: sections, tables and pictures in one HTML file that needs no network."""
 
-import io
 import re
 from collections.abc import Iterable, Sequence
 from hashlib import blake2b
@@ -10,7 +9,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.page_template import PAGE
-from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, write_figure
+from proofmass.runner.output.pictures import BLUE, GRID, INK, ORANGE, PAPER, svg_of
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -74,9 +73,7 @@ def picture(figure: "Figure", title: str) -> str:
     A page is one document: two pictures with clips of the same name would both be cut by the first, so their
     names have a hash of the drawing. What many markers have in common is said once.
     """
-    file = io.BytesIO()
-    write_figure(figure, file, "svg", **{"svg.fonttype": "none"})
-    text = inline(file.getvalue().decode())
+    text = svg_of(figure, **{"svg.fonttype": "none"})
     text = re.sub(r"\bclip_(?=\d)", f"clip_{blake2b(text.encode(), digest_size=6).hexdigest()}_", text)
     head, _, rest = text.partition(">")
     head = head.replace("<svg", '<svg class="picture" role="img"')

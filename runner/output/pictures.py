@@ -140,10 +140,10 @@ def save_figure(figure: "Figure", path: str | Path) -> Path:
     return Path(path)
 
 
-def svg_of(figure: "Figure") -> str:
+def svg_of(figure: "Figure", **style: Any) -> str:
     """Return a figure as an element of SVG."""
     file = io.BytesIO()
-    write_figure(figure, file, "svg")
+    write_figure(figure, file, "svg", **style)
     text = file.getvalue().decode()
     return text[text.index("<svg") :]
 

@@ -70,10 +70,9 @@ def _opening(result: Result) -> str:
     seconds = float((result.ticks - 1) / result.base_rate) if result.ticks else 0.0
     ticks, rate = count(result.ticks, "tick"), escape(write_rate(result.base_rate))
     texts.append(f'<span class="soft">{ticks} at {rate}, {seconds:.9g} s</span>')
-    if result.interrupted:
-        missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
-        return "".join(f"<p>{text}</p>\n" for text in texts) + f'<p class="warning">{missing}</p>'
-    return "".join(f"<p>{text}</p>\n" for text in texts)
+    missing = f"Interrupted: {result.ticks:,} of {result.planned_ticks:,} ticks were run."
+    warning = f'<p class="warning">{missing}</p>' if result.interrupted else ""
+    return "".join(f"<p>{text}</p>\n" for text in texts) + warning
 
 
 def _diagram(graph: Graph) -> str:

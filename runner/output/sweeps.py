@@ -10,7 +10,7 @@ import numpy as np
 from proofmass.blocks.declaration.shown_units import display
 from proofmass.blocks.declaration.unit_expressions import UnitError
 from proofmass.blocks.declaration.units import convert_exactly, split_quantity
-from proofmass.runner.output.export import write_whole
+from proofmass.runner.output.export import whole_csv
 from proofmass.runner.output.pictures import BLUE, axis_label, sheet
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.run.sweep import Sweep
@@ -33,8 +33,9 @@ def sweep_lines(sweep: Sweep, measures: Sequence[str]) -> list[str]:
 def save_sweep_csv(sweep: Sweep, measures: Sequence[str], path: Path) -> Path:
     """Write the table as CSV, numbers as they read back."""
     head = [*sweep.values, *(f"{name} [{sweep.measures[name]}]" for name in measures)]
-    lines = [",".join(map(_field, head)), *(",".join(map(_field, row.values())) for row in sweep.rows(measures))]
-    return write_whole(path, "\n".join(lines) + "\n")
+    with whole_csv(path) as table:
+        table.writerows([head, *(row.values() for row in sweep.rows(measures))])
+    return path
 
 
 def plot_sweep(sweep: Sweep, measures: Sequence[str]) -> "Figure":
@@ -98,8 +99,3 @@ def _named(name: str, unit: str) -> str:
 def _text(value: object) -> str:
     """Return a value for people: "undefined" for a measure without one."""
     return str(value) if not isinstance(value, float) else "undefined" if math.isnan(value) else f"{value:.9g}"
-
-
-def _field(value: object) -> str:
-    text = repr(value) if isinstance(value, float) else str(value)
-    return '"' + text.replace('"', '""') + '"' if any(c in text for c in ',"\n') else text

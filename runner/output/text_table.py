@@ -68,9 +68,5 @@ def _broken(rows: Sequence[Sequence[str]], room: int) -> Iterator[list[str]]:
 
 
 def _lines(rows: Sequence[Sequence[str]], widths: Sequence[int], left: Collection[int]) -> list[str]:
-    return [_GAP.join(_padded(row, widths, left)).rstrip() for row in rows]
-
-
-def _padded(row: Sequence[str], widths: Sequence[int], left: Collection[int]) -> list[str]:
-    cells = enumerate(zip(row, widths, strict=True))
-    return [cell.ljust(width) if i in left else cell.rjust(width) for i, (cell, width) in cells]
+    sides = [f"{{:{'<' if i in left else '>'}{width}}}" for i, width in enumerate(widths)]
+    return [_GAP.join(sides).format(*row).rstrip() for row in rows]
