@@ -1,15 +1,15 @@
 """Readings of output and temperature for a fit: from a table, or from a run of a graph."""
 
-import dataclasses
 import re
 from array import array
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from proofmass.blocks.declaration.problem import ModelError, Problem, did_you_mean, shown
+from proofmass.blocks.declaration.problem import Problem, did_you_mean, shown
 from proofmass.graphs.model.graph import Graph, Probe
 from proofmass.runner.analysis.spectrum.series import refused_scatter
 from proofmass.runner.host.arrays import AnyArray
@@ -22,7 +22,7 @@ SMALLEST_SPAN = 1e-9  # of the temperatures, against the largest
 _TEMPERATURE = re.compile("temp|therm", re.IGNORECASE)
 
 
-@dataclasses.dataclass(frozen=True)
+@dataclass(frozen=True)
 class Readings:
     """Measured readings, one in each row, in the order of time if there is one."""
 
@@ -35,44 +35,30 @@ class Readings:
     output_unit: str = ""
 
     def __post_init__(self) -> None:
-        problems = list(self._problems())
-        if problems:
-            raise ModelError(problems)
+        problem = self._problem()
+        if problem:
+            raise replace(problem, file=self.source).error
 
     def less(self, offset: float) -> "Readings":
         """Return the readings with a constant subtracted from the output."""
-        return dataclasses.replace(self, output=self.output - offset)
+        return replace(self, output=self.output - offset)
 
-    def _problems(self) -> Sequence[Problem]:
+    def _problem(self) -> Problem | None:
         t, v = self.temperature, self.output
         if not (np.isfinite(t).all() and np.isfinite(v).all() and max(np.abs(t).max(), np.abs(v).max()) <= LARGEST):
-            return [Problem(message=f"must be finite numbers of at most {LARGEST:g}", file=self.source)]
+            return Problem(message=f"must be finite numbers of at most {LARGEST:g}")
         different = len(np.unique(t))
         if different < FEWEST_TEMPERATURES:
-            return [
-                Problem(
-                    message="there are too few different temperatures to fit",
-                    file=self.source,
-                    key=self.temperature_name,
-                    got=f"{different} in {len(t)} rows",
-                    expected=f"at least {FEWEST_TEMPERATURES}: two exponentials have 4 coefficients",
-                )
-            ]
+            message, got = "there are too few different temperatures to fit", f"{different} in {len(t)} rows"
+            expected = f"at least {FEWEST_TEMPERATURES}: two exponentials have 4 coefficients"
+            return Problem(message=message, key=self.temperature_name, got=got, expected=expected)
         if np.ptp(t) < SMALLEST_SPAN * np.abs(t).max():
-            return [
-                Problem(
-                    message="hardly moves",
-                    file=self.source,
-                    key=self.temperature_name,
-                    got=f"{np.ptp(t):g} about {t.mean():g}",
-                    hint="subtract a constant from the temperatures",
-                )
-            ]
+            got, hint = f"{np.ptp(t):g} about {t.mean():g}", "subtract a constant from the temperatures"
+            return Problem(message="hardly moves", key=self.temperature_name, got=got, hint=hint)
         if np.ptp(v) == 0.0:
             message = "is the same in every row: there is nothing to fit"
-            return [Problem(message=message, file=self.source, key=self.output_name, got=f"{v[0]:g}")]
-        beyond = refused_scatter(v, self.output_name)
-        return [dataclasses.replace(beyond, file=self.source)] if beyond else []
+            return Problem(message=message, key=self.output_name, got=f"{v[0]:g}")
+        return refused_scatter(v, self.output_name)
 
 
 def read_table(path: Path, temperature: str = "", output: str = "") -> Readings:

@@ -131,7 +131,7 @@ def _exponentials(
     widths = half_widths(jacobian, residual)
     named = zip(("a1", "b1", "a2", "b2"), (a1, b1, a2, b2), widths, units, strict=True)
     coefficients = tuple(Coefficient(*each) for each in named)
-    return _fit(readings, "two exponentials", method, coefficients, residual, iterations, converged)
+    return Fit("two exponentials", method, coefficients, *_sizes(readings, residual), iterations, converged)
 
 
 def _polynomial(readings: Readings, scaled: ScaledReadings, order: int) -> Fit:
@@ -151,30 +151,14 @@ def _polynomial(readings: Readings, scaled: ScaledReadings, order: int) -> Fit:
         Coefficient(f"c{k}", value, width, unit if t and v else "")
         for k, (value, width, unit) in enumerate(zip(values.tolist(), widths, units, strict=True))
     )
-    return _fit(readings, f"polynomial of order {order}", "least squares", coefficients, residual)
+    return Fit(f"polynomial of order {order}", "least squares", coefficients, *_sizes(readings, residual))
 
 
-def _fit(
-    readings: Readings,
-    model: str,
-    method: str,
-    coefficients: tuple[Coefficient, ...],
-    residual: AnyArray,
-    iterations: int = 1,
-    converged: bool = True,
-) -> Fit:
+def _sizes(readings: Readings, residual: AnyArray) -> tuple[AnyArray, float, float, float]:
+    """Return the residual with the root of its mean square, R^2, and its peak to peak."""
     squares, centred = float(residual @ residual), readings.output - readings.output.mean()
-    return Fit(
-        model=model,
-        method=method,
-        coefficients=coefficients,
-        residual=residual,
-        rmse=math.sqrt(squares / len(residual)),
-        r_squared=1.0 - squares / float(centred @ centred),
-        after=float(np.ptp(residual)),
-        iterations=iterations,
-        converged=converged,
-    )
+    r_squared = 1.0 - squares / float(centred @ centred)
+    return residual, math.sqrt(squares / len(residual)), r_squared, float(np.ptp(residual))
 
 
 def _factor(unit: str) -> str:

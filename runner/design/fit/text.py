@@ -24,10 +24,9 @@ def text(report: FitReport) -> str:
     after = f"peak to peak, {report.before:.5g} before"
     head = ("model", "method", "RMSE", "R^2", after, "iterations")
     lines += text_table([head, *(_row(fit) for fit in report.fits)], left=(0, 1))
-    rows: list[tuple[str, ...]] = [("model", "coefficient", "value", f"{CONFIDENCE:.0%} interval", "unit")]
-    for fit in report.fits:
-        if fit.method != "alternation":
-            rows += [_coefficient(fit.model, *c) for c in fit.coefficients]
+    known = [fit for fit in report.fits if fit.method != "alternation"]
+    rows = [("model", "coefficient", "value", f"{CONFIDENCE:.0%} interval", "unit")]
+    rows += [_coefficient(fit.model, *c) for fit in known for c in fit.coefficients]
     lines += ["", *text_table(rows, left=(0, 1)), ""]
     lines.append(
         f"near the optimum each iteration of the alternation reduces the error by a factor of only {report.rate:.4f}"
@@ -71,12 +70,11 @@ def data(report: FitReport, arrivals: Sequence[Arrivals] = ()) -> dict[str, Any]
 
 
 def _fit_data(fit: Fit) -> dict[str, Any]:
+    known = fit.coefficients
     return {
         "model": fit.model,
         "method": fit.method,
-        "coefficients": {
-            c.name: {"value": c.value, "half_width": finite(c.half_width), "unit": c.unit} for c in fit.coefficients
-        },
+        "coefficients": {c.name: {"value": c.value, "half_width": finite(c.half_width), "unit": c.unit} for c in known},
         "rmse": fit.rmse,
         "r_squared": fit.r_squared,
         "peak_to_peak": fit.after,
@@ -90,7 +88,7 @@ def _row(fit: Fit) -> tuple[str, ...]:
     return fit.model, fit.method, f"{fit.rmse:.5g}", f"{fit.r_squared:.5f}", f"{fit.after:.5g}", iterations
 
 
-def _coefficient(model: str, name: str, value: float, half_width: float, unit: str) -> tuple[str, ...]:
+def _coefficient(model: str, name: str, value: float, half_width: float, unit: str) -> tuple[str, str, str, str, str]:
     interval = f"+- {half_width:.2g}" if math.isfinite(half_width) else "not determined"
     return model, name, f"{value:.8g}", interval, unit
 

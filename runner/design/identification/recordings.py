@@ -7,6 +7,7 @@ cut there: the pieces then run one by one, each from rest.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, Literal
@@ -137,14 +138,8 @@ def _stretches(
             notes.append(f"a piece of {high - low} rows at {times[low]:.6g} s is left out")
             continue
         inside = slice(low, high)
-        stretches.append(
-            RecordedStretch(
-                table.source,
-                times[inside] - times[low],
-                {signal: values[inside] for signal, values in played.items()},
-                {signal: values[inside] for signal, values in measured.items()},
-            )
-        )
+        cut = ({signal: values[inside] for signal, values in of.items()} for of in (played, measured))
+        stretches.append(RecordedStretch(table.source, times[inside] - times[low], *cut))
     if not stretches:
         message = f"holds {len(times)} rows"
         raise Problem(message=message, file=table.source, expected=f"at least {FEWEST} without a gap").error
@@ -168,19 +163,15 @@ def _converted(table: RecordedTable, name: str, unit: str) -> AnyArray:
 
 
 def _refuse_times(source: str, name: str, times: AnyArray) -> None:
-    problem = None
+    problem = partial(Problem, file=source, key=name)
     wrong = np.flatnonzero(~np.isfinite(times))
     if len(wrong):
-        problem = Problem(message=f"has no time in row {wrong[0] + 1}", file=source, key=name)
-    elif len(times) < FEWEST:
-        expected = f"at least {FEWEST}"
-        problem = Problem(message="has too few rows", file=source, key=name, got=str(len(times)), expected=expected)
-    else:
-        back = np.flatnonzero(np.diff(times) <= 0.0)
-        if len(back):
-            row = int(back[0]) + 1
-            got = f"{times[row - 1]:.9g} s in row {row}, {times[row]:.9g} s in row {row + 1}"
-            hint = "sort the rows, or remove those that repeat a time"
-            problem = Problem(message="its time does not grow", file=source, key=name, got=got, hint=hint)
-    if problem is not None:
-        raise problem.error
+        raise problem(message=f"has no time in row {wrong[0] + 1}").error
+    if len(times) < FEWEST:
+        raise problem(message="has too few rows", got=str(len(times)), expected=f"at least {FEWEST}").error
+    back = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(back):
+        row = int(back[0]) + 1
+        got = f"{times[row - 1]:.9g} s in row {row}, {times[row]:.9g} s in row {row + 1}"
+        hint = "sort the rows, or remove those that repeat a time"
+        raise problem(message="its time does not grow", got=got, hint=hint).error

@@ -174,7 +174,7 @@ class UnknownsSolver:
         )
 
     def _all(self, values: AnyArray) -> AnyArray:
-        residuals = np.concatenate([self.residuals(values), self._prior(values)])
+        residuals = self._weighted(values)
         cost = float(residuals @ residuals)
         if self.best is None or cost < self.best[0]:
             self.best = cost, values.copy()
@@ -240,7 +240,7 @@ class UnknownsSolver:
             for side in (1.0, -1.0):
                 moved = values.copy()
                 moved[number] = min(max(values[number] + side * step, unknown.at_least), unknown.at_most)
-                ends.append((moved[number], np.concatenate([self.residuals(moved), self._prior(moved)])))
+                ends.append((moved[number], self._weighted(moved)))
             (above, higher), (below, lower) = ends
             columns.append((higher - lower) / (above - below))
         return np.array(columns).T

@@ -74,9 +74,8 @@ def _read_text(path: Path) -> RecordedTable:
         notes.append(f"line {body[0][0]} is taken for units: {', '.join(filter(None, units))}")
         body = body[1:]
     if separator != ",":
-        decimal = (
-            ", numbers with a decimal comma" if any("," in cell for _, cells in body[:20] for cell in cells) else ""
-        )
+        commas = any("," in cell for _, cells in body[:20] for cell in cells)
+        decimal = ", numbers with a decimal comma" if commas else ""
         notes.append(f"columns are separated by {_SEPARATORS.get(separator or '', 'blanks')}{decimal}")
     table = np.empty((len(body), len(names)))
     for row, (at, cells) in enumerate(body):
@@ -96,9 +95,8 @@ def _read_text(path: Path) -> RecordedTable:
 def _cells(line: str, separator: str | None) -> list[str]:
     if separator is None:
         return line.split()
-    return [
-        cell.strip() for cell in next(csv.reader([line.rstrip("\r\n")], delimiter=separator, skipinitialspace=True))
-    ]
+    cells = next(csv.reader([line.rstrip("\r\n")], delimiter=separator, skipinitialspace=True))
+    return [cell.strip() for cell in cells]
 
 
 def _number(cell: str, separator: str | None) -> float | None:

@@ -13,7 +13,7 @@ from scipy.optimize import curve_fit, least_squares
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.runner.design.fit.data import Readings
-from proofmass.runner.design.fit.fit import Fit, _fit, fit
+from proofmass.runner.design.fit.fit import Fit, _sizes, fit
 from tests.by_hand.temperature_sets import DEVICES, M1, TEMPERATURE, Device, fitted
 
 both = pytest.mark.parametrize("device", DEVICES.values(), ids=DEVICES)
@@ -170,6 +170,7 @@ def test_exponentials_that_no_block_could_compute_are_refused() -> None:
 def test_what_a_residual_says_of_a_model() -> None:
     """Of 1, 2 to 6 a residual of 0.1 leaves 0.06 of the squares 17.5 about the mean."""
     readings = Readings("six", np.arange(6.0), np.arange(1.0, 7.0), "T", "V")
-    found = _fit(readings, "line", "least squares", (), np.array([0.1, -0.1, 0.1, -0.1, 0.1, -0.1]))
+    sizes = _sizes(readings, np.array([0.1, -0.1, 0.1, -0.1, 0.1, -0.1]))
+    found = Fit("line", "least squares", (), *sizes)
     assert (found.r_squared, found.rmse, found.after) == pytest.approx((1.0 - 0.06 / 17.5, 0.1, 0.2))
     assert (found.iterations, found.converged) == (1, True)
