@@ -61,9 +61,7 @@ def on_arrays(operation: str, arguments: list[Any]) -> Any:
 @cache
 def _elementwise(operation: str) -> Elementwise:
     known = OPERATIONS[operation]
-    return Elementwise(
-        known.function, {"first": float, "second": float} if known.arity == 2 else {"first": float}, float
-    )
+    return Elementwise(known.function, dict.fromkeys(("first", "second")[: known.arity], float), float)
 
 
 def _base(study: Study, name: str, drawn: Mapping[str, AnyArray], runs: int) -> AnyArray:

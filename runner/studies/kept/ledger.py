@@ -125,7 +125,7 @@ class Ledger:
             if kept != self._sum(*row):
                 raise self._damaged(f"the row of the runs from {row[0]} on differs from its check sum")
             start, runs, numbers, faults = row
-            values = np.frombuffer(numbers, dtype=_HELD).reshape(self._shape(runs))
+            values = np.frombuffer(numbers, dtype=_HELD).reshape(runs, self.epochs, len(self.measures))
             told = {(run, epoch): text for run, epoch, text in json.loads(faults)}
             yield Outcomes(np.arange(start, start + runs), values, told)
 
@@ -134,9 +134,6 @@ class Ledger:
         digest = hashlib.sha256(b"%b\0%b\0" % (self._facts, repr((first, runs, faults)).encode()))
         digest.update(numbers if isinstance(numbers, bytes) else b"damaged")
         return digest.digest()
-
-    def _shape(self, runs: int) -> tuple[int, int, int]:
-        return runs, self.epochs, len(self.measures)
 
     def _numbers(self, about: AnyArray) -> AnyArray:
         """Return the numbers of runs in the ledger, between the least and the greatest of `about`."""

@@ -12,7 +12,6 @@ import numpy as np
 from proofmass.blocks.declaration.libraries import need
 from proofmass.blocks.declaration.shown_units import display, in_table, long_time, prefix
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_tables import Limit
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.host.notebook import Plotted, html_table
 from proofmass.runner.plan.planned import PlannedMeasure
@@ -215,9 +214,10 @@ def as_shown(result: StudyResult) -> StudyResult:
     factors = {name: factor for name, (factor, _) in units.items() if factor != 1.0}
     if not factors:
         return result
-    limits = {
-        name: _scaled(limit, factors[name]) if name in factors else limit for name, limit in result.study.limits.items()
-    }
+    limits = dict(result.study.limits)
+    for name in limits.keys() & factors.keys():
+        limit, factor = limits[name], factors[name]
+        limits[name] = replace(limit, at_least=limit.at_least * factor, at_most=limit.at_most * factor)
     return replace(
         result,
         study=result.study.with_limits(limits),
@@ -232,10 +232,6 @@ def _shown_unit(measure: PlannedMeasure, values: AnyArray) -> tuple[float, str]:
         return display(measure.unit, measure.shown_in, 1.0)[0], measure.shown_in
     largest = float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
     return (1.0, measure.unit) if 0.01 <= largest < 1e4 else prefix(measure.unit, largest)
-
-
-def _scaled(limit: Limit, factor: float) -> Limit:
-    return replace(limit, at_least=limit.at_least * factor, at_most=limit.at_most * factor)
 
 
 def collected(measures: tuple[PlannedMeasure, ...], outcomes: Outcomes) -> dict[str, Any]:

@@ -98,34 +98,31 @@ def index_rows(result: StudyResult) -> list[dict[str, Any]]:
                     first, total = index.first_interval, index.total_interval
                     rows.append(
                         place_of(part, measure.name, epoch)
-                        | {
-                            "unit": measure.unit,
-                            "parameter": study.name_of(index.parameter),
-                            "first_order": index.first,
-                        }
-                        | {"first_order_low": first[0], "first_order_high": first[1], "total": index.total}
-                        | {"total_low": total[0], "total_high": total[1]}
+                        | {"unit": measure.unit, "parameter": study.name_of(index.parameter)}
+                        | {"first_order": index.first, "first_order_low": first[0], "first_order_high": first[1]}
+                        | {"total": index.total, "total_low": total[0], "total_high": total[1]}
                     )
     return rows
 
 
 def _rows(part: StudyResult, found: Sequence[Influences]) -> Iterator[dict[str, Any]]:
-    point, ages = point_columns(part), part.study.epochs
     for influences in found:
-        effects = influences.regression
+        effects, since = influences.regression, one_age(part.study.epochs, influences.since)
+        place = place_of(part, influences.measure.name, influences.epoch)
         for influence in effects.influences:
             first = influence.parameters[0]
             yield (
-                point
-                | {"measure": influences.measure.name, "epoch": influences.epoch, "age_s": ages[influences.epoch]}
-                | {"unit": influences.measure.unit}
-                | {"since_s": one_age(ages, influences.since), "factor": influence.parameter}
+                place
+                | {"unit": influences.measure.unit, "since_s": since, "factor": influence.parameter}
                 | {"change": all(name.startswith(CHANGE) for name in influence.parameters)}
                 | {"factor_unit": influences.factors.units[first], "slope": influence.slope}
                 | {"effect": influence.effect, "effect_half": influence.effect_half, "share": influence.share}
                 | {"standardised": influence.standardised, "of_ranks": influence.rank}
-                | {"explained": effects.explained, "explained_of_ranks": effects.explained_of_ranks}
-                | {"runs": effects.runs}
+                | {
+                    "explained": effects.explained,
+                    "explained_of_ranks": effects.explained_of_ranks,
+                    "runs": effects.runs,
+                }
             )
 
 

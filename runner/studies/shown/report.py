@@ -18,7 +18,6 @@ from proofmass.graphs.studies.study_writer import write_study
 from proofmass.runner.host.arrays import AnyArray
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.page import Html, broken, facts, folded, paragraphs, picture, save_page, small, table
-from proofmass.runner.plan.planned import PlannedMeasure
 from proofmass.runner.studies.kept.folder import STUDY_FILE
 from proofmass.runner.studies.outcome.intervals import LEVEL, concise
 from proofmass.runner.studies.outcome.result import PERCENTILES, StudyResult, as_shown
@@ -143,14 +142,10 @@ def _with_interval(row: dict[str, object], key: str) -> Html:
 def _distributions(result: StudyResult, proved: Sequence[ProvedBound]) -> str:
     @at_each(swept_parts)
     def shown(part: StudyResult) -> str:
-        return "\n".join(f'<div class="wide">{_distribution(part, m, proved)}</div>' for m in part.measures)
+        drawn = ((m.name, plot_distribution(part, m, bounds_of(proved, m.name))) for m in part.measures)
+        return "\n".join(f'<div class="wide">{picture(one, f"distribution of {name}")}</div>' for name, one in drawn)
 
     return shown(result)
-
-
-def _distribution(result: StudyResult, measure: PlannedMeasure, proved: Sequence[ProvedBound]) -> str:
-    drawn = plot_distribution(result, measure, bounds_of(proved, measure.name))
-    return picture(drawn, f"distribution of {measure.name}")
 
 
 def _curves(result: StudyResult) -> str:
@@ -183,10 +178,7 @@ def _of_measure(result: StudyResult, name: str, tables: Sequence[Influences]) ->
         shares = plot_shares([study.epochs[t.epoch] for t in tables], [t.regression for t in tables])
         drawing = picture(shares, f"what scatters {name} at each age")
         shown = [t for t in tables if study.epochs[t.epoch] in some_of(study.epochs)]
-        pieces += [
-            f'<div class="wide">{drawing}</div>',
-            _leading(study, shown),
-        ]
+        pieces += [f'<div class="wide">{drawing}</div>', _leading(study, shown)]
     pieces += [] if newest else [f"<p>{escape(name)} does not scatter at the last age.</p>"]
     return "\n".join(pieces)
 

@@ -110,7 +110,8 @@ def _time_out_sentence(lives: Lifetimes) -> str:
 @at_each(swept_parts)
 def _compared(result: StudyResult) -> str:
     every = result.study.recalibration.every
-    named = {recalibration_text(seconds): _interval(result, place) for place, seconds in enumerate(every)}
+    places = result.numbers % len(every)
+    named = {recalibration_text(seconds): result.some(places == place) for place, seconds in enumerate(every)}
     named = {name: part for name, part in named.items() if len(part.numbers)}
     return "\n".join(filter(None, (_lives_table(named), _scatter_table(named))))
 
@@ -164,11 +165,6 @@ def _scatter_table(named: dict[str, StudyResult]) -> str:
     rows = [(broken(m.name), in_table(m.unit), *cells(m.name)) for m in first.measures]
     heads = (f"standard deviation at {age_text(first.study.epochs[-1])}", "unit", *named)
     return table(heads, rows, numbers=range(2, len(heads)))
-
-
-def _interval(result: StudyResult, place: int) -> StudyResult:
-    """Return the runs of one interval between calibrations."""
-    return result.some(result.numbers % len(result.study.recalibration.every) == place)
 
 
 def _part(part: float, ends: Bounds) -> str:

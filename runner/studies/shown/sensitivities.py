@@ -106,18 +106,12 @@ class Columns:
         standardised, halves, correlations, explained = _grouped(self.plain, values, self.groups)
         rank, _, _, explained_of_ranks = _grouped(self.ranked, _ranks(values[:, None])[:, 0], self.groups)
         deviation = float(values.std(ddof=1))
-        influences = [
-            Influence(
-                tuple(names[place] for place in group),
-                float(b * deviation / self.x[:, group[0]].std(ddof=1)),
-                float(b * deviation),
-                float(half * deviation),
-                float(b),
-                float(rank_b),
-                float(b * r),
-            )
-            for group, b, half, r, rank_b in zip(self.groups, standardised, halves, correlations, rank, strict=True)
-        ]
+        numbers = (column.tolist() for column in (standardised, halves, correlations, rank))
+        influences = []
+        for group, b, half, r, rank_b in zip(self.groups, *numbers, strict=True):
+            slope = float(b * deviation / self.x[:, group[0]].std(ddof=1))
+            factor = tuple(names[place] for place in group)
+            influences.append(Influence(factor, slope, b * deviation, half * deviation, b, rank_b, b * r))
         influences.sort(key=lambda influence: -abs(influence.effect))
         return Regression(tuple(influences), explained, explained_of_ranks, runs)
 
@@ -150,18 +144,10 @@ def sobol_indices(result: StudyResult, measure: str, epoch: int = 0, point: int 
     dice = np.random.default_rng(study.seed)
     resampled = np.array([_indices(groups[dice.integers(len(groups), size=len(groups))]) for _ in range(_RESAMPLES)])
     aside = 50.0 * (1.0 - LEVEL)
-    low, high = np.nanpercentile(resampled, (aside, 100.0 - aside), axis=0)
-    first, total = _indices(groups)
-    return [
-        Index(
-            name,
-            float(first[i]),
-            (float(low[0, i]), float(high[0, i])),
-            float(total[i]),
-            (float(low[1, i]), float(high[1, i])),
-        )
-        for i, name in enumerate(study.designed.names)
-    ]
+    low, high = np.nanpercentile(resampled, (aside, 100.0 - aside), axis=0).tolist()
+    first, total = _indices(groups).tolist()
+    columns = first, zip(low[0], high[0], strict=True), total, zip(low[1], high[1], strict=True)
+    return [Index(*row) for row in zip(study.designed.names, *columns, strict=True)]
 
 
 def _differ(values: AnyArray) -> bool:

@@ -3,7 +3,6 @@
 from collections.abc import Iterator, Mapping
 
 from proofmass.graphs.studies.ages import age_text, some_of
-from proofmass.graphs.studies.study import Study
 from proofmass.runner.output.counts import count
 from proofmass.runner.output.text_table import text_table
 from proofmass.runner.output.times import time_text
@@ -19,7 +18,8 @@ def study_text(result: StudyResult) -> str:
     result = as_shown(result)
     study, points = result.study, parts(result)
     runs, time = count(len(result.numbers), "run"), time_text(result.seconds)
-    lines = [f"{study.graph.name}: {runs}{_at_epochs(study)}, {result.engine} engine, {time}", ""]
+    epochs = f" at {len(study.epochs)} epochs" if len(study.epochs) > 1 else ""
+    lines = [f"{study.graph.name}: {runs}{epochs}, {result.engine} engine, {time}", ""]
     for name, part in points.items():
         yields = list(_yields(part))
         lines += [f"{name}:", ""] if name else []
@@ -33,10 +33,6 @@ def study_text(result: StudyResult) -> str:
         lines.append(f"stopped after {result.planned_runs:,} of {planned:,} runs: that was enough")
     lines += [f"the worker {address} ended early; others did its runs" for address in result.lost_workers]
     return "\n".join([*lines, *_first_fault(result)]).rstrip()
-
-
-def _at_epochs(study: Study) -> str:
-    return f" at {len(study.epochs)} epochs" if len(study.epochs) > 1 else ""
 
 
 def _table(result: StudyResult) -> Iterator[str]:

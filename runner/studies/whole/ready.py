@@ -68,29 +68,16 @@ def _length(planned: Plan, study: Study | None) -> Iterator[Problem]:
 def study_notes(study: Study) -> Iterator[Problem]:
     """Yield notes on the ages and limits of a study."""
     if 0.0 < study.epochs[-1] < DAY:
-        problem = Problem(
-            message=f"the last age is {age_text(study.epochs[-1])}",
-            hint='ages without a unit are seconds: write "10 year", "1000 h"',
-            note=True,
-            path=("epochs",),
-        )
-        yield study.placed(problem)
-    yield from _uncalibrated(study)
-
-
-def _uncalibrated(study: Study) -> Iterator[Problem]:
-    """Yield limits that count the first epoch of sensors that are calibrated at its end."""
+        message = f"the last age is {age_text(study.epochs[-1])}"
+        hint = 'ages without a unit are seconds: write "10 year", "1000 h"'
+        yield study.placed(Problem(message=message, hint=hint, note=True, path=("epochs",)))
     if not study.recalibration.carried or len(study.epochs) < 2:
         return
+    message = "counts the first epoch too, which has no calibration before it"
+    hint = f'from = "{written_age(study.epochs[1])}" counts from the next epoch on'
     for name, limit in study.limits.items():
         if name in study.flat.measures and limit.counted(study.epochs) == 0:
-            problem = Problem(
-                message="counts the first epoch too, which has no calibration before it",
-                hint=f'from = "{written_age(study.epochs[1])}" counts from the next epoch on',
-                note=True,
-                path=("limits", name),
-            )
-            yield study.placed(problem)
+            yield study.placed(Problem(message=message, hint=hint, note=True, path=("limits", name)))
 
 
 def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
@@ -99,14 +86,10 @@ def _many_steps(planned: Plan, end: Fraction | None) -> Iterator[Problem]:
         if solver.exact or solver.substeps < MANY_STEPS:
             continue
         blocks = solver.group.blocks
-        problem = Problem(
-            message=f"{', '.join(blocks)}: a tick takes {solver.substeps:,} steps of {solver.method}",
-            got=f"{solver.substeps * planned.ticks():,} in the run" if end is not None else "",
-            hint='choose method = "radau", a lower accuracy or a higher rate, or look for a parameter that is far off',
-            note=True,
-            path=("blocks", blocks[0]),
-        )
-        yield planned.graph.placed(problem)
+        message = f"{', '.join(blocks)}: a tick takes {solver.substeps:,} steps of {solver.method}"
+        got = f"{solver.substeps * planned.ticks():,} in the run" if end is not None else ""
+        hint = 'choose method = "radau", a lower accuracy or a higher rate, or look for a parameter that is far off'
+        yield planned.graph.placed(Problem(message=message, got=got, hint=hint, note=True, path=("blocks", blocks[0])))
 
 
 def _measures(planned: Plan, study: Study | None) -> Iterator[Problem]:
