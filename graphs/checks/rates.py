@@ -72,7 +72,6 @@ def base_rate_notes(graph: FlatGraph) -> Iterator[Problem]:
     odd = max((rate for rate in owners if rate != fastest), key=lambda rate: (fastest / rate).denominator)
     yield Problem(
         message=f"the rates meet only at {write_rate(base)}, the base rate of a run",
-        key=f"blocks.{owners[odd]}.rate" if owners[odd] in graph.rates else "rate",
         got=f"{write_rate(odd)}, and {owners[fastest]} at {write_rate(fastest)}",
         hint=f"that is {base / fastest} times the ticks; {_keeps(fastest, odd)} would keep {write_rate(fastest)}",
         note=True,

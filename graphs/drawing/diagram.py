@@ -219,7 +219,8 @@ class Drawing:
         inset = target.insets.get(link.port, 0.0)
         end = x - back[0] * inset, y - back[1] * inset
         tip = [(end[0] + 9 * back[0] + s * 4 * back[1], end[1] + 9 * back[1] + s * 4 * back[0]) for s in (1, -1)]
-        begin = _outwards(whole[0][0], whole[0][1], source.insets.get(link.output, 0.0))
+        (x, y), (after_x, _) = whole[0][:2]
+        begin = x - source.insets.get(link.output, 0.0) * ((after_x > x) - (after_x < x)), y
         met = {whole[0][0]: begin, whole[-1][-1]: end}  # at the edges of symbols, which are smaller than their blocks
 
         def drawn(pieces: Sequence[Path], levels: Mapping[int, Sequence[int]]) -> str:
@@ -260,11 +261,6 @@ class Drawing:
 
 def _signals_first(link: Link) -> tuple[bool, Link]:
     return link.driven, link
-
-
-def _outwards(start: GridPoint, after: GridPoint, inset: float) -> tuple[float, float]:
-    """Return the start of a wire at the symbol that it leaves, which is smaller than its block."""
-    return start[0] - inset * ((after[0] > start[0]) - (after[0] < start[0])), start[1]
 
 
 def _swatch(style: str, words: str) -> Mark:

@@ -109,11 +109,7 @@ def fan_of(link: Link, leader: Path, spots: Mapping[str, Spot], looks: Mapping[s
     leave = start[0] + way * (looks[link.source].shape.label // GRID * GRID), leader[0][1]
     enter = end[0] - to_way * 2 * GRID, leader[-1][1]
     source, reader = (start, (leave[0], start[1]), leave), (enter, (enter[0], end[1]), end)
-    return Fan(_distinct(source), (leave, *leader[1:-1], enter), _distinct(reader))
-
-
-def _distinct(path: Path) -> Path:
-    return tuple(point for number, point in enumerate(path) if point not in path[:number])
+    return Fan(tuple(dict.fromkeys(source)), (leave, *leader[1:-1], enter), tuple(dict.fromkeys(reader)))
 
 
 def _pin(spot: Spot, look: Look, port: str, is_output: bool) -> tuple[GridPoint, int]:

@@ -13,12 +13,10 @@ from proofmass.graphs.drawing.texts import plain, unit_in_print
 from proofmass.graphs.model.graph import Graph
 
 
-def mermaid(graph: Graph) -> str:
+def mermaid(whole: Graph) -> str:
     """Return the wiring as a Mermaid flowchart, which many document tools draw."""
-    return _mermaid(picture(graph))
+    graph = picture(whole)
 
-
-def _mermaid(graph: Picture) -> str:
     def node(name: str) -> str:
         return "block_" + name.replace(".", "__")
 
@@ -38,12 +36,9 @@ def _mermaid(graph: Picture) -> str:
     return "\n".join(out) + "\n"
 
 
-def dot(graph: Graph) -> str:
+def dot(whole: Graph) -> str:
     """Return the wiring as DOT text for Graphviz."""
-    return _dot(picture(graph))
-
-
-def _dot(graph: Picture) -> str:
+    graph = picture(whole)
 
     def quoted(*lines: str) -> str:
         return '"' + "\\n".join(plain(x).replace("\\", "\\\\").replace('"', '\\"') for x in lines if x) + '"'

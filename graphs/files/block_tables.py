@@ -169,11 +169,8 @@ class BlockTables:
     def _limit(self, name: str, part: Graph, count: int) -> None:
         self.inside += part.size.blocks * count
         if self.inside > BLOCKS:
-            message = "too many blocks with those inside the subgraphs"
-            expected = f"at most {BLOCKS}"
-            path = ("blocks", name)
-            problem = Problem(message=message, key=f"blocks.{name}", got=str(self.inside), expected=expected, path=path)
-            raise problem.error
+            message, expected = "too many blocks with those inside the subgraphs", f"at most {BLOCKS}"
+            raise Problem(message=message, got=str(self.inside), expected=expected, path=("blocks", name)).error
 
     def _changed(self, name: str, part: Graph, table: dict[str, Any], names: list[str]) -> Graph:
         """Return the subgraph with the values and parameters of its table."""
@@ -200,7 +197,7 @@ class BlockTables:
             raise ModelError([replace(p, key=f"blocks.{name}.{p.key}", path=path) for p, path in own]) from None
 
     def _refuse(self, message: str, *path: str, **more: Any) -> None:
-        self.problems.append(Problem(message=message, key=".".join(path), path=path, **more))
+        self.problems.append(Problem(message=message, path=path, **more))
 
     def _kind(self, name: str, table: object) -> type[Block] | None:
         path = ("blocks", name)
@@ -241,7 +238,7 @@ def _block(kind: type[Block], name: str, values: Mapping[str, Any]) -> Block:
             where = (*path, *problem.path)
             problems.append(replace(problem, key=".".join(where), path=where))
     except (ArithmeticError, ValueError) as error:
-        problems.append(Problem(message=f"its parameters cannot be read: {error}", key=f"blocks.{name}", path=path))
+        problems.append(Problem(message=f"its parameters cannot be read: {error}", path=path))
     if problems or block is None:
         raise ModelError(problems)
     return block

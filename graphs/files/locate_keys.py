@@ -95,7 +95,8 @@ class _Locator:
             elif self._is("["):
                 table = self._header()
             else:
-                self._entry(table)
+                self._pair(table)
+                self._rest_of_line()
 
     def _is(self, *kinds: str) -> bool:
         return self.tokens[self.at][0] in kinds
@@ -145,10 +146,6 @@ class _Locator:
                 break
             self.at += 1
         return tuple(parts)
-
-    def _entry(self, table: KeyPath) -> None:
-        self._pair(table)
-        self._rest_of_line()
 
     def _pair(self, table: KeyPath) -> None:
         line = self._line()

@@ -3,6 +3,7 @@
 import re
 import tomllib
 from collections.abc import Mapping
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -36,10 +37,11 @@ def edited(text: str, changes: Mapping[str, float | int | str], file: str = "<te
         _set(lines, path, written, file)
         table[path[-1]] = value
     result = "\n".join(lines)
-    if _parsed(result) != tables:
-        problem = Problem(message="cannot be edited in place", file=file, hint="write every parameter on its own line")
-        raise problem.error
-    return result
+    with suppress(tomllib.TOMLDecodeError):
+        if tomllib.loads(result) == tables:
+            return result
+    hint = "write every parameter on its own line"
+    raise Problem(message="cannot be edited in place", file=file, hint=hint).error
 
 
 def _path(data: Mapping[str, Any], key: str) -> tuple[str, ...]:
@@ -83,10 +85,3 @@ def _set(lines: list[str], path: tuple[str, ...], written: str, file: str) -> No
 def _refused(file: str, line: int, key: str) -> Problem:
     hint = "write the block as a table of its own, one parameter a line"
     return Problem(message="cannot be edited in place", file=file, line=line, key=key, hint=hint)
-
-
-def _parsed(text: str) -> dict[str, Any] | None:
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError:
-        return None

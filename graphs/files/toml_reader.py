@@ -147,9 +147,9 @@ def _with_keys_at_top(data: dict[str, Any], place: Place) -> tuple[dict[str, Any
         if isinstance(data.get(key), dict):
             whole[key] = _without_keys(data[key], (key,), own, found)
     for (*head, key), entry in found.items():
-        table, path = ".".join(head), (*head, key)
+        path, table = (*head, key), ".".join(head)
         hint = f"after [{table}] it belongs to that table: move it above the first table"
-        problems.append(Problem(message="stands in the wrong table", key=f"{table}.{key}", hint=hint, path=path))
+        problems.append(Problem(message="stands in the wrong table", hint=hint, path=path))
         if key not in whole:
             whole[key] = entry
             note_line(place, (key,), path)

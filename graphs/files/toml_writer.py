@@ -75,7 +75,7 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     yield from _list("probes", [_probe(p) for p in graph.probes])
     if path and not graph.blocks and not graph.subgraphs:
         yield "blocks = {}"
-    yield from _table(f"{path}values", {name: _value(value) for name, value in graph.values.items()})
+    yield from _table(f"{path}values", {n: _value(v) for n, v in graph.values.items()})
     inner = {of: f.text for of, f in graph.formulas.items() if "." in of and not is_of_measure(graph, of)}
     inner = {of: text for of, text in inner.items() if split(of.partition("[")[0])[0] not in graph.blocks}
     yield from _table(f"{path}formulas", {of: quoted(text) for of, text in inner.items()})
@@ -86,10 +86,10 @@ def _graph(graph: Graph, path: str, as_written: bool) -> Iterator[str]:
     derived = {name: _derived(formula) for name, formula in graph.derived.items()}
     yield from _table(f"{path}measures", signals | derived)
     yield from _table(f"{path}requirements", {n: inline(r.as_written()) for n, r in graph.requirements.items()})
-    yield from _table(f"{path}exports", {name: quoted(signal) for name, signal in graph.exports.items()})
-    yield from _table(f"{path}integration", {key: inline(v) for key, v in graph.integration.changed().items()})
+    yield from _table(f"{path}exports", {n: quoted(s) for n, s in graph.exports.items()})
+    yield from _table(f"{path}integration", {k: inline(v) for k, v in graph.integration.changed().items()})
     for name, loop in graph.loops.items():
-        requirements = {key: quoted(f"{value!r} {REQUIREMENTS[key]}") for key, value in loop.requirements.items()}
+        requirements = {k: quoted(f"{v!r} {REQUIREMENTS[k]}") for k, v in loop.requirements.items()}
         yield from _table(f"{path}loops.{key_of(name)}", {"open_at": quoted(loop.open_at)} | requirements)
     for name, block in graph.blocks.items():
         yield from ("", f"[{path}blocks.{key_of(name)}]", f"kind = {quoted(type(block).__name__)}")
@@ -146,7 +146,7 @@ def _parameters(block: Block, formula: Callable[[str], str], as_written: bool) -
 
 
 def _probe(probe: Probe) -> str:
-    more = {key: value for key, value in (("every", probe.every), ("unit", probe.unit)) if value not in (1, "")}
+    more = {k: v for k, v in (("every", probe.every), ("unit", probe.unit)) if v not in (1, "")}
     return inline({"signal": probe.signal} | more if more else probe.signal)
 
 
@@ -158,7 +158,7 @@ def _derived(formula: Formula) -> str:
 def _measure(measure: Measure, formula: Callable[[str], str], as_written: bool) -> str:
     times = {"from": measure.start or None, "until": measure.until}
     texts = {key: formula(key) or (_time(time, as_written) if time is not None else "") for key, time in times.items()}
-    options = {key: formula(key) or (f"{value} s" if key in TIMES else value) for key, value in measure.options}
+    options = {key: formula(key) or (f"{v} s" if key in TIMES else v) for key, v in measure.options}
     head = {"signal": measure.signal, "statistic": measure.statistic}
     return inline(head | {k: v for k, v in (texts | options | {"unit": measure.unit}).items() if v != ""})
 
@@ -183,7 +183,7 @@ def key_of(name: str) -> str:
 def _table(name: str, entries: Mapping[str, str]) -> Iterator[str]:
     """The lines of a table; none of an empty one."""
     if entries:
-        yield from ("", f"[{name}]", *(f"{key_of(key)} = {entry}" for key, entry in entries.items()))
+        yield from ("", f"[{name}]", *(f"{key_of(key)} = {text}" for key, text in entries.items()))
 
 
 def _list(key: str, entries: list[str]) -> list[str]:

@@ -333,14 +333,14 @@ def _bad_exports(exports: object, values: Collection[str]) -> Iterator[Problem]:
         yield Problem(message="must be a table", got=shown(exports), hint=hint, path=("exports",))
         return
     for name, signal in exports.items():
-        key, path = f"exports.{name}", ("exports", str(name))
+        path = ("exports", str(name))
         if not isinstance(name, str) or not NAME.fullmatch(name):
             yield Problem(message="not a name", key="exports", got=shown(name), expected=EXPECTED_NAME, path=path)
         elif name in {**PART_KEYS, **BLOCK_KEYS}:
             taken = ", ".join({**PART_KEYS, **BLOCK_KEYS})
-            yield Problem(message="the name is taken", key=key, hint=f"taken are {taken}", path=path)
+            yield Problem(message="the name is taken", hint=f"taken are {taken}", path=path)
         elif not _is_signal(signal) and not (isinstance(signal, str) and signal in values):
-            yield Problem(message="not a port or parameter", key=key, got=shown(signal), hint=hint, path=path)
+            yield Problem(message="not a port or parameter", got=shown(signal), hint=hint, path=path)
 
 
 def _taken(exports: object) -> dict[str, str]:
