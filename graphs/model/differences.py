@@ -252,7 +252,7 @@ def _length(flat: FlatGraph) -> str:
 
 
 def changed_entries(place: str, before: Mapping[str, str], after: Mapping[str, str]) -> Iterator[GraphDifference]:
-    """Yield what differs between two tables of texts at a place; an entry that a table does not have is empty."""
+    """Yield what differs between two tables of texts at a place; an entry that is not there is empty."""
     for name, (old, new) in _both(before, after):
         yield from _changed(place + name, old or "", new or "")
 

@@ -6,7 +6,7 @@ from collections.abc import Collection, Mapping
 
 from proofmass.blocks.declaration.problem import did_you_mean
 
-TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # complaints about a key given twice
+TWICE = ("Cannot declare", "Cannot overwrite", "Cannot mutate", "Duplicate")  # of a key given twice
 _LONGEST_LINE = 400  # characters
 _NUMBER_AND_UNIT = re.compile(r"[+-]?\.?\d.*[A-Za-zµμΩ%]")
 _CURLY_QUOTES = "\u201c\u201d\u2018\u2019"

@@ -130,7 +130,7 @@ def _resolve(formulas: Mapping[str, Formula], read: dict[str, NamedValue], unkno
 
 
 def circles_and_order(formulas: Mapping[str, Formula]) -> tuple[list[list[str]], list[str]]:
-    """Return circles of formulas that need each other, the first again at the end, and the others in order."""
+    """Return circles of formulas, each with its first again at the end, and the other formulas in order."""
     needs = {name: set(formula.names & formulas.keys()) for name, formula in formulas.items()}
     circles: list[list[str]] = []
     while True:
@@ -138,7 +138,8 @@ def circles_and_order(formulas: Mapping[str, Formula]) -> tuple[list[list[str]],
             return circles, list(TopologicalSorter(needs).static_order())
         except CycleError as error:
             circles.append(error.args[1][::-1])
-            needs = {name: others.difference(circles[-1]) for name, others in needs.items() if name not in circles[-1]}
+            circle = set(circles[-1])
+            needs = {name: others - circle for name, others in needs.items() if name not in circle}
 
 
 def resolved(formula: Formula, values: Mapping[str, NamedValue]) -> NamedValue:

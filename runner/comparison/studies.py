@@ -107,7 +107,7 @@ def study_differences(before: Study, after: Study) -> Iterator[GraphDifference]:
 
 def _asked(study: Study) -> dict[str, str]:
     lines = dict(line.split(" = ", 1) for line in study.text().splitlines())
-    return lines | {"runs": str(study.runs)} | {f"limits.{name}": str(limit) for name, limit in study.limits.items()}
+    return lines | {"runs": str(study.runs)} | {f"limits.{n}": str(limit) for n, limit in study.limits.items()}
 
 
 def _same_sensors(before: Study, after: Study) -> bool:

@@ -54,7 +54,8 @@ def run_tables(comparison: RunComparison) -> list[Table]:
 
 
 def _figures(name: str, changes: Iterable[MeasureChange]) -> Table:
-    return Table(f"{name}s", (name, "unit", "before", "after", "change", ""), tuple(map(_measure, changes)), (0, 1, 5))
+    heads = (name, "unit", "before", "after", "change", "")
+    return Table(f"{name}s", heads, tuple(map(_measure, changes)), (0, 1, 5))
 
 
 def study_tables(comparison: StudyComparison) -> list[Table]:

@@ -88,8 +88,8 @@ def _row(fit: Fit) -> tuple[str, ...]:
     return fit.model, fit.method, f"{fit.rmse:.5g}", f"{fit.r_squared:.5f}", f"{fit.after:.5g}", iterations
 
 
-def _coefficient(model: str, name: str, value: float, half_width: float, unit: str) -> tuple[str, str, str, str, str]:
-    interval = f"+- {half_width:.2g}" if math.isfinite(half_width) else "not determined"
+def _coefficient(model: str, name: str, value: float, half: float, unit: str) -> tuple[str, str, str, str, str]:
+    interval = f"+- {half:.2g}" if math.isfinite(half) else "not determined"
     return model, name, f"{value:.8g}", interval, unit
 
 
