@@ -89,7 +89,10 @@ def _fraction(numerator: Any, denominator: Any, dt: Any, rate: Rate | None, unit
         raise _refusal("has more zeros than poles", "no block differentiates; add poles beyond the band that matters")
     if dt is not None:
         return DiscreteTransferFunction(numerator=_row(above), denominator=_row(below), **names)
-    _check_order(len(below) - 1)
+    if len(below) > _SINGLE + 1:
+        hint = "write it as factors, blocks in series that are integrated together exactly; or control.ss(system)"
+        message = f"is of order {len(below) - 1}; a TransferFunction is of order {_SINGLE} at most"
+        raise _refusal(message, hint)
     return TransferFunction(numerator=_row(above), denominator=_row(below), **names)
 
 
@@ -141,12 +144,6 @@ def _check_rate(dt: Any, rate: Rate | None) -> None:
     if abs(float(given) * float(dt) - 1.0) > _SAME:
         hint = "sample the system anew for this rate, or run the block at the other one"
         raise _refusal(f"was made for a time step of {dt:g} s, not for {write_rate(given)}", hint, str(rate))
-
-
-def _check_order(order: int) -> None:
-    if order > _SINGLE:
-        hint = "write it as factors, blocks in series that are integrated together exactly; or control.ss(system)"
-        raise _refusal(f"is of order {order}; a TransferFunction is of order {_SINGLE} at most", hint)
 
 
 def _refusal(message: str, hint: str, got: str = "") -> ModelError:

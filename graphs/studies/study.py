@@ -167,15 +167,13 @@ class Study(Placed):
         normals = self.correlation.applied({n: normal_quantile(deviates[n]) for n in self.correlation.names})
         for name in self.moved:
             known = [swept] * len(at) if apart else at
-            bases = [swept[name]] * len(at) if name in swept else [self._base(name, values) for values in known]
+            if name in swept:
+                bases = [swept[name]] * len(at)
+            else:  # what it is before it is spread, where others have moved
+                bases = [self.dependence.followed(values).get(name, self.nominal(name)) for values in known]
             for values, now in zip(at, self._aged(name, bases, run, deviates, normals), strict=True):
                 values[name] = now
         return at
-
-    def _base(self, name: str, values: Mapping[str, float]) -> float:
-        """Return a parameter or value before it is spread, where others have moved."""
-        number: float = self.dependence.followed(values).get(name, self.nominal(name))
-        return number
 
     def _aged(
         self, name: str, bases: list[float], run: int, deviates: Mapping[str, float], normals: Mapping[str, float]

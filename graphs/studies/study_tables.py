@@ -97,15 +97,10 @@ class StudyTables:
         self.docs = docs  # of the tables
         self.problems: list[Problem] = []
         self.written: dict[str, str] = {}  # parameters as they are written, by their names in the flat graph
-        self.margins = self._operating_point(margins)
-
-    def _operating_point(self, point: object) -> str:
-        """The time at which margins are wanted, as a text; "" where none are."""
-        moment = self.moment("margins", point)
-        if moment and not self.flat.loops:
+        self.margins = self.moment("margins", margins)  # at which they are wanted; "" where none are
+        if self.margins and not self.flat.loops:
             hint = f'add [loops.main] to it with open_at = "{output_of_a_loop(self.flat)}"'
             self.refuse(Refusal("the graph names no loops", hint), "margins")
-        return moment
 
     def moment(self, key: str, at: object) -> str:
         """Read an operating point."""
