@@ -67,7 +67,10 @@ def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibu
     variance = _inverse(_information(loss, best))
     if variance is None:
         return None
-    aside = _quantile()
+    # start-up time: this part of SciPy takes 0.15 s
+    from scipy.special import ndtri
+
+    aside = float(ndtri(0.5 + 0.5 * LEVEL))
     # log of the age at which 1 % have left: y + log(-log 0.99) / shape
     level = math.log(-math.log1p(-0.01))
     inverse = math.exp(-best[0])
@@ -76,17 +79,13 @@ def weibull(ages: Sequence[float], left: Sequence[int], surviving: int) -> Weibu
     halves = aside * np.sqrt(np.maximum(np.diag(variance), 0.0))
     if halves.max() > math.log(_WIDEST):
         return None
-    scale = tuple(size * math.exp(best[1] + sign * halves[1]) for sign in (-1.0, 1.0))
-    shape = tuple(math.exp(best[0] + sign * halves[0]) for sign in (-1.0, 1.0))
-    one = tuple(size * math.exp(at + sign * aside * error) for sign in (-1.0, 1.0))
-    return Weibull(
-        math.exp(best[0]),
-        size * math.exp(best[1]),
-        (shape[0], shape[1]),
-        (scale[0], scale[1]),
-        size * math.exp(at),
-        (one[0], one[1]),
-    )
+    shapes, scales = _ends(best[0], halves[0], 1.0), _ends(best[1], halves[1], size)
+    first = size * math.exp(at), _ends(at, aside * error, size)
+    return Weibull(math.exp(best[0]), size * math.exp(best[1]), shapes, scales, *first)
+
+
+def _ends(logarithm: float, half: float, unit: float) -> Bounds:
+    return unit * math.exp(logarithm - half), unit * math.exp(logarithm + half)
 
 
 def _minimum(loss: Loss, begin: AnyArray) -> AnyArray:
@@ -126,10 +125,3 @@ def _inverse(matrix: AnyArray) -> AnyArray | None:
     if not np.isfinite(matrix).all() or matrix[0, 0] <= 0.0 or np.linalg.det(matrix) <= 0.0:
         return None
     return np.asarray(np.linalg.inv(matrix))
-
-
-def _quantile() -> float:
-    # start-up time: this part of SciPy takes 0.15 s
-    from scipy.special import ndtri
-
-    return float(ndtri(0.5 + 0.5 * LEVEL))
