@@ -58,7 +58,7 @@ class CarriedLoop:
             places.append({"at": len(image), "length": array.size})
             image += array.tobytes()
         rate = self.plan.schedule.base_rate
-        formulas = [{**_described(one), "read": None} for one in planned_derived(self.plan)]
+        formulas = [_described(one) | {"read": None} for one in planned_derived(self.plan)]
         shown_in = {probe.signal: probe.unit for probe in self.plan.graph.root.probes}
         return {
             "entry": ENTRY,
@@ -132,10 +132,7 @@ class CarriedLoop:
 
     def _measure(self, measure: PlannedMeasure) -> dict[str, Any]:
         kind, place = self.written.memory.kinds[WireOf(*measure.node)]
-        return {
-            **_described(measure),
-            "read": {"first": measure.first, "integer": kind is not float, "place": place},
-        }
+        return _described(measure) | {"read": {"first": measure.first, "integer": kind is not float, "place": place}}
 
 
 def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
@@ -143,15 +140,14 @@ def carried_loop(plan: Plan, varied: Collection[Endpoint]) -> CarriedLoop:
     written = write_tick(plan, (), measured=True)
     called = sorted(external.symbol for external in externals(written.program).values())
     if called:
-        raise Problem(
-            message=f"the graph calls {', '.join(called)} of the C library, which browsers compute to other bits",
-            key="--live",
-            hint="use the functions of proofmass.blocks.arithmetic.elementary in your blocks",
-        ).error
+        message = f"the graph calls {', '.join(called)} of the C library, which browsers compute to other bits"
+        hint = "use the functions of proofmass.blocks.arithmetic.elementary in your blocks"
+        raise Problem(message=message, key="--live", hint=hint).error
     numbers = tuple(varied)
     written = write_tick(plan, numbers, measured=True)
     if externals(written.program):
-        numbers = tuple(node for node in varied if not _calls_libm(plan, node))
+        # the constants that follow from the others need functions that no browser has to the bit
+        numbers = tuple(node for node in varied if not externals(write_tick(plan, [node], measured=True).program))
         written = write_tick(plan, numbers, measured=True)
     return CarriedLoop(plan, written, _module(written.program), numbers)
 
@@ -181,11 +177,6 @@ def _module(program: Program) -> WasmModule:
             del _modules[next(iter(_modules))]
         _modules[key] = wasm_module(program)
     return _modules[key]
-
-
-def _calls_libm(plan: Plan, node: Endpoint) -> bool:
-    """Return whether the constants that follow from a parameter need functions that no browser has to the bit."""
-    return bool(externals(write_tick(plan, [node], measured=True).program))
 
 
 def scale_key(unit: str, shown_in: str) -> str:
