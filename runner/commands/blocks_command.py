@@ -83,12 +83,9 @@ def _list(kinds: Mapping[str, type[Block]]) -> Iterator[str]:
         if number:
             yield ""
         yield f"{family}: {family_about(family)}"
-        members = ((name, kind) for name, kind in kinds.items() if family_of(kind) == family)
-        yield from text_table([(f"  {name.ljust(width)}", _first_line(kind)) for name, kind in members], left=(0, 1))
-
-
-def _first_line(kind: type[Block]) -> str:
-    return (kind.__doc__ or "").strip().splitlines()[0]
+        docs = {name: (of.__doc__ or "").strip() for name, of in kinds.items() if family_of(of) == family}
+        rows = [(f"  {name.ljust(width)}", doc.splitlines()[0]) for name, doc in docs.items()]
+        yield from text_table(rows, left=(0, 1))
 
 
 def _nothing(words: str, kinds: Iterable[str]) -> list[str]:

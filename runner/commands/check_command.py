@@ -59,9 +59,8 @@ def _missed_margins(graph: Graph) -> list[Problem]:
     for name, loop in planned.graph.loops.items():
         loops |= all_margins(planned, name) if loop.requirements else {}
     for margins in loops.values():
-        key, path = f"loops.{margins.loop}", ("loops", margins.loop)
         for text in margins.system.map.notes:
-            notes.append(planned.graph.placed(Problem(message=text, key=key, note=True, path=path)))
+            notes.append(planned.graph.placed(Problem(message=text, note=True, path=("loops", margins.loop))))
     return [*missed(planned, loops), *notes]
 
 

@@ -15,6 +15,11 @@ from proofmass.runner.comparison.tables import Table, difference_table, run_tabl
 from proofmass.runner.studies.kept.folder import STUDY_FILE, kept_result
 
 GRAPH, RUN, OF_STUDY = "graph", "run", "study"
+_VERDICTS = {
+    GRAPH: ("they mean the same", "they differ"),
+    RUN: ("traces, measures and margins are the same", "traces, measures or margins differ"),
+    OF_STUDY: ("no mean and no yield moved", "means or yields moved"),
+}
 
 
 def show_differences(request: DiffRequest) -> int:
@@ -28,7 +33,7 @@ def show_differences(request: DiffRequest) -> int:
         )
         raise Problem(message="cannot be compared", file=str(request.after), got=got, hint=hint).error
     data, tables, same = _compared(kinds[0], request, own)
-    verdict = f"{request.before} and {request.after}: " + _verdict(kinds[0], same=same)
+    verdict = f"{request.before} and {request.after}: {_VERDICTS[kinds[0]][0 if same else 1]}"
     print_answer(request.as_json, lambda: data, [*text_of(tables), verdict])
     if request.page is not None:
         save_tables(request.page, "Differences", verdict, tables)
@@ -58,12 +63,3 @@ def _compared(kind: str, request: DiffRequest, own: Own | None) -> tuple[dict[st
     found = file_differences(request.before, request.after, own)
     data = {"same": not found, "differences": [difference.as_data() for difference in found]}
     return data, [difference_table("graph", found)], not found
-
-
-def _verdict(kind: str, *, same: bool) -> str:
-    words = {
-        GRAPH: ("they mean the same", "they differ"),
-        RUN: ("traces, measures and margins are the same", "traces, measures or margins differ"),
-        OF_STUDY: ("no mean and no yield moved", "means or yields moved"),
-    }
-    return words[kind][0 if same else 1]

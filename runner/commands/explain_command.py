@@ -2,7 +2,7 @@
 
 import click
 
-from proofmass.blocks.declaration.explanations import EXPLANATIONS, Explanation
+from proofmass.blocks.declaration.explanations import EXPLANATIONS
 from proofmass.blocks.declaration.problem import did_you_mean
 from proofmass.runner.commands.answers import DONE, print_json, print_text
 from proofmass.runner.commands.declarations.blocks import ExplainRequest
@@ -19,11 +19,8 @@ def explain_codes(request: ExplainRequest) -> int:
     if request.as_json:
         print_json([entry._asdict() for entry in entries])
     elif wanted:
-        print_text(["\n\n".join(_told(entry) for entry in entries)])
+        told = (f"{one.code}: {one.title}\n  cause:    {one.cause}\n  cure:     {one.cure}" for one in entries)
+        print_text(["\n\n".join(told)])
     else:
         print_text(f"{entry.code}  {entry.title}" for entry in entries)
     return DONE
-
-
-def _told(entry: Explanation) -> str:
-    return f"{entry.code}: {entry.title}\n  cause:    {entry.cause}\n  cure:     {entry.cure}"

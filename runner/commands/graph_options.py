@@ -34,8 +34,10 @@ def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:
     if twice:
         raise click.UsageError(f"--set {twice[0]} is given twice: keep one of them")
     if "integration" not in (*graph.blocks, *graph.subgraphs):
-        steps = {key: values.pop(key) for key in tuple(values) if key.startswith("integration.")}
-        graph = _with_integration(graph, steps) if steps else graph
+        whole = "integration."
+        steps = {key.removeprefix(whole): values.pop(key) for key in tuple(values) if key.startswith(whole)}
+        if steps:
+            graph = graph.changed(integration=read_integration(graph.integration.changed() | steps))
     return with_parameters(graph, values) if values else graph
 
 
@@ -52,12 +54,6 @@ def _change(graph: Graph, text: str) -> tuple[str, Any]:
         message = f"is driven by {driver}: a value would change nothing"
         raise Problem(message=message, key=key, hint=f"change {split(driver)[0]}, or remove the wire").error
     return key, value_of(value)
-
-
-def _with_integration(graph: Graph, changes: dict[str, Any]) -> Graph:
-    """The graph whose continuous blocks are stepped as the changes say, each named as in `integration.substeps`."""
-    table = graph.integration.changed() | {key.removeprefix("integration."): value for key, value in changes.items()}
-    return graph.changed(integration=read_integration(table))
 
 
 def _new_probes(graph: Graph, signals: tuple[str, ...]) -> Iterator[Probe]:

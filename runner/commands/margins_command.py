@@ -41,7 +41,8 @@ def show_margins(request: MarginsRequest) -> int:
     graph = graph_of(request.graph, request.own, request.changes)
     if request.limit_cycle:
         return _show_limit_cycles(graph, request)
-    graph = _with_gains(graph, request)
+    if request.gains or request.amplitudes:
+        graph = with_gains(graph, _pairs("--gain", request.gains), _pairs("--amplitude", request.amplitudes))
     if request.together or request.others or request.over:
         return _show_several(graph, request)
     planned = plan(graph)
@@ -104,13 +105,6 @@ def _show_several(graph: Graph, request: MarginsRequest) -> int:
         return show_over(graph, request.over, request.loop, request.at, request.picture, request.as_json)
     loops = tuple(name for name in (request.loop, *request.others) if name)
     return show_together(graph, loops, request.at, request.picture, request.as_json)
-
-
-def _with_gains(graph: Graph, request: MarginsRequest) -> Graph:
-    if not request.gains and not request.amplitudes:
-        return graph
-
-    return with_gains(graph, _pairs("--gain", request.gains), _pairs("--amplitude", request.amplitudes))
 
 
 def _pairs(option: str, texts: tuple[str, ...]) -> dict[str, str]:

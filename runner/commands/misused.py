@@ -121,17 +121,12 @@ def _quoted(values: list[str], count: int) -> str:
 
 def under_options(problems: Iterable[Problem], options: Mapping[str, Any], command: click.Command) -> list[Problem]:
     """Return problems of which those of values of the command line are named by their options."""
-    said = {
-        str(value).partition("=")[0]: param
-        for param in command.params
-        for value in _each(options.get(param.name or ""))
-        if isinstance(value, str) and value
-    }
+    said = dict[str, click.Parameter]()
+    for param in command.params:
+        given = options.get(param.name or "")
+        values = given if isinstance(given, tuple) else (given,)
+        said |= {text.partition("=")[0]: param for text in values if isinstance(text, str) and text}
     return [_named(problem, said) for problem in problems]
-
-
-def _each(value: Any) -> tuple[Any, ...]:
-    return value if isinstance(value, tuple) else (value,)
 
 
 def _named(problem: Problem, said: Mapping[str, click.Parameter]) -> Problem:

@@ -21,27 +21,19 @@ def write_new_graph(request: NewRequest) -> int:
     """
     path, copied = request.file, exhibit(request.name) if request.name is not None else None
     if path.suffix == ".py":
-        return _write_python(path)
+        _copy({path: PYTHON_TEMPLATE})
+        click.echo(f"wrote {path}; run it with: python {path}")
+        return DONE
     beside = {path.parent / file: library_file(file) for file in copied.beside} if copied else {}
     sources = {path: copied.path if copied else library_file(TEMPLATE)} | beside
     _copy(sources)
-    names = dict.fromkeys(_schema_named(source) for source in sources.values() if source.suffix == ".toml")
+    graphs = (source.read_text(encoding="utf-8") for source in sources.values() if source.suffix == ".toml")
+    names = dict.fromkeys(text.partition("\n")[0].removeprefix("#:schema ") for text in graphs)
     schemas = [schema for name in names if not (schema := path.parent / name).exists()]  # perhaps with own blocks
     for schema in schemas:
         write_schema_file(schema)
     written = map(str, (path, *beside, *schemas))
     click.echo(f"wrote {', '.join(written)}; {_next(path, copied)}")
-    return DONE
-
-
-def _schema_named(source: Path) -> str:
-    """Return the name of the schema that the first line of a file of the library names."""
-    return source.read_text(encoding="utf-8").partition("\n")[0].removeprefix("#:schema ")
-
-
-def _write_python(path: Path) -> int:
-    _copy({path: PYTHON_TEMPLATE})
-    click.echo(f"wrote {path}; run it with: python {path}")
     return DONE
 
 

@@ -14,7 +14,7 @@ from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
 from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
-from proofmass.runner.design.proof.prove import Proofs, prove
+from proofmass.runner.design.proof.prove import prove
 from proofmass.runner.design.proof.text import proofs_text
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.verification.certificates import ASSUMED, certificate, graph_digest, graph_of_certificate
@@ -43,18 +43,11 @@ def show_proofs(request: ProveRequest) -> int:
         )
     print_answer(request.as_json, proofs.as_data, [proofs_text(proofs)])
     if request.target is not None:
-        write_whole(request.target, certificate(proofs))
-        print_file(request.target, request.as_json)
-    _write_overflow(request, proofs)
-    return INTERRUPTED if proofs.interrupted else DONE if proofs.proved else WRONG_MODEL
-
-
-def _write_overflow(request: ProveRequest, proofs: Proofs) -> None:
-    """Write the graph of the run in which something overflows, if that is wanted and there is one."""
+        print_file(write_whole(request.target, certificate(proofs)), request.as_json)
     run = next((proof.run for proof in proofs.digital if proof.run is not None), None)
     if request.counterexample is not None and run is not None:
-        write_whole(request.counterexample, write_graph(run.graph))
-        print_file(request.counterexample, request.as_json)
+        print_file(write_whole(request.counterexample, write_graph(run.graph)), request.as_json)
+    return INTERRUPTED if proofs.interrupted else DONE if proofs.proved else WRONG_MODEL
 
 
 def check_proof(request: CheckProofRequest) -> int:

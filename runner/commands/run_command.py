@@ -45,7 +45,10 @@ def run_graph(request: RunRequest) -> int:
     if request.show_source:
         return _show_source(graph)
     if request.swept:
-        return _swept(graph, request)
+        # start-up time: only --sweep needs it
+        from proofmass.runner.commands.sweep_command import run_sweep
+
+        return run_sweep(graph, request)
     formats = request.formats or (usual_format(),)
     if request.out is not None:
         need_for(formats)
@@ -92,13 +95,6 @@ def _budgets(graph: Graph, outputs: tuple[str, ...], out: Path) -> tuple[list[tu
     text = json_text([budget.as_data() for budget in budgets])
     (out / "noise.json").write_text(text + "\n", encoding="utf-8")
     return [noise_section(budget) for budget in budgets], ["noise.json"]
-
-
-def _swept(graph: Graph, request: RunRequest) -> int:
-    # for start-up time: only --sweep needs it
-    from proofmass.runner.commands.sweep_command import run_sweep
-
-    return run_sweep(graph, request)
 
 
 def _show_source(graph: Graph) -> int:

@@ -41,7 +41,8 @@ def run_lines(result: Result) -> Iterator[str]:
         yield f"machine code took over from {result.provenance['handed_over'].removeprefix('by ')}"
     integration = result.provenance.get("integration")
     if integration:
-        yield f"continuous blocks {_shortened(integration)}"
+        short = integration if len(integration) <= _LONGEST else f"{integration[: _LONGEST - 4]} ..."
+        yield f"continuous blocks {short}"
     if rows := list(result.shown_rows()):
         yield from ("", *text_table([_HEAD, *rows], left=(0, 1)), "")
         yield f"SHA-256 of the traces: {result.digest}"
@@ -111,7 +112,3 @@ def _measures(result: Result) -> Iterator[str]:
             yield f"{name} has no value: the run is too short for the {of}; run longer, or measure from earlier"
         else:
             yield f"{name} = {measure.text()}: {of}"
-
-
-def _shortened(text: str) -> str:
-    return text if len(text) <= _LONGEST else f"{text[: _LONGEST - 4]} ..."

@@ -39,20 +39,15 @@ def _together_lines(together: Together) -> list[str]:
     gain = together.gain or math.inf
     gains = "by any factor" if math.isinf(gain) else f"by +-{20.0 * math.log10(gain):.3g} dB"
     lines.append(f"  disk margin {together.margin:.5g}, least at {together.frequency:.5g} Hz")
-    lines.append(
-        f"  every gain may move {gains}, or every phase by +-{math.degrees(together.phase or 0.0):.3g} deg, at once"
-    )
+    phase = math.degrees(together.phase or 0.0)
+    lines.append(f"  every gain may move {gains}, or every phase by +-{phase:.3g} deg, at once")
     if together.reached is not None and together.reached > together.margin * (1.0 + 1e-6):
-        lines.append(
-            f"  it is at least that; a perturbation that makes the loops unstable is known at {together.reached:.5g}"
-        )
+        known = "  it is at least that; a perturbation that makes the loops unstable is known at"
+        lines.append(f"{known} {together.reached:.5g}")
     factors = [f"{n} {_polar(f)}" for n, f in zip(together.loops, together.factors, strict=True)]
     lines.append(f"  these factors make them unstable: {', '.join(factors)}")
-    rows = [
-        ("loop", "disk margin alone"),
-        *((n, f"{v:.5g}") for n, v in zip(together.loops, together.alone, strict=True)),
-    ]
-    lines += [f"  {line}" for line in text_table(rows, left=(0,), indent=2)]
+    alone = ((n, f"{v:.5g}") for n, v in zip(together.loops, together.alone, strict=True))
+    lines += [f"  {line}" for line in text_table([("loop", "disk margin alone"), *alone], left=(0,), indent=2)]
     lines.append(f"  with perturbations between the wires too: {together.unstructured:.5g}")
     for title, peaks in (("sensitivity S", together.sensitivities), ("T = I - S", together.complementary)):
         cells = [(n, *(_level(value) for value in row)) for n, row in zip(together.loops, peaks.tolist(), strict=True)]

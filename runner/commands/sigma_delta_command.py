@@ -5,7 +5,7 @@ import click
 from proofmass.blocks.declaration.problem import Refusal
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.rates import read_rate
-from proofmass.runner.commands.answers import DONE, print_answer, print_file, print_picture
+from proofmass.runner.commands.answers import DONE, print_answer, print_picture, write_or_print
 from proofmass.runner.commands.declarations.design import SigmaDeltaRequest
 from proofmass.runner.design.modulators.modulator import design_modulator
 from proofmass.runner.design.modulators.plot import plot_modulator
@@ -22,7 +22,6 @@ def show_modulator(request: SigmaDeltaRequest) -> int:
     graph = write_graph(of.graph(request.rate), as_written=True) if request.target is not None else ""
     print_answer(request.as_json, of.as_data, [modulator_text(of)])
     if request.target is not None:
-        request.target.write_text(graph, encoding="utf-8")
-        print_file(request.target, request.as_json)
+        write_or_print(graph, request.target, request.as_json)
     print_picture(lambda: plot_modulator(of), request.picture, request.as_json)
     return DONE

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from proofmass.graphs.studies.study import Study
 from proofmass.runner.commands.run_files import usual_format
 from proofmass.runner.output.export import write_whole
 from proofmass.runner.output.json_text import json_text
@@ -70,26 +69,17 @@ def _points(result: StudyResult) -> list[dict[str, Any]]:
     study = result.study
     if study.points < 2 or study.points * len(study.epochs) * len(result.measures) > _MOST_ROWS:
         return []
-    first, *others = (part for part in by_point(result) if len(part.numbers))
-    return [
-        {"sweep": _swept(study, point), **_recalibration(study, point), **_answers(part), **_against(first, part)}
-        for point, part in ((first_point(part), part) for part in (first, *others))
-    ]
-
-
-def _against(first: StudyResult, part: StudyResult) -> dict[str, Any]:
-    """Differences from the first point, sensor by sensor; empty for the first itself."""
-    rows = [] if part is first else list(differences(first, part))
-    return {"against_first": rows} if rows else {}
-
-
-def _swept(study: Study, point: int) -> dict[str, float]:
-    return {study.name_of(name): value for name, value in study.point(point).items()}
-
-
-def _recalibration(study: Study, point: int) -> dict[str, float]:
-    """The interval between calibrations, infinite without any."""
-    return {"every_s": study.recalibrated_every(point)} if study.recalibration.carried else {}
+    done, rows = [part for part in by_point(result) if len(part.numbers)], []
+    for part in done:
+        point = first_point(part)
+        row: dict[str, Any] = {"sweep": {study.name_of(n): v for n, v in study.point(point).items()}}
+        if study.recalibration.carried:
+            row["every_s"] = study.recalibrated_every(point)  # infinite without any
+        row |= _answers(part)
+        if part is not done[0] and (against := list(differences(done[0], part))):
+            row["against_first"] = against  # sensor by sensor
+        rows.append(row)
+    return rows
 
 
 def _answers(result: StudyResult) -> dict[str, Any]:

@@ -35,8 +35,7 @@ def show_tuning(request: TuneRequest) -> int:
     print_answer(request.as_json, lambda: {"graph": tuning.graph.name} | tuned.as_data(), [tuned_text(tuned)])
     print_picture(lambda: plot_tuned(tuned), request.picture, request.as_json)
     if request.target is not None:
-        _write(tuned, request)
-        print_file(request.target, request.as_json)
+        print_file(_written(tuned, request.graph, request.target), request.as_json)
     return INTERRUPTED if tuned.interrupted else DONE if tuned.met else WRONG_MODEL
 
 
@@ -64,10 +63,9 @@ def _try_out(target: Path) -> None:
         raise type(error)(error.errno, error.strerror, str(target)) from None
 
 
-def _write(tuned: Tuned, request: TuneRequest) -> None:
+def _written(tuned: Tuned, graph: Path, target: Path) -> Path:
     """Write the graph file with the tuned parameters; comments stay."""
     if not tuned.met and not tuned.interrupted:
         message = "nothing was written: no parameters meet all hard goals"
-        raise Problem(message=message, file=str(request.target), hint="relax a goal or widen a bound").error
-    assert request.target is not None
-    write_whole(request.target, edit_file(request.graph, tuned.changes))
+        raise Problem(message=message, file=str(target), hint="relax a goal or widen a bound").error
+    return write_whole(target, edit_file(graph, tuned.changes))

@@ -59,9 +59,8 @@ def _figure(traces: Sequence[Trace], title: str, held: Callable[[Trace], bool]) 
             bottom, tall = 1.0 - (top + _PANEL) / height, _PANEL / height
             whole = 1.0 - (_LEFT + _RIGHT) / _WIDTH
             wide = whole * (1.0 - _DETAIL) if bands and i <= lowest else whole
-            panel = figure.add_axes(
-                (_LEFT / _WIDTH, bottom, wide, tall), facecolor="none", sharex=shared if i <= lowest else None
-            )
+            shares = shared if i <= lowest else None
+            panel = figure.add_axes((_LEFT / _WIDTH, bottom, wide, tall), facecolor="none", sharex=shares)
             detail = None
             if i in bands:
                 end = (_LEFT / _WIDTH + wide + 0.02, bottom, whole * _DETAIL - 0.02, tall)
@@ -153,12 +152,8 @@ def _draw(
     if trace.values.dtype == bool:
         panel.set_yticks([0, 1], ["false", "true"])
         panel.set_ylim(-0.15, 1.15)
-    less = (
-        f"− {away * (factor if trace.shown_in else 1.0):.12g} {in_table(trace.shown_in or trace.unit)}".strip()
-        if away
-        else ""
-    )
-    _name(panel, trace, unit, less)
+    number = f"{away * (factor if trace.shown_in else 1.0):.12g}"
+    _name(panel, trace, unit, f"− {number} {in_table(trace.shown_in or trace.unit)}".strip() if away else "")
     if band and detail is not None:
         _draw_end(detail, trace, away, factor)
         detail.set_ylim(panel.get_ylim())
@@ -213,9 +208,8 @@ def _draw_vector(panel: "Axes", trace: Trace) -> None:
     last = np.asarray(trace.values[-1], dtype=np.float64).ravel()
     first = _first_not_zero(trace.values)
     spread = statistics(trace.values[first:].reshape(len(trace.values) - first, -1))
-    factor, unit = display(
-        trace.unit, trace.shown_in, float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max()))
-    )
+    largest = float(max(np.abs(spread.lowest).max(), np.abs(spread.highest).max()))
+    factor, unit = display(trace.unit, trace.shown_in, largest)
     entries = np.arange(len(last))
     panel.axhline(0.0, color=INK, linewidth=0.8)
     if len(last) <= 128:
