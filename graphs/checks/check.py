@@ -321,8 +321,7 @@ def _signals(graph: FlatGraph) -> Iterator[Problem]:
             # options that are times are counted in samples once the rates are known
             counted_later = {option.samples for option in STATISTICS[measure.statistic].times.values()}
             for problem in (problem for problem in error.problems if problem.path[0] not in counted_later):
-                key, path = f"measures.{name}.{problem.path[0]}", ("measures", name, *problem.path)
-                yield replace(problem, key=key, path=path)
+                yield replace(problem, key="", path=("measures", name, *problem.path))
 
 
 def _probes(graph: FlatGraph) -> Iterator[Problem]:

@@ -5,6 +5,7 @@ from collections.abc import Iterable, Iterator
 from dataclasses import replace
 
 from proofmass.blocks.declaration.problem import Problem
+from proofmass.graphs.model.build import above_of
 from proofmass.graphs.model.exports import is_input
 from proofmass.graphs.model.flatten import FlatGraph, inside, parts
 from proofmass.graphs.model.graph import split
@@ -52,13 +53,13 @@ def bad_exports(flat: FlatGraph) -> Iterator[Problem]:
 
 def unused_parts(flat: FlatGraph) -> Iterator[Problem]:
     """Yield notes on subgraphs with exported outputs of which none is used."""
-    used = set(_above(probe.signal for probe in flat.root.probes))
+    used = {above for probe in flat.root.probes for above in above_of(probe.signal)}
     for path, part in parts(flat.root):
-        used |= {path + name for name in _above(wire.source for wire in part.wires)}
-        used |= {path + name for name in _above(part.exports.values())}
+        signals = (*(wire.source for wire in part.wires), *part.exports.values())
+        used |= {path + above for signal in signals for above in above_of(signal)}
     for path, part in parts(flat.root):
-        signals = {name: path + inside(part, signal) for name, signal in part.exports.items()}
-        outputs = [name for name, signal in signals.items() if not isinstance(find_output(flat, signal), Missing)]
+        ends = {name: find_output(flat, path + inside(part, signal)) for name, signal in part.exports.items()}
+        outputs = [name for name, end in ends.items() if not isinstance(end, Missing)]
         name = path[:-1]
         if name and outputs and name not in used:
             hint = f'wire one of {", ".join(outputs)}, or add "{name}.{outputs[0]}" to probes'
@@ -88,11 +89,3 @@ def once(flat: FlatGraph, problems: Iterable[Problem]) -> list[Problem]:
         text = str(problem)
         first.setdefault(text.replace(path, "") if path and problem.line else text + problem.key, problem)
     return list(first.values())
-
-
-def _above(signals: Iterable[str]) -> Iterator[str]:
-    """Every path above the signals."""
-    for signal in signals:
-        while "." in signal:
-            signal = split(signal)[0]
-            yield signal

@@ -43,14 +43,9 @@ class Asked(NamedTuple):
 def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
     """Return the limits of a requirement in the unit of its quantity; raises `Refusal`."""
     quantity = quantity_of(flat, requirement)
-    limits = [
-        missing if given is None else _limit(quantity, key, given)
-        for key, given, missing in (
-            ("at_least", requirement.at_least, -math.inf),
-            ("at_most", requirement.at_most, math.inf),
-        )
-    ]
-    if limits[0] > limits[1]:
+    low = _limit(quantity, "at_least", requirement.at_least, -math.inf)
+    high = _limit(quantity, "at_most", requirement.at_most, math.inf)
+    if low > high:
         raise Refusal("nothing can meet it", key="at_least", got=shown(requirement.at_least), expected="below at_most")
     if requirement.at and isinstance(quantity, MeasureOf | YieldOf):
         raise Refusal("is for quantities of the linearised graph", key="at", got=shown(requirement.at))
@@ -64,7 +59,7 @@ def asked(flat: FlatGraph, requirement: Requirement) -> Asked:
         read_moment(requirement.at)
     if requirement.proved:
         _provable(requirement, quantity)
-    return Asked(quantity.unit, *limits)
+    return Asked(quantity.unit, low, high)
 
 
 def _provable(requirement: Requirement, quantity: "Quantity | StabilityVerdict") -> None:
@@ -99,8 +94,7 @@ def bad_requirements(flat: FlatGraph) -> Iterator[Problem]:
         except Refusal as error:
             path = (TABLE, name, *(error.key.split(".") if error.key else ["quantity"]))
             got = error.got or shown(requirement.quantity)
-            key, expected = ".".join(path), error.expected
-            yield Problem(message=str(error), key=key, path=path, got=got, expected=expected, hint=error.hint)
+            yield Problem(message=str(error), got=got, expected=error.expected, hint=error.hint, path=path)
         if not isinstance(requirement.tolerances, str):
             for parameter in requirement.tolerances:
                 yield from _no_parameter(flat, str(parameter), (TABLE, name, "tolerances", str(parameter)))
@@ -152,7 +146,9 @@ def quantity_of(flat: FlatGraph, requirement: Requirement) -> Quantity | Stabili
     raise Refusal(f"there is no quantity {shown(wanted)[1:-1]}", did_you_mean(wanted, names, "the quantities"))
 
 
-def _limit(quantity: Quantity | StabilityVerdict, key: str, written: float | str) -> float:
+def _limit(quantity: Quantity | StabilityVerdict, key: str, written: float | str | None, missing: float) -> float:
+    if written is None:
+        return missing
     try:
         if isinstance(quantity, StabilityVerdict) and isinstance(written, str):
             return _verdict(written)

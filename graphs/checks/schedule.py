@@ -39,20 +39,20 @@ class Beat(NamedTuple):
 
 
 OutputStep: TypeAlias = Endpoint | ConstantsOf  # one step of a tick
-Step = TypeVar("Step", bound=OutputStep)
+_Node = TypeVar("_Node", bound=OutputStep)
 
 
-class Torn(NamedTuple, Generic[Step]):
+class Torn(NamedTuple, Generic[_Node]):
     """Steps that need each other within an instant.
 
     Once the values of the `tears` are known, the `others` follow from them one after the other, in this order.
     """
 
-    tears: tuple[Step, ...]
-    others: tuple[Step, ...]
+    tears: tuple[_Node, ...]
+    others: tuple[_Node, ...]
 
     @property
-    def nodes(self) -> tuple[Step, ...]:
+    def nodes(self) -> tuple[_Node, ...]:
         """All members of the loop, the tears first."""
         return self.tears + self.others
 

@@ -46,9 +46,8 @@ class Formula:
         """Return the value in coherent SI units; raises `Refusal` where there is none."""
         value = float(evaluated(self.tree, numbers))
         if value - value != 0.0:
-            raise Refusal(
-                "has no finite value", "look for a division by zero, a root or logarithm of a negative number"
-            )
+            hint = "look for a division by zero, a root or logarithm of a negative number"
+            raise Refusal("has no finite value", hint)
         return value
 
     def quantity(self, numbers: Numbers, dimensions: Mapping[str, Dimension], target: str) -> float:

@@ -151,13 +151,11 @@ def _power_dimension(base: Tree, exponent: Tree, dimensions: Mapping[str, Dimens
     if of_base == NUMBER:
         return NUMBER
     if names_of(exponent) - CONSTANTS.keys():
-        raise Refusal(
-            "the exponent of a quantity with a unit must be written as a number", "write it as in x^2, x^(1/2)"
-        )
+        message = "the exponent of a quantity with a unit must be written as a number"
+        raise Refusal(message, "write it as in x^2, x^(1/2)")
     number = evaluated(exponent, {})
     near = Fraction(number).limit_denominator(_FINEST_ROOT) if abs(number) < 1e6 else Fraction(0)
     if abs(float(near) - number) > 1e-12 * abs(number):
-        raise Refusal(
-            "the exponent of a quantity with a unit must be a ratio of small numbers", "write it as in x^(3/2)"
-        )
+        message = "the exponent of a quantity with a unit must be a ratio of small numbers"
+        raise Refusal(message, "write it as in x^(3/2)")
     return multiplied(of_base, near)

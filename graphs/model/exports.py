@@ -25,20 +25,15 @@ def exposed(root: Graph) -> dict[str, str]:
 
 def open_inputs(flat: FlatGraph) -> list[Problem]:
     """Return exported inputs without a value: a graph with such inputs is a part and cannot run alone."""
-    driven = {wire.target for wire in flat.wires}
-    return [
-        flat.placed(
-            Problem(
-                message="the exported input is driven by nothing: the graph is a part of others and cannot run alone",
-                expected=f"a graph that uses this one and wires {name}",
-                hint=f'use it as a block, graph = "FILE.toml", or wire a source to {flat.root.exports[name]} here',
-                path=("exports", name),
-            )
-        )
-        for name, (_, what) in exported(flat).items()
-        if isinstance(what, Port) and is_input(flat, flat.exports[name])
-        if what.default is None and flat.exports[name] not in driven
-    ]
+    driven, found = {wire.target for wire in flat.wires}, list[Problem]()
+    message = "the exported input is driven by nothing: the graph is a part of others and cannot run alone"
+    for name, (_, what) in exported(flat).items():
+        signal = flat.exports[name]
+        if isinstance(what, Port) and is_input(flat, signal) and what.default is None and signal not in driven:
+            expected = f"a graph that uses this one and wires {name}"
+            hint = f'use it as a block, graph = "FILE.toml", or wire a source to {flat.root.exports[name]} here'
+            found.append(flat.placed(Problem(message=message, expected=expected, hint=hint, path=("exports", name))))
+    return found
 
 
 def runs_alone(flat: FlatGraph) -> bool:

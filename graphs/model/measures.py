@@ -91,10 +91,8 @@ def read_measures(table: object) -> dict[str, Measure]:
             options |= {key: read_duration(value) for key, value in options.items() if key in TIMES}
             start = read_duration(entries.get("from", 0))
             until = read_duration(entries["until"]) if "until" in entries else None
-            shown_in = entries.get("unit", "")
-            read[name] = Measure(
-                entries["signal"], entries["statistic"], start, tuple(options.items()), until, shown_in
-            )
+            of = entries["signal"], entries["statistic"], start
+            read[name] = Measure(*of, tuple(options.items()), until, entries.get("unit", ""))
     if problems:
         raise ModelError(problems)
     return dict(sorted(read.items()))
@@ -118,9 +116,8 @@ def bad_display_unit(text: str, of: str, key: str, path: tuple[str, ...]) -> Ite
     """Yield why what is measured in the unit `of` cannot be shown in another."""
     if text and not same_dimension(text, of):
         hint = f"write a unit of the same kind as {of}, or leave it out"
-        yield Problem(
-            message=f"cannot be shown in {text}: it is in {of}", key=key, got=shown(text), hint=hint, path=path
-        )
+        message = f"cannot be shown in {text}: it is in {of}"
+        yield Problem(message=message, key=key, got=shown(text), hint=hint, path=path)
 
 
 def _as_table(measure: object) -> Any:

@@ -94,7 +94,6 @@ def _ends(text: str, blocks: Mapping[str, object], number: int) -> Iterator[_End
 
 
 def _fit(source: _End, target: _End) -> bool:
-    """Return whether type and unit are the same."""
     try:
         same = same_unit(unit_of(source.block, source.port), unit_of(target.block, target.port))
     except UnitError:

@@ -93,8 +93,6 @@ _GOAL = 'add [tune.goals] and below it phase = { loop = "main", figure = "phase_
 
 
 class _Tables(StudyTables):
-    """Reads the tables of a tuning."""
-
     def goal(self, entry: object) -> Goal:
         """Read a goal; raises `Refusal`."""
         table = checked_table(entry, {**QUANTITY_KEYS, **GOAL_KEYS}, _GOAL)

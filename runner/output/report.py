@@ -99,7 +99,6 @@ def _summary(result: Result) -> str:
 
 
 def _measures(result: Result) -> str:
-    """Return a table of the measures of the run."""
     rows = [
         (broken(name), _or_none(measure), Html(f"{escape(measure.statistic)} of {broken(measure.signal)}"))
         for name, measure in result.measures.items()

@@ -136,7 +136,6 @@ class SensorRuns:
         return self._with_changes(outcomes, calibrations, after.values)
 
     def _one_by_one(self, numbers: AnyArray) -> Outcomes:
-        """Return the outcomes of runs one after the other."""
         every = [self._followed(number) for number in numbers.tolist()]
         epochs, measures = len(self.study.epochs), len(self.own_measures)
         outcomes = outcomes_of((run for runs, _ in every for run in runs), epochs, measures)
