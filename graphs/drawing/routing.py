@@ -2,7 +2,7 @@
 
 from collections.abc import Hashable, Mapping, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
+from itertools import accumulate, pairwise
 from typing import TypeVar
 
 GRID = 10
@@ -112,11 +112,8 @@ def _sifted(order: list[Bar], before: Mapping[Bar, set[Bar]]) -> list[Bar]:
         for bar in list(order):
             at = order.index(bar)
             others = order[:at] + order[at + 1 :]
-            total = [
-                0
-            ]  # change of the cost when the bar moves right past each of the others, from the leftmost place on
-            for other in others:
-                total.append(total[-1] + cost[other, bar] - cost[bar, other])
+            # change of the cost when the bar moves right past each of the others, from the leftmost place on
+            total = list(accumulate((cost[other, bar] - cost[bar, other] for other in others), initial=0))
             best = min(range(len(total)), key=lambda place: (total[place], abs(place - at)))
             if total[best] < total[at]:
                 order = [*others[:best], bar, *others[best:]]

@@ -107,9 +107,8 @@ def studies_of_table(data: dict[str, Any], place: Place, graph: Graph) -> dict[s
     except ModelError as error:
         problems += error.problems
     except Refusal as error:
-        key, got, expected = error.key, error.got, error.expected
-        path = tuple(key.split(".", 1))
-        problems.append(Problem(message=str(error), key=key, got=got, expected=expected, hint=error.hint, path=path))
+        got, expected, path = error.got, error.expected, tuple(error.key.split(".", 1))
+        problems.append(Problem(message=str(error), got=got, expected=expected, hint=error.hint, path=path))
     if problems:
         raise ModelError(place.in_order(problems)[:PROBLEMS])
     return studies
