@@ -159,18 +159,14 @@ def _means(
 
 def _mean_change(place: tuple[str, str, str, float], first: AnyArray, second: AnyArray, *, paired: bool) -> MeanChange:
     (interval, probability), gain = _independent(first, second), 1.0
-    if paired:
-        width = interval[1] - interval[0]
-        interval, probability = mean_interval(second - first), _paired(second - first)
+    if paired:  # Student's test of differences
+        width, apart = interval[1] - interval[0], second - first
+        scatter = float(apart.var(ddof=1)) / len(apart)
+        interval, probability = mean_interval(apart), _probability(float(apart.mean()), scatter, len(apart) - 1.0)
         gain = width / (interval[1] - interval[0]) if interval[1] > interval[0] else math.inf
     means = float(first.mean()), float(second.mean())
     difference = float((second - first).mean()) if paired else means[1] - means[0]
     return MeanChange(*place, (len(first), len(second)), *means, difference, interval, gain, probability)
-
-
-def _paired(apart: AnyArray) -> float:
-    """Probability of Student's test of differences; certain where they are all the same."""
-    return _probability(float(apart.mean()), float(apart.var(ddof=1)) / len(apart), len(apart) - 1.0)
 
 
 def _independent(first: AnyArray, second: AnyArray) -> tuple[Bounds, float]:

@@ -75,22 +75,19 @@ def _claim(proof: MarginProof, loops: list[dict[str, Any]], places: dict[str, in
     more: dict[str, Any] = {name: True for name in ("any_change", "at_rest", "continuous") if getattr(claim, name)}
     more |= {name: value for name in ("changes", "orbit") if (value := getattr(claim, name))}
     of_quantity = {"most": claim.most, "unit": claim.unit} if claim.row.of_output else {}
-    return (
-        of_quantity
-        | more
-        | {
-            "loop": claim.loop,
-            "open_at": claim.open_at,
-            "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
-            "claim": str(claim),
-            "kind": claim.kind,
-            "limit": claim.limit,
-            "period": claim.period,
-            "factor": claim.row.factor,
-            "ends": claim.ends,
-            "leaves": leaves,
-        }
-    )
+    told = {
+        "loop": claim.loop,
+        "open_at": claim.open_at,
+        "coordinates": proof.coordinates.as_data() if proof.coordinates else [],
+        "claim": str(claim),
+        "kind": claim.kind,
+        "limit": claim.limit,
+        "period": claim.period,
+        "factor": claim.row.factor,
+        "ends": claim.ends,
+        "leaves": leaves,
+    }
+    return of_quantity | more | told
 
 
 def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:

@@ -2,7 +2,6 @@
 
 import json
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import replace
 from typing import Any
 
 from proofmass.blocks.declaration.problem import Problem
@@ -36,10 +35,10 @@ def proved_bounds(certificate: str, study: Study, measures: Sequence[str]) -> li
 def _bounds(claims: Sequence[Mapping[str, Any]], study: Study, measures: Sequence[str]) -> Iterator[ProvedBound]:
     varied = {r.written: (r.low, r.high) for r in box_of(study, {}).ranges} if study.spread or study.drift else {}
     for one in claims:
-        of_quantity = (one["most"], one["unit"]) if KINDS[one["kind"]].of_output else ()
-        claim = Claim(one["loop"], one["open_at"], one["kind"], one["limit"], one["period"], *of_quantity)
-        claim = replace(claim, any_change=bool(one.get("any_change")), at_rest=bool(one.get("at_rest")))
-        claim = replace(claim, changes=tuple(one.get("changes", ())))
+        told: dict[str, Any] = {key: one[key] for key in ("loop", "open_at", "kind", "limit", "period")}
+        told |= {key: bool(one.get(key)) for key in ("any_change", "at_rest")}
+        told |= {"most": one["most"], "unit_of_quantity": one["unit"]} if KINDS[one["kind"]].of_output else {}
+        claim = Claim(**told, changes=tuple(one.get("changes", ())))
         measure = f"{claim.loop}.{claim.kind.replace(' ', '_')}"
         sides = {side["name"]: _ends(side) for side in one["coordinates"]}
         words = [
