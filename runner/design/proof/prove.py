@@ -26,9 +26,9 @@ from proofmass.runner.design.proof.attempt import Attempt, KnownProofs, MarginPr
 from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
+from proofmass.runner.design.proof.constants_and_rates import change_rates, with_constants
 from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
-from proofmass.runner.design.proof.held_and_moving import change_rates, with_constants
 from proofmass.runner.design.proof.least_found import Sensors
 from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
