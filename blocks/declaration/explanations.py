@@ -37,7 +37,9 @@ EXPLANATIONS = (
         r"|too few rows|in row|time does not grow|there is no block in the file|edited in place|says no file"
         r"|no such graph|cells where|holds (one|no) rows?|columns? |is not (a )?CSV|time axis|equally spaced"
         r"|no variable"
-        r"|not a finite number|columns look|of its columns|^the certificate ",
+        r"|not a finite number|columns look|of its columns|^the certificate |values are left"
+        r"|not of one length|holds (\d+|\{\}) rows"
+        r"|misses (\d|\{\})|has (\d+ gap|\{\}$)|its first time|file of blocks|of a block raises",
         "A file that is named is not there, is of another kind, or lies where a graph may not look: graphs name "
         "files in their own folder or below it.",
         "Correct the name, or put the file beside the graph. A graph that comes along is library:NAME.",
@@ -61,7 +63,8 @@ EXPLANATIONS = (
         "A table has no such key",
         r"unknown key|^has no \{?\w*\}?$|has no \w+$|given twice|named twice|needs? (one|a|the|an) "
         r"|stands in the wrong table|is a study, not a graph|this is not a graph$"
-        r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one|a measure)"
+        r"|the study names no graph|is named by|has a graph and|needs \w+$|needs \w+ and|must name (one"
+        r"|a measure)|needs \{\}|asks nothing"
         r"|names no|must say|which signal is meant|no table|has no study",
         "A key of the file or of a table in it is unknown, missing, or given twice.",
         "docs/graph-files.md lists all keys; `proofmass schema` writes a schema by which editors complete them.",
@@ -69,7 +72,8 @@ EXPLANATIONS = (
     Explanation(
         "P0204",
         "A name is not one",
-        r"^not a name|name is taken|another block of that name|nothing can be added inside|measure of that name",
+        r"^not a name|^not an id|name is taken|another block of that name|nothing can be added inside"
+        r"|measure of that name",
         "Names are lower-case letters and digits, words joined by single underscores, and some names are taken.",
         "Write read_out instead of ReadOut, and give two blocks two names.",
     ),
@@ -78,7 +82,8 @@ EXPLANATIONS = (
         "Something that is named is not there",
         r"there is no |there is nothing|no such|is not one of the choices|is neither an? (input|port)"
         r"|is an (input|output), not|is a (parameter|value|block|port), not|is a value:|a block without"
-        r"|is not a signal|not an? (wire|probe|output|port)|is not exported|exports no such|no wire begins"
+        r"|is not a (signal|parameter)|not an? (wire|probe|output|port)|is not exported|exports no such"
+        r"|no wire begins"
         r"|not a level",
         "A wire, probe, measure or option names a block, port, value or choice that does not exist.",
         "The hint has the nearest name, or all that there are. A signal is written block.output.",
@@ -88,7 +93,7 @@ EXPLANATIONS = (
         "A unit cannot be read",
         r"unknown unit|read the unit|^an empty unit|a unit (of|with|beyond|is missing)|unit ends too early"
         r"|an exponent|decimal comma|a bracket is not closed|dimension with an exponent"
-        r"|not a number followed by a unit|division by zero|exponent of|has a unit with",
+        r"|the quantity .* ends|not a number followed by a unit|division by zero|exponent of|has a unit with",
         "A quantity is a number and a unit in quotes, and the unit is unknown or misspelt.",
         'Write "5.1 nV/sqrt(Hz)", "9.81 m/s^2", "3 g0" for three times standard gravity, "298.15 K" for 25 '
         "degrees Celsius.",
@@ -108,14 +113,14 @@ EXPLANATIONS = (
         r"|too (large|long|many)|beyond 62 bits|too large for|longer than|over \{\}|has more than|too cold"
         r"|leaves no room|nested deeper|range|must not|bounds|logarithmic axis|no upper end|nothing can meet"
         r"|is soft|is not a tolerance|is not a limit|is bounded already|at least 1|are larger"
-        r"|is not a rate (of change|above zero)|no worst value|in the yield already|has the ages of",
+        r"|all hard goals|is not a rate (of change|above zero)|no worst value|in the yield already|has the ages of",
         "A number is smaller or larger than its parameter allows, or a file holds more than a limit.",
         "The message has the bounds. `proofmass blocks KIND` has those of a block.",
     ),
     Explanation(
         "P0304",
         "A value of another type",
-        r"must be |must yield|the same type|is not a number|half of|give samples or duration",
+        r"must be |must yield|the same type|is not a (number|linear system)|half of|give samples or duration",
         "An integer, a text, a list or a table is wanted, and something else was given.",
         "Integers are written without a point; texts and quantities have quotes; lists have square brackets.",
     ),
@@ -124,7 +129,7 @@ EXPLANATIONS = (
         "A formula cannot be read or computed",
         r"a formula|formula |no function|no finite value|stands outside the brackets|an operator is missing"
         r"|name is missing|bracket (is|of)|takes \S+ argument|holds a number|no texts|no value or unit"
-        r"|does not hold the value",
+        r"|does not hold the value|depends on itself",
         "A text that begins with = is a formula of named values and numbers with units, and this one is not right.",
         'Write weight = "= mass * 9.81 m/s^2" below [values], and use it as in "= weight".',
     ),
@@ -132,7 +137,8 @@ EXPLANATIONS = (
         "P0306",
         "Parameters do not go together",
         r"go with the other parameters|go together|not both|block does not take|constants cannot be computed"
-        r"|go with it",
+        r"|go with it|several inputs or outputs|only numbers|more zeros|is of (order|discrete)|a direct part"
+        r"|for a time step",
         "Each value may be right alone, but a block cannot have all of them at once.",
         "The message says what is expected of one in view of the others.",
     ),
@@ -153,7 +159,8 @@ EXPLANATIONS = (
     Explanation(
         "P0403",
         "An input has no wire, or two",
-        r"is not connected|is backwards|is driven twice|is driven by|cannot be driven|exported input|probed twice",
+        r"is not connected|is backwards|is driven twice|is driven by|cannot be driven|is exported (twice|and)"
+        r"|exported input|probed twice",
         "Every input without a default needs exactly one wire. Parameters that fix a size or a start take none.",
         "Add the wire that the hint proposes, remove one of two, or add signals by a Sum.",
     ),
@@ -176,7 +183,8 @@ EXPLANATIONS = (
     Explanation(
         "P0501",
         "Rates do not go together",
-        r"no common base rate|base rate of a run|clock offset|no rate|continuous block has no rate|reads the same value"
+        r"no common base rate|base rate of a run|clock offset|no rate|continuous block has no rate"
+        r"|reads the same value"
         r"|of its values is read|switches after|sampled before the switch|at several rates|tick together too rarely",
         "Discrete blocks tick at rates whose ratios are those of small integers; continuous blocks have none.",
         "Say rate at the top of the file, and at blocks that are slower. docs/explanation/ticks-and-rates.md says"
@@ -186,7 +194,7 @@ EXPLANATIONS = (
         "P0502",
         "A run is too short, or of no stated length",
         r"how long|over after the tick at time 0|run ends before|is too short|short|no averaging time"
-        r"|no relative error|no value before",
+        r"|no relative error|no value before|ends before it",
         "The duration is shorter than what is measured, or nothing says how long to run.",
         'Say duration = "2 s" in the file, or --duration "2 s".',
     ),
@@ -207,10 +215,12 @@ EXPLANATIONS = (
     Explanation(
         "P0601",
         "A study cannot be run as it is",
-        r"runs? are|no law follows|the mission|calibrates|needs phases|(no|not a) history|one column|epoch|drift|ageing"
+        r"runs? are|no law follows|the mission|calibrates|needs phases|(no|not a) history|one column|epoch"
+        r"|drift|ageing"
         r"|distribution|correlated|calibration|vary|swept|sweep|sensor can|too (old|large)|number that may vary"
         r"|the block works in fixed point|independent parameters|coefficient|no measures|equally many"
-        r"|the last age|nothing varies|leaves nothing free|hardly moves|has no tolerance|that change at will",
+        r"|the last age|nothing varies|leaves nothing free|hardly moves|has no tolerance|that change at will"
+        r"|the correlations|follows from it, and|no limit",
         "The tables of a study name parameters that may vary, how, and which measures count.",
         'docs/studies.md shows each table with an example. Keys of parameters are quoted: "adc.reference".',
     ),
@@ -228,7 +238,8 @@ EXPLANATIONS = (
         "P0702",
         "A signal does not suit the analysis",
         r"spectrum|Allan|tone|band |segment|does not move|signal|density|figures|lines of|a yield is required"
-        r"|temperatures|exponentials|two limits|lies between these|the input itself"
+        r"|temperature|exponent|iteration did|from 0$|is a vector|what does not depend|makes no noise"
+        r"|two limits|lies between these|the input itself"
         r"|no noise reaches",
         "Too few values, the wrong band, or a signal that stands still.",
         "Run longer, or choose another signal or band.",
@@ -252,14 +263,16 @@ EXPLANATIONS = (
     Explanation(
         "P0901",
         "Hardware cannot be written or tested",
-        r"Verilog|C\+\+|pipeline|digital blocks|not installed|GPU|bench|cut|operation|format of",
+        r"Verilog|C\+\+|pipeline|digital block|the model takes|another clock|not installed|GPU|bench|cut"
+        r"|operation|format of",
         "A block has no circuit, or a tool for hardware is not there.",
         "docs/rtl.md lists which blocks become registers, and which tools are needed for what.",
     ),
     Explanation(
         "P1001",
         "A run cannot go on, or its traces do not fit",
-        r"checkpoint|resume|timed on|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted",
+        r"checkpoint|resume|timed on|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted"
+        r"|ticks that are done|^(has no value|failed|is not finite) ",
         "A folder holds an interrupted run of another graph, seed or length, or a trace is larger than memory or disk.",
         "--restart begins anew; a probe may be thinned by every = 1000.",
     ),

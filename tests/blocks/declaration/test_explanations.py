@@ -10,13 +10,17 @@ import pytest
 from proofmass.blocks.declaration.explanations import EXPLANATIONS, code_of
 
 ROOT = Path(__file__).parents[3]
-MAKERS = ("Problem", "Refusal", "UnitError", "Missing", "RecordingError", "_Mismatch")
+MAKERS = (
+    "Problem", "Refusal", "UnitError", "Missing", "RecordingError", "mismatch", "bad", "problem", "_problem", "._refuse",
+    "refused", "refusal", "_refusal",
+)  # fmt: skip
 WITHOUT = {
     "and more problems",
     "{} has no {}",
     "{}: {}",
     "{} is {}",
     "column {}: {}",
+    "{}, line 1: {}",
 }  # no fault of its own, or told by other messages
 
 
@@ -29,16 +33,37 @@ def text_of(node: ast.expr) -> str | None:
     return None
 
 
+def named_texts(function: ast.AST) -> dict[str, list[ast.expr]]:
+    """What is assigned to each name, alone or among others."""
+    found = defaultdict[str, list[ast.expr]](list)
+    for node in ast.walk(function):
+        for target in node.targets if isinstance(node, ast.Assign) else ():
+            pairs = [(target, node.value)]
+            if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
+                pairs = [*zip(target.elts, node.value.elts, strict=False)]
+            for name, value in pairs:
+                if isinstance(name, ast.Name):
+                    found[name.id].append(value)
+    return found
+
+
 def messages() -> Iterator[tuple[str, str]]:
-    """Every literal message of a problem or refusal, with its place."""
+    """Every literal message of a problem or refusal, with its place; where it has a name, all that has that name."""
     for folder in ("blocks", "graphs", "runner"):
         for file in sorted((ROOT / folder).rglob("*.py")):
-            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-                if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id in MAKERS:
-                    given = [k.value for k in node.keywords if k.arg == "message"] or node.args[:1]
-                    text = text_of(given[0]) if given else None
-                    if text:
-                        yield text, f"{file.relative_to(ROOT)}:{node.lineno}"
+            tree = ast.parse(file.read_text(encoding="utf-8"))
+            functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+            for function in (*functions, tree):
+                names = named_texts(function)
+                for node in ast.walk(function):
+                    maker = getattr(node, "func", None)
+                    called = maker.id if isinstance(maker, ast.Name) else "." + getattr(maker, "attr", "")
+                    if isinstance(node, ast.Call) and called in MAKERS:
+                        given = [k.value for k in node.keywords if k.arg == "message"] or node.args[:1]
+                        for one in given:
+                            for text in map(text_of, names[one.id] if isinstance(one, ast.Name) else [one]):
+                                if text:
+                                    yield text, f"{file.relative_to(ROOT)}:{node.lineno}"
 
 
 @pytest.mark.friendly(38, "every message has a code")
