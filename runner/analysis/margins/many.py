@@ -59,6 +59,7 @@ class _Pattern:
     timed: frozenset[str]  # blocks upstream that may switch the loop, at times that may be others for other numbers
     kind: LoopKind
     period: float
+    tick: int  # of the operating point, unless each settles in its own
 
 
 class ManyMargins:
@@ -91,6 +92,7 @@ class ManyMargins:
         patterns, memory = [], start(self._plan)
         for node in self._nodes.values():
             try:
+                tick = 0 if self._at == SETTLED else tick_of_time(self._plan, self._time)
                 about, system = OperatingPoints(self._plan, self._at).about_loop(node)
                 whole = about.point_of(ends := Ends((node,), (node,), cut=True))
                 found = margins_of(system, "", "")
@@ -115,6 +117,7 @@ class ManyMargins:
                     frozenset((upstream - moving) & changing(self._plan, _OF_TIME)),
                     kind_of(first, gains, phases),
                     system.map.period,
+                    tick,
                 )
             )
         return patterns
@@ -147,7 +150,7 @@ class ManyMargins:
         if any(plan.blocks[name] is not self._plan.blocks[name] for name in pattern.timed):
             return None
         try:
-            tick = settled_tick(course) if self._at == SETTLED else tick_of_time(plan, self._time)
+            tick = settled_tick(course) if self._at == SETTLED else pattern.tick
             memory = course.at(tick - tick % pattern.ticks)
             if before and course.like and not plan.recorded:
                 before.again(plan, memory)
