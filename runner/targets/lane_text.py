@@ -64,7 +64,6 @@ class _LaneFunction(LaneWays):
     def __init__(self, program: _LaneProgram, varying: Varying, symbol: str) -> None:
         super().__init__(varying, program.lanes, symbol == ENTRY, program.beside)
         self.program, self.symbol = program, symbol
-        self.levels = []
         self.alive = self._slot(form.TRUTH, self.base) if varying.parting else ""
 
     def text(self) -> str:
@@ -114,7 +113,7 @@ class _LaneFunction(LaneWays):
                 break
             self._statement(statement)
             if id(statement) in self.varying.parting and self.block:
-                place = self.levels[-1].active if self.levels else self.alive
+                place = self.loops[-1].active if self.loops else self.alive
                 if place:
                     self.mask = self._both(outer, self._read(place))
         self.mask = outer
@@ -225,7 +224,7 @@ class _LaneFunction(LaneWays):
         for value, place in zip(s.values, self.slots, strict=True):
             new = self._blend(value.kind, self.mask, self._all(value), self._read(place, value.kind))
             self.lines.append(f"store {self._vector(value.kind)} {new}, ptr {place}")
-        for loop in self.levels:
+        for loop in self.loops:
             self._without(loop.live, self.mask)
             self._without(loop.active, self.mask)
         self._without(self.alive, self.mask)

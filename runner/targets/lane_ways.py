@@ -1,7 +1,5 @@
 """Ways that part, for runs side by side: both are gone, each with a mask of the lanes that are active on it."""
 
-from typing import NamedTuple
-
 from proofmass.runner.program.form import (
     INTEGER,
     TRUTH,
@@ -18,26 +16,14 @@ from proofmass.runner.program.form import (
 from proofmass.runner.program.walk import statements
 from proofmass.runner.targets.lane_arrays import LaneArrays
 from proofmass.runner.targets.llvm_operations import splat
-from proofmass.runner.targets.turns import written_out
+from proofmass.runner.targets.llvm_text import LoopLabels
 
 _LIGHT = 12  # so few operations are done in vain rather than jumped over
 _HEAVY = {"divide": 8, "square_root": 8, "floor_divide": 40, "modulo": 40}
 
 
-class _Loop(NamedTuple):
-    """Targets of Continue and Break; in a loop that lanes leave apart, places of the masks of those that are in it."""
-
-    turn: str
-    end: str
-    base: str  # mask of all lanes of the turn
-    live: str = ""  # place of the lanes that will take the next turn
-    active: str = ""  # place of the lanes that have not left this turn
-
-
 class LaneWays(LaneArrays):
     """A function whose branches and loops are written for lanes."""
-
-    levels: list[_Loop]  # the loops around a statement
 
     def _if(self, s: If) -> None:
         if not self.varying.differs(s.condition):
@@ -63,54 +49,40 @@ class LaneWays(LaneArrays):
         self._jump(end)
         self._begin(end)
 
-    def _loop(self, s: For | While, turn: str, end: str) -> _Loop:
+    def _loop(self, s: For | While, turn: str, end: str) -> LoopLabels:
         """A loop that is about to begin."""
         if id(s) not in self.varying.loops:
-            return _Loop(turn, end, self.mask)
+            return LoopLabels(turn, end, self.mask)
         live, active = self._slot(TRUTH, "", True), self._slot(TRUTH, "", True)
         self._write(live, self.mask)
-        return _Loop(turn, end, "", live, active)
+        return LoopLabels(turn, end, "", live, active)
 
-    def _turn(self, loop: _Loop, body: Region) -> None:
+    def _turn(self, loop: LoopLabels, body: Region, counter: str) -> None:
         """A turn of a loop, up to where the next one is decided on."""
         outer = self.mask
         if loop.live:
             self.mask = self._read(loop.live)
             self._write(loop.active, self.mask)
             loop = loop._replace(base=self.mask)
-        self.levels.append(loop)
-        self.region(body)
-        self.levels.pop()
-        self._jump(loop.turn)
-        self._begin(loop.turn)
+        super()._turn(loop, body, counter)
         self.mask = outer
 
     def _for(self, s: For) -> None:
         if self.varying.differs(s.counter):
             self._counted_apart(s)
-            return
-        first, last = self._operand(s.first), self._operand(s.last)
-        body, turn, end, begun = self._label(), self._label(), self._label(), self.block
-        counters = None if id(s) in self.varying.loops else written_out(s)
-        if counters is not None:
-            self._turns(s, counters, end)
-            return
-        loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
-        any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
-        self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
-        self._branch(any_turn, body, end)
-        self._begin(body)
-        counter = self._named(s.counter)
-        self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
-        self._turn(loop, s.body)
-        self._counted(s, counter, next_counter, last, more)
-        self._branch(self._and_any(more, loop), body, end)
-        self._begin(end)
+        else:
+            super()._for(s)
 
-    def _one_turn(self, s: For, following: str, end: str) -> None:
-        self._turn(self._loop(s, following, end), s.body)
+    def _written_out(self, s: For) -> range | None:
+        return None if id(s) in self.varying.loops else super()._written_out(s)
 
-    def _and_any(self, more: str, loop: _Loop) -> str:
+    def _kept_short(self) -> str:
+        return ""
+
+    def _long_region(self, region: Region, integer: str) -> None:
+        self.region(region)
+
+    def _and_any(self, more: str, loop: LoopLabels) -> str:
         if not loop.live:
             return more
         any_lane, both = self._any(self._read(loop.live)), self._fresh()
@@ -128,7 +100,7 @@ class LaneWays(LaneArrays):
         self._go_on(loop, some, body)
         self._begin(body)
         self.names[s.counter] = counter = self._read(place, INTEGER)
-        self._turn(loop, s.body)
+        self._turn(loop, s.body, counter)
         left, more, (high, low) = self._fresh(), self._fresh(), (last, counter) if s.step > 0 else (counter, last)
         self.lines.append(f"{left} = sub {of} {high}, {low}")
         self.lines.append(f"{more} = icmp ugt {of} {left}, {splat(INTEGER, str(abs(s.step)), self.lanes)}")
@@ -138,7 +110,7 @@ class LaneWays(LaneArrays):
         self._go_on(loop, more, body)
         self._begin(end)
 
-    def _go_on(self, loop: _Loop, lanes: str, body: str) -> None:
+    def _go_on(self, loop: LoopLabels, lanes: str, body: str) -> None:
         """Into the body with those of its lanes that are among `lanes`, or to the end."""
         live = self._both(self._read(loop.live), lanes)
         self._write(loop.live, live)
@@ -159,12 +131,12 @@ class LaneWays(LaneArrays):
             self._branch(self._and_any(self._operand(s.condition), loop), body, end)
         self._begin(body)
         again = self._label()
-        self._turn(loop._replace(turn=again), s.body)
+        self._turn(loop._replace(turn=again), s.body, "")
         self._jump(test)
         self._begin(end)
 
     def _break(self, _: Break) -> None:
-        loop = self.levels[-1]
+        loop = self.loops[-1]
         if self.mask == loop.base:
             self._jump(loop.end)
         else:
@@ -172,7 +144,7 @@ class LaneWays(LaneArrays):
             self._without(loop.active, self.mask)
 
     def _continue(self, _: Continue) -> None:
-        loop = self.levels[-1]
+        loop = self.loops[-1]
         if self.mask == loop.base:
             self._jump(loop.turn)
         else:

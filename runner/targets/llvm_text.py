@@ -6,6 +6,7 @@ away. Nothing is contracted or reordered: no instruction has a flag for that.
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
+from typing import NamedTuple
 
 from proofmass.runner.program import form
 from proofmass.runner.program.shared import shared
@@ -47,6 +48,16 @@ def content_of(program: form.Program) -> str:
     return hashlib.sha256(llvm_text(program).encode()).hexdigest()
 
 
+class LoopLabels(NamedTuple):
+    """Targets of Continue and Break; for lanes that leave a loop apart, places of the masks of those that are in it."""
+
+    turn: str
+    end: str
+    base: str = ""  # mask of all lanes of the turn
+    live: str = ""  # place of the lanes that will take the next turn
+    active: str = ""  # place of the lanes that have not left this turn
+
+
 class FunctionText:
     """One function; `beside` takes in what it needs of others."""
 
@@ -64,7 +75,7 @@ class FunctionText:
         self.names: dict[form.Value | form.Variable | form.Storage, str] = {}
         self.count = 0
         self.block = "entry"  # the label of the block that is being written; "" behind a jump
-        self.loops: list[tuple[str, str]] = []  # labels of where Continue and Break go
+        self.loops: list[LoopLabels] = []  # the loops around a statement
         self.expected: set[form.Operand] = set()  # conditions that hold as a rule
 
     def text(self) -> str:
@@ -253,24 +264,20 @@ class FunctionText:
         """For: tested before the first turn and behind each; the counter never passes what 64 bits hold."""
         first, last = self._operand(s.first), self._operand(s.last)
         body, turn, end, begun = self._label(), self._label(), self._label(), self.block
-        counters = written_out(s)
+        counters = self._written_out(s)
         if counters is not None:
             self._turns(s, counters, end)
             return
-        below = "slt" if s.step > 0 else "sgt"
+        loop, below = self._loop(s, turn, end), "slt" if s.step > 0 else "sgt"
         any_turn, next_counter, more = self._fresh(), self._fresh(), self._fresh()
         self.lines.append(f"{any_turn} = icmp {below} i64 {first}, {last}")
         self._branch(any_turn, body, end)
         self._begin(body)
         counter = self._named(s.counter)
         self.lines.append(f"{counter} = phi i64 [ {first}, %{begun} ], [ {next_counter}, %{turn} ]")
-        self.loops.append((turn, end))
-        self._long_region(s.body, counter)
-        self.loops.pop()
-        self._jump(turn)
-        self._begin(turn)
+        self._turn(loop, s.body, counter)
         self._counted(s, counter, next_counter, last, more)
-        self._branch(more, body, end, self._kept_short())
+        self._branch(self._and_any(more, loop), body, end, self._kept_short())
         self._begin(end)
 
     def _counted(self, s: form.For, counter: str, next_counter: str, last: str, more: str) -> None:
@@ -293,20 +300,31 @@ class FunctionText:
 
     def _turns(self, s: form.For, counters: range, end: str) -> None:
         """The turns of a loop, written one behind the other."""
-        first, last = (int(bound.value) for bound in (s.first, s.last) if isinstance(bound, form.Immediate))
-        for number in range(first, last, s.step):
-            following = self._label()
+        for number in counters:
+            loop = self._loop(s, self._label(), end)
             self.names[s.counter] = str(number)
-            self._one_turn(s, following, end)
+            self._turn(loop, s.body, str(number))
         self._jump(end)
         self._begin(end)
 
-    def _one_turn(self, s: form.For, following: str, end: str) -> None:
-        self.loops.append((following, end))
-        self.region(s.body)
+    def _written_out(self, s: form.For) -> range | None:
+        return written_out(s)
+
+    def _loop(self, s: form.For | form.While, turn: str, end: str) -> LoopLabels:
+        """A loop that is about to begin."""
+        return LoopLabels(turn, end)
+
+    def _turn(self, loop: LoopLabels, body: form.Region, counter: str) -> None:
+        """A turn of a loop, up to where the next one is decided on."""
+        self.loops.append(loop)
+        self._long_region(body, counter)
         self.loops.pop()
-        self._jump(following)
-        self._begin(following)
+        self._jump(loop.turn)
+        self._begin(loop.turn)
+
+    def _and_any(self, more: str, loop: LoopLabels) -> str:
+        """Return whether a loop has another turn, where its counter has."""
+        return more
 
     def _long_region(self, region: form.Region, integer: str) -> None:
         """A region in blocks of instructions that LLVM cannot join: it is slow on very long ones.
@@ -334,17 +352,17 @@ class FunctionText:
         self.region(s.test)  # which never jumps
         self._branch(self._operand(s.condition), body, end)
         self._begin(body)
-        self.loops.append((test, end))
+        self.loops.append(LoopLabels(test, end))
         self.region(s.body)
         self.loops.pop()
         self._jump(test)
         self._begin(end)
 
     def _break(self, _: form.Break) -> None:
-        self._jump(self.loops[-1][1])
+        self._jump(self.loops[-1].end)
 
     def _continue(self, _: form.Continue) -> None:
-        self._jump(self.loops[-1][0])
+        self._jump(self.loops[-1].turn)
 
     def _return(self, s: form.Return) -> None:
         self._give([self._typed(value) for value in s.values], result_type(self.function.results))
