@@ -253,7 +253,7 @@ class LoweredExpressions:
             raise refuse(node, f"{in_words(a)} in one case and {in_words(b)} in another")
         if arrays:
             return a
-        kinds = [numbers.widest(x.kind, y.kind) for x, y in zip(first, second, strict=True)]  # type: ignore[union-attr]
+        kinds = [numbers.widest(x.kind, y.kind) for x, y in zip(first, second, strict=True)]
         variables = [self.builder.variable(kind) for kind in kinds]
         self._branches(test, variables, first, then, second, other)
         return rebuilt(a, map(self.builder.get, variables))
