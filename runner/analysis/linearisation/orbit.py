@@ -182,7 +182,8 @@ class OrbitSearch:
         first, sources = tables[0], turning(self._plan)
         if any(table.keys() != first.keys() for table in tables) or any(split(name)[0] in sources for name in first):
             return True
-        return not all(np.allclose(first[name], table[name], _TURNED, 0.0) for table in tables for name in first)
+        sizes = {name: SAME * np.abs(slope).max() for name, slope in first.items()}
+        return not all(np.allclose(first[n], table[n], _TURNED, sizes[n]) for table in tables for n in first)
 
     def _ahead(self, first: PeriodMap, maps: Mapping[int, PeriodMap], switched: Sequence[int]) -> tuple[PeriodMap, ...]:
         """Return the maps at instants ahead, if a loop that is taken as it stands has other limits there."""
