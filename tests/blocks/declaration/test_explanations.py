@@ -33,10 +33,10 @@ def text_of(node: ast.expr) -> str | None:
     return None
 
 
-def named_texts(function: ast.AST) -> dict[str, list[ast.expr]]:
-    """What is assigned to each name, alone or among others."""
+def named(tree: ast.AST) -> dict[str, list[ast.expr]]:
+    """What is assigned to each name of a file, alone or among others."""
     found = defaultdict[str, list[ast.expr]](list)
-    for node in ast.walk(function):
+    for node in ast.walk(tree):
         for target in node.targets if isinstance(node, ast.Assign) else ():
             pairs = [(target, node.value)]
             if isinstance(target, ast.Tuple) and isinstance(node.value, ast.Tuple):
@@ -47,23 +47,23 @@ def named_texts(function: ast.AST) -> dict[str, list[ast.expr]]:
     return found
 
 
+def given(call: ast.Call) -> list[ast.expr]:
+    """The message that a problem or refusal is made with."""
+    called = call.func.id if isinstance(call.func, ast.Name) else "." + getattr(call.func, "attr", "")
+    return [k.value for k in call.keywords if k.arg == "message"] or call.args[:1] if called in MAKERS else []
+
+
 def messages() -> Iterator[tuple[str, str]]:
     """Every literal message of a problem or refusal, with its place; where it has a name, all that has that name."""
     for folder in ("blocks", "graphs", "runner"):
         for file in sorted((ROOT / folder).rglob("*.py")):
             tree = ast.parse(file.read_text(encoding="utf-8"))
-            functions = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
-            for function in (*functions, tree):
-                names = named_texts(function)
-                for node in ast.walk(function):
-                    maker = getattr(node, "func", None)
-                    called = maker.id if isinstance(maker, ast.Name) else "." + getattr(maker, "attr", "")
-                    if isinstance(node, ast.Call) and called in MAKERS:
-                        given = [k.value for k in node.keywords if k.arg == "message"] or node.args[:1]
-                        for one in given:
-                            for text in map(text_of, names[one.id] if isinstance(one, ast.Name) else [one]):
-                                if text:
-                                    yield text, f"{file.relative_to(ROOT)}:{node.lineno}"
+            made = [one for node in ast.walk(tree) if isinstance(node, ast.Call) for one in given(node)]
+            names = {one.id for one in made if isinstance(one, ast.Name)}
+            made += [value for name, values in named(tree).items() if name in names for value in values]
+            for one in made:
+                if text := text_of(one):
+                    yield text, f"{file.relative_to(ROOT)}:{one.lineno}"
 
 
 @pytest.mark.friendly(38, "every message has a code")
