@@ -272,7 +272,7 @@ EXPLANATIONS = (
         "P1001",
         "A run cannot go on, or its traces do not fit",
         r"checkpoint|resume|timed on|do(es)? not fit|too large for memory|too long for CSV|changed since|interrupted"
-        r"|ticks that are done|^(has no value|failed|is not finite) ",
+        r"|ticks that are done",
         "A folder holds an interrupted run of another graph, seed or length, or a trace is larger than memory or disk.",
         "--restart begins anew; a probe may be thinned by every = 1000.",
     ),
@@ -282,6 +282,13 @@ EXPLANATIONS = (
         r"end of its range",
         "What goes in is larger than the reference, so the codes say only that it is.",
         "Raise the reference, or lower the gain before it.",
+    ),
+    Explanation(
+        "P1003",
+        "A run ends where a block has no value",
+        r"^(has no value|failed|is not finite) ",
+        "A number grew beyond all bounds, or a block is given what it has no value for, such as a root of -1.",
+        "Probe what drives the block, limit it by a Saturation, or look for a parameter or a unit that is far off.",
     ),
     Explanation(
         "P1101",
@@ -294,6 +301,7 @@ EXPLANATIONS = (
 
 _FIRST = (
     "P1002",
+    "P1003",
     "P0503",
     "P0504",
     "P1101",

@@ -157,6 +157,7 @@ def test_a_failed_run_exits_with_3(engine: str, command: Command) -> None:
     assert answer.code == 3
     told = "the run failed\nunstable.toml:9: gain.output: is not finite in tick 10, t = 0.01 s\n  got:      inf\n"
     assert answer.err.startswith(told)
+    assert answer.err.endswith("more: proofmass explain P1003\n")
 
 
 @pytest.mark.parametrize("text", ["", "name = 3", "\0", "[", "a" * 2_000_000], ids=range(5))
