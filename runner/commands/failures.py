@@ -30,8 +30,8 @@ def explain(error: Exception) -> int:
         click.echo(count(len(error.problems), "problem"), err=True)
         return WRONG_MODEL
     click.echo(_message(error), err=True)
-    if problem := getattr(error, "problem", None):
-        print_codes([problem])
+    if failed := getattr(error, "problem", None):
+        print_codes([failed])
     return FAILED
 
 
