@@ -94,9 +94,10 @@ class CompiledLoop:
     def again(self, plan: Plan, memory: Memory) -> None:
         """Begin again, at the same addresses, a plan that differs in numbers alone and has no recordings."""
         self.plan, self.tick = plan, memory.tick
-        for kept, given in zip((self._constants, self._state, self._vectors), self._numbers(plan, memory), strict=True):
-            for key, array in given.items():
-                kept[key][:] = array
+        kept = (*self._constants.values(), *self._state.values(), *self._vectors.values())
+        given = (array for arrays in self._numbers(plan, memory) for array in arrays.values())
+        for array, numbers in zip(kept, given, strict=True):
+            array[:] = numbers
         self._scratch[:] = np.nan
 
     def _numbers(
