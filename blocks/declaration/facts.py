@@ -46,11 +46,6 @@ class Declaration:
         return record
 
 
-def _declared(name: str, doc: str) -> Any:
-    """Return the property that has an entry of the declaration."""
-    return property(lambda kind: getattr(kind.__declaration__, name), doc=doc)
-
-
 class Facts(type):
     """A kind of block: a class with the facts that are declared of it."""
 
@@ -58,24 +53,55 @@ class Facts(type):
 
     # -- as declared ---------------------------------------------------------------------------------------------------
 
-    parameters: dict[str, Parameter] = _declared("parameters", "Parameters by name.")
-    inputs: dict[str, Port] = _declared("inputs", "Input ports by name.")
-    outputs: dict[str, Port] = _declared("outputs", "Output ports by name.")
-    buffers: dict[str, BufferPort] = _declared("buffers", "Vectors of state by name.")
-    functions: dict[str, Behaviour] = _declared(
-        "functions", "Registered functions by role: formats, constants, start, update, derivative, fold."
-    )
-    output_functions: dict[str, Behaviour] = _declared("output_functions", "The function of each output port.")
-    events: dict[str, tuple[Behaviour, Behaviour]] = _declared(
-        "events", "Events: pairs of the clearance that falls to zero and the function that follows."
-    )
-    corners: dict[str, Behaviour] = _declared(
-        "corners", "Functions that change sign where the outputs have a corner or a jump."
-    )
-    requirements: Requirements | None = _declared(
-        "requirements", "The function that yields parameters that do not go together."
-    )
-    linear: bool = _declared("linear", "True if a continuous block's derivative is linear in state and inputs.")
+    @property
+    def parameters(cls) -> dict[str, Parameter]:
+        """Parameters by name."""
+        return cls.__declaration__.parameters
+
+    @property
+    def inputs(cls) -> dict[str, Port]:
+        """Input ports by name."""
+        return cls.__declaration__.inputs
+
+    @property
+    def outputs(cls) -> dict[str, Port]:
+        """Output ports by name."""
+        return cls.__declaration__.outputs
+
+    @property
+    def buffers(cls) -> dict[str, BufferPort]:
+        """Vectors of state by name."""
+        return cls.__declaration__.buffers
+
+    @property
+    def functions(cls) -> dict[str, Behaviour]:
+        """Registered functions by role: formats, constants, start, update, derivative, fold."""
+        return cls.__declaration__.functions
+
+    @property
+    def output_functions(cls) -> dict[str, Behaviour]:
+        """The function of each output port."""
+        return cls.__declaration__.output_functions
+
+    @property
+    def events(cls) -> dict[str, tuple[Behaviour, Behaviour]]:
+        """Events: pairs of the clearance that falls to zero and the function that follows."""
+        return cls.__declaration__.events
+
+    @property
+    def corners(cls) -> dict[str, Behaviour]:
+        """Functions that change sign where the outputs have a corner or a jump."""
+        return cls.__declaration__.corners
+
+    @property
+    def requirements(cls) -> Requirements | None:
+        """The function that yields parameters that do not go together."""
+        return cls.__declaration__.requirements
+
+    @property
+    def linear(cls) -> bool:
+        """True if a continuous block's derivative is linear in state and inputs."""
+        return cls.__declaration__.linear
 
     # -- what follows --------------------------------------------------------------------------------------------------
 
