@@ -91,8 +91,9 @@ class _FunctionOfC(ListedFunction):
     def _assigned(self, place: str, value: form.Operand) -> str:
         return f"{place} = {self._operand(value)};"
 
-    def _view(self, s: form.View) -> str:
-        return f"{_pointer(s.part)}{self.names[s.part]} = {self.names[s.whole]} + {self._operand(s.first)};"
+    def _view(self, statement: form.View) -> str:
+        part, whole = statement.part, statement.whole
+        return f"{_pointer(part)}{self.names[part]} = {self.names[whole]} + {self._operand(statement.first)};"
 
     def _counted(self, statement: form.For) -> str:
         i, first, last = self.names[statement.counter], self._operand(statement.first), self._operand(statement.last)

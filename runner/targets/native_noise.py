@@ -245,6 +245,6 @@ class CompiledNoise(NoiseInCode):
         carried, entered = self._done.back(range(self._done.number), asked, columns, last)
         made = np.zeros((len(ends) + len(asked), len(begins) + len(enter)))
         rows = np.array([*known[0], *range(len(ends), len(made))], dtype=np.int64)
-        made[np.ix_(rows, np.array(known[1], dtype=np.int64))] = carried[[numbers[begins[i]] for i in known[1]]].T
+        made[rows[:, None], known[1]] = carried[[numbers[begins[i]] for i in known[1]]].T
         made[rows, len(begins) :] = entered.T
         return made
