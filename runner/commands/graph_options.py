@@ -8,7 +8,7 @@ from typing import Any
 import click
 
 from proofmass.blocks.declaration.problem import Problem, Refusal
-from proofmass.graphs.files.toml_reader import read_graph
+from proofmass.graphs.files.toml_reader import read_graph, read_table
 from proofmass.graphs.model.build import read_probe
 from proofmass.graphs.model.changes import with_parameters
 from proofmass.graphs.model.flatten import flatten, inside
@@ -16,6 +16,8 @@ from proofmass.graphs.model.graph import Graph, Probe, split
 from proofmass.graphs.model.integration import read_integration
 from proofmass.graphs.model.names import Missing, find_output
 from proofmass.graphs.model.targets import DURATION, RATE
+from proofmass.graphs.studies.study import Study
+from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
 from proofmass.runner.commands.own_blocks import own_blocks
 from proofmass.runner.commands.swept_values import value_of
 
@@ -24,6 +26,18 @@ def graph_of(path: Path, own: Path | None, changes: tuple[str, ...] = (), probes
     """Return the graph of a file with its options; raises `ModelError` or `click.UsageError`."""
     graph = changed(read_graph(path, own_blocks(own)), changes)
     return graph.changed(probes=(*graph.probes, *_new_probes(graph, probes)))
+
+
+def toleranced(path: Path, own: Path | None, changes: tuple[str, ...]) -> tuple[Graph | Study, dict[str, str]]:
+    """Return the graph of a file, or the study in it, whose spread counts as tolerances; raises as `graph_of` does.
+
+    Of variants it is the first, with why the others do not count.
+    """
+    data, _ = read_table(path)
+    if not is_study(data) and STUDY not in data:
+        return graph_of(path, own, changes), {}
+    (first, study), *others = read_variants(path, own_blocks(own), lambda graph: changed(graph, changes)).items()
+    return study, {name: f"it is a variant of its own, and {first} is looked at" for name, _ in others}
 
 
 def changed(graph: Graph, changes: tuple[str, ...]) -> Graph:

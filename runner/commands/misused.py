@@ -70,8 +70,11 @@ def answered(error: click.UsageError, words: list[str]) -> click.UsageError:
     options = [name for param in error.ctx.command.params if isinstance(param, click.Option) for name in param.opts]
     if isinstance(error, click.NoSuchOption):
         long = [name for name in options if name.startswith("--")]
-        message = f"no such option: {error.option_name}; {meant(error.option_name, [*long, '--help'], 'the options')}"
-        return click.UsageError(message, error.ctx)
+        places = [param.human_readable_name for param in error.ctx.command.params if isinstance(param, click.Argument)]
+        hint = meant(error.option_name, [*long, "--help"], "the options")
+        if error.option_name.lstrip("-").upper() in places:  # as of a command that calls it so
+            hint = f"write it by its place: {error.ctx.command_path} {' '.join(places)}"
+        return click.UsageError(f"no such option: {error.option_name}; {hint}", error.ctx)
     cure = next(_unquoted(error.ctx.command, words), "") if error.message.startswith("Got unexpected extra") else ""
     return click.UsageError(f"{error.message}\n  hint:     {cure}", error.ctx) if cure else error
 

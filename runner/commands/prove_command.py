@@ -1,16 +1,14 @@
 """The commands `prove` and `check-proof`: margins over tolerances as theorems, and certificates of them."""
 
-import click
+from dataclasses import replace
 
-from proofmass.graphs.files.toml_reader import graph_from, read_table
+from proofmass.graphs.files.toml_reader import graph_from
 from proofmass.graphs.files.toml_writer import write_graph
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import is_study, read_variants
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, WRONG_MODEL, print_answer, print_file
 from proofmass.runner.commands.declarations.design import CheckProofRequest, ProveRequest
-from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.graph_options import toleranced
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
 from proofmass.runner.design.proof.attempt import KnownProofs, known_proofs
@@ -23,7 +21,7 @@ from proofmass.runner.verification.proof_checker import FalseCertificateError, c
 
 def show_proofs(request: ProveRequest) -> int:
     """Prove the margins of a graph and return the exit code: 1 if one is not proved."""
-    source = _source(request)
+    source, left_out = toleranced(request.source, request.own, request.changes)
     with progress(request.quiet or request.as_json, "claim") as bar:
         proofs = request.call(
             prove,
@@ -41,6 +39,7 @@ def show_proofs(request: ProveRequest) -> int:
             progress=bar,
             known=_known(request, source),
         )
+    proofs = replace(proofs, left_out={**proofs.left_out, **left_out})
     print_answer(request.as_json, proofs.as_data, [proofs_text(proofs)])
     if request.target is not None:
         print_file(write_whole(request.target, certificate(proofs)), request.as_json)
@@ -86,12 +85,3 @@ def _known(request: ProveRequest, source: Graph | Study) -> KnownProofs | None:
         return None
     graph = source.graph if isinstance(source, Study) else source
     return known_proofs(request.target.read_text(encoding="utf-8", errors="replace"), graph_digest(graph))
-
-
-def _source(request: ProveRequest) -> Graph | Study:
-    data, _ = read_table(request.source)
-    if not is_study(data):
-        return graph_of(request.source, request.own, request.changes)
-    if request.changes:
-        raise click.UsageError("--set: of a graph, not of a study; change the study's graph instead")
-    return next(iter(read_variants(request.source, own_blocks(request.own)).values()))

@@ -6,14 +6,11 @@ from typing import Any
 
 import click
 
-from proofmass.graphs.files.toml_reader import read_table
 from proofmass.graphs.model.graph import Graph
 from proofmass.graphs.studies.study import Study
-from proofmass.graphs.studies.study_reader import STUDY, is_study, read_variants
 from proofmass.runner.commands.answers import DONE, INTERRUPTED, print_answer, print_picture
 from proofmass.runner.commands.declarations.design import WorstRequest
-from proofmass.runner.commands.graph_options import graph_of
-from proofmass.runner.commands.own_blocks import own_blocks
+from proofmass.runner.commands.graph_options import toleranced
 from proofmass.runner.commands.progress import progress
 from proofmass.runner.commands.tolerances import read_tolerance
 from proofmass.runner.design.worst.plot import plot_worst
@@ -25,7 +22,10 @@ from proofmass.runner.studies.whole.study import run_study
 
 def show_worst(request: WorstRequest) -> int:
     """Show worst cases and return the exit code."""
-    (source, left_out), quantities = _source(request), dict(_quantities(request))
+    (source, left_out), quantities = (
+        toleranced(request.source, request.own, request.changes),
+        dict(_quantities(request)),
+    )
     with progress(request.quiet or request.as_json, "point") as bar:
         cases = request.call(
             worst,
@@ -61,17 +61,6 @@ def _yields_text(yields: Mapping[str, tuple[float, float, float]], runs: int) ->
         yield f"yield of {runs:,} sensors of the study, with intervals of 95 %"
         rows = [(name, *(f"{100.0 * part:.4g} %" for part in parts)) for name, parts in yields.items()]
         yield from (f"  {line}" for line in text_table([("limit", "yield", "from", "to"), *rows], left=(0,)))
-
-
-def _source(request: WorstRequest) -> tuple[Graph | Study, dict[str, str]]:
-    """Return the graph or study, of variants the first, and why the other variants do not count."""
-    data, _ = read_table(request.source)
-    if is_study(data) or (STUDY in data and not request.changes):
-        if request.changes:
-            raise click.UsageError("--set: of a graph, not of a study; change the study's graph instead")
-        (first, study), *others = read_variants(request.source, own_blocks(request.own)).items()
-        return study, {name: f"it is a variant of its own, and {first} is looked at" for name, _ in others}
-    return graph_of(request.source, request.own, request.changes), {}
 
 
 def _quantities(request: WorstRequest) -> Iterator[tuple[str, dict[str, Any]]]:

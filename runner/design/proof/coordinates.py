@@ -12,7 +12,8 @@ from typing import Any
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.formulas.operations import OPERATIONS
 from proofmass.graphs.model.adjustable import Adjustable
-from proofmass.graphs.model.graph import split
+from proofmass.graphs.model.flatten import flatten
+from proofmass.graphs.model.graph import Graph, split
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.half_plane import PoleRegion
@@ -81,11 +82,8 @@ def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
     """Return the coordinates of ranges; raises `ModelError` for what a proof cannot vary."""
     adjustable = Adjustable(plan.graph)
     found = Coordinates(plan, adjustable, tuple(ranges), (False,) * len(ranges))
-    problems = [_refused(r, "a list of values has no proof between them") for r in ranges if r.choices]
-    known = [r for r in ranges if not r.choices]
-    problems += [_refused(r, "drift and ages are not in a proof") for r in known if not _is_number(adjustable, r.name)]
-    moving = {step.target for step in adjustable.dependence.followers([r.name for r in known])}
-    problems += [_refused(r, "follows what varies too by a formula") for r in known if r.name in moving]
+    moving = {step.target for step in adjustable.dependence.followers([r.name for r in ranges])}
+    problems = [_refused(r, "follows what varies too by a formula") for r in ranges if r.name in moving]
     if not problems:
         moved = adjustable.settings({r.name: r.nominal for r in ranges})
         odd = [name for name in moved if split(name)[0] not in plan.blocks or name.endswith(".rate")]
@@ -95,6 +93,16 @@ def coordinates_of(plan: Plan, ranges: Sequence[Range]) -> Coordinates:
     if problems:
         raise ModelError([plan.graph.placed(problem) for problem in problems])
     return found
+
+
+def provable(graph: Graph, ranges: Sequence[Range]) -> tuple[list[Range], dict[str, str]]:
+    """Return the ranges that a proof varies, and why the others do not count.
+
+    Of a list of values it varies all between the least and the largest.
+    """
+    adjustable, reason = Adjustable(flatten(graph)), "drift and ages are not in a proof"
+    left_out = {r.written: reason for r in ranges if not _is_number(adjustable, r.name)}
+    return [replace(r, choices=()) for r in ranges if r.written not in left_out], left_out
 
 
 def _is_number(adjustable: Adjustable, name: str) -> bool:

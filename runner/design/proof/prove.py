@@ -27,12 +27,12 @@ from proofmass.runner.design.proof.ball_map import Starting
 from proofmass.runner.design.proof.box_maps import BoxMaps
 from proofmass.runner.design.proof.claim import BIAS, PEAK, RMS, SCALE_FACTOR, Claim
 from proofmass.runner.design.proof.constants_and_rates import change_rates, with_constants
-from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of
+from proofmass.runner.design.proof.coordinates import Coordinates, coordinates_of, provable
 from proofmass.runner.design.proof.digital_proof import DigitalProof, DigitalProofs
 from proofmass.runner.design.proof.least_found import Sensors
 from proofmass.runner.design.proof.search import Searched
 from proofmass.runner.design.proof.wanted import RestRuns, Subject, about_loops, about_margin, about_outputs
-from proofmass.runner.design.worst.box import ToleranceBox, box_of
+from proofmass.runner.design.worst.box import box_of
 from proofmass.runner.design.worst.ranges import Range
 from proofmass.runner.host.interrupts import interrupts
 from proofmass.runner.host.notebook import Told
@@ -158,9 +158,8 @@ def prove(
     >>> prove(read_graph("library:closed_loop_accelerometer"), gain_margin="20 dB").proved
     True
     """
-    graph, box = _varied(source, tolerances)
+    graph, ranges, left_out = _varied(source, tolerances)
     held = ({input: 0.0} if bias and input else {}) | dict(constants or {})
-    ranges = list(box.ranges) if box else []
     planned = plan(graph)
     sensor, of_constants = with_constants(graph, planned, held, ranges)
     planned = plan(sensor) if held else planned
@@ -198,7 +197,7 @@ def prove(
             proofs.append(proof)
             if progress is not None:
                 progress(len(digital) + len(proofs), every)
-        left_out, names = box.left_out if box else {}, frozenset(r.written for r in of_constants)
+        names = frozenset(r.written for r in of_constants)
         return Proofs(
             graph,
             coordinates.ranges,
@@ -225,20 +224,25 @@ def prove_margin(
 
     Raises `ModelError`.
     """
-    graph, box = _varied(source, tolerances)
+    graph, ranges, _ = _varied(source, tolerances)
     planned = plan(graph)
     subjects, rests = [about_margin(planned, loop, at, kind, limit)], RestRuns(planned, at)
-    coordinates, none = coordinates_of(planned, box.ranges if box else ()), KnownProofs(())
+    coordinates, none = coordinates_of(planned, ranges), KnownProofs(())
     with interrupts() as stop, threadpool_limits(1, _BLAS):
         proving = _Proving(graph, rests, coordinates, False, time.monotonic() + seconds, stop, none, processors())
         return next(proving.proofs(subjects))
 
 
-def _varied(source: GraphSource | Study, tolerances: Mapping[str, Any] | None) -> tuple[Graph, ToleranceBox | None]:
-    """Return the graph, and the box of what varies, if anything does."""
+def _varied(
+    source: GraphSource | Study, tolerances: Mapping[str, Any] | None
+) -> tuple[Graph, list[Range], dict[str, str]]:
+    """Return the graph, the ranges of what varies, if anything does, and why others do not count."""
     graph = source.graph if isinstance(source, Study) else graph_from(source)
-    varied = isinstance(source, Study) or bool(tolerances)
-    return graph, box_of(source if isinstance(source, Study) else graph, tolerances or {}) if varied else None
+    if not (tolerances or (isinstance(source, Study) and (source.spread or source.sweep or source.drift))):
+        return graph, [], {}
+    box = box_of(source if isinstance(source, Study) else graph, tolerances or {})
+    ranges, left_out = provable(graph, box.ranges)
+    return graph, ranges, box.left_out | left_out
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 
 from proofmass.blocks.declaration.shown_units import in_print
 from proofmass.graphs.model.loops import SETTLED
@@ -26,11 +26,20 @@ def proofs_text(proofs: Proofs) -> str:
     for about in dict.fromkeys(_about(one.claim) for one in proofs.proofs):
         own = [one for one in proofs.proofs if _about(one.claim) == about]
         lines.append(about)
-        lines += text_table([(str(one.claim), one.status, _result(one)) for one in own], left=(0, 1, 2), indent=2)
+        lines += text_table(list(_rows(own)), left=(0, 1, 2), indent=2)
     lines += [f"not in it: {name}, since {why}" for name, why in proofs.left_out.items()]
     lost = proofs.lost_workers
     lines += [f"{count(lost, 'worker')} ended early; others did their part"] * (lost > 0)
     return "\n".join([*lines, *_digital(proofs), *_shown(proofs)])
+
+
+def _rows(proofs: Iterable[MarginProof]) -> Iterator[tuple[str, str, str]]:
+    """Yield each claim with what came of it; a reason why several are open is said once."""
+    before = ""
+    for one in proofs:
+        why = _result(one)
+        yield str(one.claim), one.status, "for the same reason" if one.status == "open" and why == before else why
+        before = why
 
 
 def _digital(proofs: Proofs) -> Iterator[str]:

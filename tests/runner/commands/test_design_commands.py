@@ -1,6 +1,7 @@
 """`tune`, `fit` with recordings, `worst` and `margins` of several loops as the shell sees them."""
 
 import json
+import math
 from pathlib import Path
 
 import numpy as np
@@ -156,6 +157,17 @@ def test_worst_of_a_graph_and_of_a_study(loop: Path, tmp_path: Path, capsys: Cap
     for words, said in ((["--figure", "phase"], "LOOP:FIGURE"), (["--tolerance", "gain"], "BLOCK.PARAMETER")):
         assert main(["worst", str(loop), *words]) == 2
         assert said in capsys.readouterr().err
+
+
+@pytest.mark.defect("S806", before="with --set the spread of a graph's own study did not count", after="it counts too")
+def test_the_spread_of_a_study_counts_beside_tolerances_and_changes(loop: Path, capsys: Captured) -> None:
+    """K T is 0.05 nominal, and 0.05 1.1 1.1 at the worst, of which 1 / (K T) is the gain margin."""
+    spread = '[study]\n[study.spread]\n"plant.gain" = { uniform = 0.1 }\n'
+    loop.write_text(INTEGRATING + spread, encoding="utf-8")
+    words = ["--tolerance", "controller.gain=10 %", "--set", "controller.gain=50", "--samples", "5", "--json"]
+    assert main(["worst", str(loop), *words]) == 0
+    case = json.loads(capsys.readouterr().out)["cases"]["main.gain_margin"]
+    assert case["worst"] == pytest.approx(20.0 * math.log10(1.0 / (0.05 * 1.1 * 1.1)))
 
 
 @pytest.mark.exhaustive

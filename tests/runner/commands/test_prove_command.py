@@ -39,6 +39,34 @@ def test_claims_are_proved_and_the_certificate_holds(loop: str, capsys: Captured
     assert json.loads(capsys.readouterr().out) == {"valid": False, "why": "was changed: its hash is another"}
 
 
+OF_ITS_STUDY = """
+[study]
+runs = 10
+[study.spread]
+"controller.gain" = { uniform = 0.1, relative = true }
+[study.sweep]
+"plant.gain" = [0.9, 1.0, 1.05]
+[study.drift]
+"wanted.amplitude" = { ramp = "1 ppm/year", relative = true }
+[study.epochs]
+ages = ["0 h", "1000 h"]
+"""
+
+
+def test_the_study_of_a_graph_says_what_varies(loop: str, capsys: Captured) -> None:
+    """At the worst K T is 0.1155: margins of 1 / K T and 90 deg - 3 asin(K T / 2), 18.748 dB and 80.068 deg."""
+    Path(loop).write_text(INTEGRATING + OF_ITS_STUDY, encoding="utf-8")
+    assert main(["prove", loop, "--gain-margin", "18.7 dB", "--phase-margin", "79.9 deg"]) == 0
+    shown = capsys.readouterr().out
+    assert "controller.gain from 90 to 110, plant.gain from 0.9 1/s to 1.05 1/s" in shown
+    assert "since drift and ages are not in a proof" in shown
+    assert main(["prove", loop, "--gain-margin", "18.7 dB", "--set", "controller.gain=110"]) == 1
+    assert "controller.gain from 99 to 121" in capsys.readouterr().out
+    Path(loop).write_text(f"{INTEGRATING}[study]\nruns = 10\n", encoding="utf-8")
+    assert main(["prove", loop]) == 0
+    assert "nothing varies" in capsys.readouterr().out
+
+
 @pytest.mark.exhaustive
 def test_a_refuted_claim_has_a_line_to_type(loop: str, capsys: Captured) -> None:
     assert main(["prove", loop, "--tolerance", "controller.gain=10 %", "--phase-margin", "84 deg"]) == 1

@@ -40,6 +40,7 @@ ANSWERS = {  # a command line, and words of its answer
     "run loop.toml --out notes.txt": "notes.txt is a file; name a folder",
     f"margins {LOOP} --loop dac.voltag": "--loop dac.voltag: dac.voltag is not an output",
     "noise loop.toml --output adc.numbr": "--output adc.numbr: adc.numbr is not an output",
+    "response loop.toml --input acceleration.output": "write it by its place: proofmass response GRAPH INPUT OUTPUT",
     "response loop.toml acceleration.out adc.code": "INPUT acceleration.out: acceleration.out is not an output",
 }
 
