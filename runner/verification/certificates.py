@@ -9,7 +9,10 @@ from proofmass.graphs.model.graph import Graph
 from proofmass.runner.design.proof.attempt import MarginProof
 from proofmass.runner.design.proof.closed_loop import OpenCorners
 from proofmass.runner.design.proof.coordinates import Sides
+from proofmass.runner.design.proof.digital_map import AffineNumber, DigitalMap
+from proofmass.runner.design.proof.digital_proof import DigitalProof
 from proofmass.runner.design.proof.prove import Proofs
+from proofmass.runner.fixed.affine import AffineMantissa
 from proofmass.runner.host.versions import version
 from proofmass.runner.verification.proof_checker import FORMAT, digest_of
 
@@ -21,6 +24,8 @@ ASSUMED = (
     "On an orbit sources come round as their frequencies say. It is a point of rest of all its periods at once.",
     "Loops in continuous time are those of the differential equations: what discrete blocks give is held.",
     "Parameters stay as they are while the sensor runs; under any or slow change within each period of the loop.",
+    "In fixed point the map, errors and ranges are those of the blocks, called with sums of registers and inputs.",
+    "What enters fixed point is within the steps that are said; blocks outside the map may give all that they hold.",
     "Sources of noise are those of the sensor as it is: white, independent, errors of quantisers uniform over a step.",
 )
 
@@ -40,6 +45,7 @@ def certificate(proofs: Proofs) -> str:
             _claim(one, loops, places) for one in proofs.proofs if one.status == "open" and one.searched.leaves
         ],
         "loops": loops,
+        "digital": [_digital(one, one.map) for one in proofs.digital if one.status == "proved" and one.map],
     }
     return json.dumps(content | {"sha256": digest_of(content)}, sort_keys=True, allow_nan=False) + "\n"
 
@@ -102,3 +108,32 @@ def _loop(of: OpenCorners, box: Sides) -> dict[str, Any]:
         **({} if of.rest is None else {"rest": of.rest.as_data()}),
         "corners": {"middle": of.corners.middle.tolist(), "radius": of.corners.radius.tolist()},
     }
+
+
+def _digital(proof: DigitalProof, of: DigitalMap) -> dict[str, Any]:
+    """Return a claim about fixed point with its map; of what enters also that a quantiser does not overflow."""
+    signals = [given.node for given in proof.inputs]
+    ranges = [((one.low, one.high), _form(one.form)) for one in of.conditions]
+    ranges += [(proof.inputs[signals.index(node)].format, {f"input {i}": "1"}) for i, (node, _) in enumerate(of.inputs)]
+    return {
+        "kind": proof.kind,
+        "output": proof.output,
+        "limit": proof.limit,
+        "unit": proof.unit,
+        "step": str(proof.step),
+        "inputs": [{"signal": ".".join(one.node), "ends": one.mantissas} for one in proof.inputs],
+        "start": of.start,
+        "following": [*map(_form, of.following)],
+        "entering": [signals.index(node) for node, _ in of.inputs],
+        "errors": [[str(error.low), str(error.high)] for error in of.errors],
+        "conditions": [form for _, form in ranges],
+        "ranges": [ends for ends, _ in ranges],
+        "outputs": [_form(form) for forms in of.outputs.values() for form in forms],
+    }
+
+
+def _form(form: AffineNumber) -> dict[str, str]:
+    """Return the factors of a form by its symbols, and its constant by none."""
+    if not isinstance(form, AffineMantissa):
+        return {"": str(form)}
+    return {"": str(form.constant)} | {f"{s.kind} {s.number}": str(factor) for s, factor in form.terms.items()}

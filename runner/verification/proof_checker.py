@@ -30,6 +30,8 @@ from typing import Any
 
 import numpy as np
 
+from proofmass.runner.verification.digital_checker import check_digital
+
 FORMAT = "proofmass proof 1"
 _FEWER, ONE = 80, 1 << 300  # half of the bits that are left of numbers to compare; 1.0, with 300 bits after the point
 _PI = Decimal("3.14159265358979323846264338327950288419716939937511")
@@ -53,9 +55,11 @@ def check_certificate(text: str) -> list[str]:
         data = json.loads(text)
         _refuse(data.get("format") != FORMAT, f"is not a {FORMAT}")
         _refuse(data.pop("sha256") != digest_of(data), "was changed: its hash is another")
-        _refuse(not data["claims"] or not isinstance(data["graph_sha256"], str), "has no claim about a graph")
+        digital = [*map(check_digital, data.get("digital", []))]
+        _refuse(not data["claims"] + digital or not isinstance(data["graph_sha256"], str), "has no claim about a graph")
+        _refuse(not all(holds for _, holds in digital), "has a claim about fixed point that is not shown")
         with localcontext(prec=50):
-            return [_claim(data, claim) for claim in data["claims"]]
+            return [*(_claim(data, claim) for claim in data["claims"]), *(line for line, _ in digital)]
     except (TypeError, ValueError, AttributeError, LookupError, ArithmeticError, RecursionError) as error:
         raise FalseCertificateError(f"cannot be read: {error}") from None
 
@@ -85,8 +89,7 @@ def _claim(data: _Data, claim: _Data) -> str:
     where += " in continuous time" * falls + f" under {'any' if any_change else 'slow'} change" * moves
     _check_ends(claim, where)
     leaves = [(tuple(map(_side, leaf["box"])), leaf, data["loops"][leaf["loop"]]) for leaf in claim["leaves"]]
-    covered = _covered((*sides, _side(claim["ends"])), [core for core, _, _ in leaves])
-    _refuse(not covered, f"{where}: its boxes do not cover the tolerances")
+    _refuse(not _covered((*sides, _side(claim["ends"])), [one[0] for one in leaves]), f"{where}: its boxes leave a gap")
     for i, (core, leaf, loop) in enumerate(leaves):
         _refuse(not 0 < _disc(claim, leaf, core[-1]) <= 1, f"{where}: a disc is not that of the claim")
         _refuse(at_rest != ("rest" in loop and _rests(loop["rest"])), f"{where}: no point of rest is enclosed")
@@ -112,13 +115,10 @@ def _check_ends(claim: _Data, where: str) -> None:
     limit, period = Decimal(float(claim["limit"])), Decimal(float(claim.get("period", 0.0)))
     samples = Decimal(2) if claim.get("continuous") is True else limit / period if period > 0 else Decimal(-1)
     right = (limit >= 0 or factor == "rest") and (samples >= 0 or kind not in ("delay margin", "decay rate"))
-    if factor == "phase":
-        right &= low <= 0 and high >= _PI * (limit / 180 if kind == "phase margin" else min(samples, Decimal(2)))
-    elif factor == "gain":
-        gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
-        right &= low * gain <= 1 and high >= gain and (kind != "stable" or limit == 0)
-    else:
-        right &= low == high >= limit and (low == limit or factor == "disk")
+    gain = Decimal(10) ** (limit / 20 if kind == "gain margin" else 0)
+    turn = _PI * (limit / 180 if kind == "phase margin" else min(samples, Decimal(2)))
+    of = {"phase": low <= 0 and high >= turn, "gain": low * gain <= 1 and high >= gain, "disk": low == high >= limit}
+    right &= (kind != "stable" or not limit) and of.get(factor, low == high == limit)
     _refuse(not right or claim["factor"] != factor, f"{where}: its factors are not those of the claim")
 
 

@@ -25,7 +25,7 @@ from proofmass.graphs.model.digraph import turned, with_following
 from proofmass.graphs.model.graph import Endpoint, split
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.design.proof.digital_inputs import DigitalInput, digital_inputs
-from proofmass.runner.design.proof.digital_map import digital_map
+from proofmass.runner.design.proof.digital_map import DigitalMap, digital_map
 from proofmass.runner.design.proof.digital_reach import DigitalReach, Reach
 from proofmass.runner.design.proof.quantity_claims import number_of, refused
 from proofmass.runner.design.proof.worst_input import OverflowRun, overflow_of_inputs, within_ranges, worst_input
@@ -36,7 +36,6 @@ from proofmass.runner.plan.planned import Plan
 NO_OVERFLOW, ROUNDING = "no overflow", "rounding error"
 _TRIED = 8  # numbers whose worst inputs are run
 _DIGITS = 4  # of a bound that is looked for
-_UNCERTIFIED = "this claim carries no certificate"
 
 
 @dataclass(frozen=True)
@@ -99,6 +98,8 @@ class DigitalProof:
     error: tuple[float, float] | None = None  # ends of the rounding error, while nothing overflows
     run: OverflowRun | None = None  # in which something overflows
     seconds: float = 0.0
+    map: DigitalMap | None = None  # of the blocks that it is about
+    step: Fraction = Fraction(1)  # of the output
 
     def __str__(self) -> str:
         """The claim in words."""
@@ -122,8 +123,6 @@ class DigitalProof:
             "error": None if self.error is None else {"low": self.error[0], "high": self.error[1]},
             "counterexample": self.run and self.run.as_data(),
             "seconds": self.seconds,
-            "certificate": None,
-            "note": _UNCERTIFIED,
         }
 
 
@@ -162,7 +161,7 @@ class DigitalProofs:
             blocks -= loose
         quantised = [given for given in outside if given.over]
         rooms = _fullest([*part.rooms, *map(_room_of_quantiser, quantised)])
-        found = replace(found, rooms=rooms)
+        found = replace(found, rooms=rooms, map=part.map)
         over = [room for room in rooms if not room.is_kept]
         if not over:
             why = f"the fullest: {rooms[0]}" if rooms else ""
@@ -186,7 +185,7 @@ class DigitalProofs:
         except ModelError as error:
             return replace(found, why=_words(error))
         low, high = (float(step) * end for end in part.error(node))
-        found = replace(found, rooms=part.rooms, seconds=time.monotonic() - begin)
+        found = replace(found, rooms=part.rooms, map=part.map, step=step, seconds=time.monotonic() - begin)
         bound = max(-low, high)
         if not math.isfinite(bound):
             return replace(found, why="errors do not decay on the way to it, or too slowly")
@@ -224,17 +223,17 @@ class _Part:
         self, plan: Plan, blocks: AbstractSet[str], inputs: tuple[DigitalInput, ...], *outputs: Endpoint
     ) -> None:
         self.inputs = inputs
-        self._map = digital_map(plan, blocks, {given.node: given.mantissas for given in inputs}, outputs)
-        self._reach = DigitalReach(self._map)
-        reached = self._reach.of_all([condition.form for condition in self._map.conditions])
-        pairs = zip(self._map.conditions, reached, strict=True)
+        self.map = digital_map(plan, blocks, {given.node: given.mantissas for given in inputs}, outputs)
+        self._reach = DigitalReach(self.map)
+        reached = self._reach.of_all([condition.form for condition in self.map.conditions])
+        pairs = zip(self.map.conditions, reached, strict=True)
         self._reached = {_room(condition, reach): (condition, reach) for condition, reach in pairs}
         rooms = [room for room, (condition, _) in self._reached.items() if not (room.is_kept and condition.form.copies)]
         self.rooms = _fullest(rooms)
 
     def error(self, node: Endpoint) -> tuple[float, float]:
         """Return the ends of what errors do to an output, in its steps; infinite where they do not decay."""
-        reached = [reach for form in self._map.outputs[node] if (reach := self._reach.of_errors(form))]
+        reached = [reach for form in self.map.outputs[node] if (reach := self._reach.of_errors(form))]
         return min((r.low for r in reached), default=0.0), max((r.high for r in reached), default=0.0)
 
     def worst_inputs(self, over: Sequence[ValueRoom]) -> Iterator[tuple[Mapping[DigitalInput, list[float]], int]]:
@@ -248,7 +247,7 @@ class _Part:
             condition, reach = self._reached[room]
             for beyond, highest in sorted([(room.beyond_low, False), (room.beyond_high, True)], reverse=True):
                 if beyond > 0.0:
-                    yield worst_input(self._map, driven, condition, reach, highest)
+                    yield worst_input(self.map, driven, condition, reach, highest)
 
 
 def _fullest(rooms: Iterable[ValueRoom]) -> tuple[ValueRoom, ...]:

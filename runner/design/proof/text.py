@@ -48,8 +48,6 @@ def _digital(proofs: Proofs) -> Iterator[str]:
         ranges = list(map(_ends, about))
         yield f"digital part, with any {', '.join(ranges)}" if ranges else "digital part, without inputs"
         yield from text_table([_row(one) for one in own], left=(0, 1, 2), indent=2)
-    if proofs.digital:
-        yield "claims about the digital part carry no certificate"
     for run in (proof.run for proof in proofs.digital if proof.run is not None):
         yield f"overflow in tick {run.ticks - 1} of {', '.join(run.overflows) or run.refused}: see it by"
         yield "  proofmass prove GRAPH ... --counterexample overflow.toml; proofmass run overflow.toml"

@@ -138,7 +138,6 @@ def test_claims_about_the_digital_part() -> None:
         f"{ROUNDING} of at most 2 mV, of filter.output  refuted  no",
         "digital part, without inputs",
         f"{ROUNDING} without a bound  open  no",
-        "claims about the digital part carry no certificate",
         "overflow in tick 11 of filter.sum, gain.output: see it by",
         "  proofmass prove GRAPH ... --counterexample overflow.toml; proofmass run overflow.toml",
         "overflow in tick 1 of a number is too large: see it by",
