@@ -6,11 +6,15 @@
 - averaged loop: an amplitude a is that of the period of the carrier before, a' = cos(p) (x + x^2 / 2), and
   x' = x + k (u - a). So x = sqrt(1 + 2 u / cos(p)) - 1, and the loop is stable up to k cos(p) (1 + x) = 1
 - mixed loop: x' = x + k (u + a s - (1 + b s) (d + e d^2)), d' = x, s = sin(2 pi n / p + q)
+
+White noise may be added to what is wanted, u or u + a s.
 """
 
 import math
+import re
 
 import numpy as np
+import scipy.linalg
 
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.graph import Graph
@@ -102,6 +106,29 @@ curve = { kind = "PolynomialModel", temperature_unit = "1", unit = "1", c1 = 1.0
 """
 
 
+DENSITY = 0.02
+SIGMA = DENSITY * math.sqrt(500.0)  # of a number of white noise in each tick of 1 ms
+
+
+def with_noise(text: str) -> str:
+    """Return a loop in which white noise is added to the first of the two numbers that differ."""
+    ((whole, wanted),) = re.findall(r'("(\S+) -> error\.first")', text)
+    wires = f'"{wanted} -> shaken.first", "noise.output -> shaken.second", "shaken.output -> error.first"'
+    added = f'[blocks.noise]\nkind = "WhiteNoise"\ndensity = {DENSITY}\n[blocks.shaken]\nkind = "Sum"\n'
+    return text.replace(whole, wires) + added
+
+
+def demodulated_rms(level: float, gain: float, error: float = 0.0) -> float:
+    """Return the rms of x over the orbit of the demodulated loop, of noise w and an `error` e of what is read.
+
+    Of w and of e, each in every tick, dx1 = dx0 + k w and dx0 = dx1 - k (1 + x1) (dx1 + e) + k w.
+    """
+    k, slope = 1e-3 * gain, 1.0 + demodulated_orbit(level, gain)[1]
+    square, a = (k * SIGMA) ** 2, 1.0 - k * slope
+    first = (2.0 * square + (k * slope * error) ** 2) / (1.0 - a * a)  # of x1, as that of x0 is less by the square
+    return math.sqrt(first - 0.5 * square)
+
+
 def demodulated_orbit(level: float, gain: float) -> tuple[float, float]:
     """Return x0 and x1 of the demodulated loop, gain in 1/s."""
     later = math.sqrt(1.0 + 4.0 * level) - 1.0
@@ -125,9 +152,10 @@ class MixedLoop:
     def __init__(self, **given: float) -> None:
         self.given = {"level": 1.0, "shake": 0.3, "depth": 0.5, "gain": 100.0, "bend": 0.3} | given
 
-    def graph(self, cycles: int, ticks: int, phase: float) -> Graph:
+    def graph(self, cycles: int, ticks: int, phase: float, noisy: bool = False) -> Graph:
         """Return the graph, with a carrier of some cycles in some ticks."""
-        text = MIXED.replace("FREQUENCY", repr(1000.0 * cycles / ticks)).replace("PHASE", repr(phase))
+        text = with_noise(MIXED) if noisy else MIXED
+        text = text.replace("FREQUENCY", repr(1000.0 * cycles / ticks)).replace("PHASE", repr(phase))
         for name, value in self.given.items():
             text = text.replace(name.upper(), repr(value))
         return read_graph_text(text)
@@ -160,13 +188,34 @@ class MixedLoop:
 
     def largest_pole(self, carrier: list[float], factor: float = 1.0) -> float:
         """Return the size of the largest pole over the orbit, with a factor at the wire; infinite without an orbit."""
-        states, g, whole = self.orbit(carrier), self.given, np.eye(2)
-        if states is None:
+        slopes, whole = self.slopes(carrier, factor), np.eye(2)
+        if slopes is None:
             return math.inf
-        for (_, d), s in zip(states, carrier, strict=True):
-            slope = (1.0 + g["depth"] * s) * (1.0 + 2.0 * g["bend"] * d)
-            whole = np.array([[1.0, -1e-3 * g["gain"] * slope], [factor, 0.0]]) @ whole
+        for slope in slopes:
+            whole = slope @ whole
         return float(np.abs(np.linalg.eigvals(whole)).max())
+
+    def slopes(self, carrier: list[float], factor: float = 1.0) -> list[np.ndarray] | None:
+        """Return the derivatives of the states by those of the tick before, all round the orbit; None without one."""
+        states, g = self.orbit(carrier), self.given
+        if states is None:
+            return None
+        by = [(1.0 + g["depth"] * s) * (1.0 + 2.0 * g["bend"] * d) for (_, d), s in zip(states, carrier, strict=True)]
+        return [np.array([[1.0, -1e-3 * g["gain"] * slope], [factor, 0.0]]) for slope in by]
+
+    def rms(self, carrier: list[float]) -> float:
+        """Return the rms of x over the orbit, by the covariance at its start; infinite where it does not decay."""
+        if not self.largest_pole(carrier) < 1.0:
+            return math.inf
+        slopes, entering = self.slopes(carrier) or [], np.diag([(1e-3 * self.given["gain"] * SIGMA) ** 2, 0.0])
+        whole, added = np.eye(2), np.zeros((2, 2))
+        for slope in slopes:
+            whole, added = slope @ whole, slope @ added @ slope.T + entering
+        now, squares = scipy.linalg.solve_discrete_lyapunov(whole, added), 0.0
+        for slope in slopes:
+            squares += now[0, 0] / len(slopes)
+            now = slope @ now @ slope.T + entering
+        return math.sqrt(squares)
 
 
 def carrier_of(cycles: int, ticks: int, phase: float) -> list[float]:

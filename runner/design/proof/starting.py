@@ -22,7 +22,8 @@ Noise is the map from its sources to one output over a period:
     x[n+1] = A x[n] + B w[n],   y[n] = C x[n] + D w[n]
 
 w are independent numbers with a variance of one, and y the values of the output in a period, divided by the square root
-of their number: the mean square of the output is that of all of y.
+of their number: the mean square of the output is that of all of y. On an orbit a period is the whole of it, so that
+this is the mean over the orbit of the variance.
 
 A loop among continuous blocks is opened at a wire between them: x' = A x + B u, y = C x. The rates of its group are
 called with balls for the parameters of the blocks, and with dual numbers on them, as a tick is. What discrete
@@ -206,17 +207,15 @@ class StartingNoise(Starting):
     def __init__(self, plan: Plan, target: Endpoint, rest: RestRun | None = None) -> None:
         """Raises `ModelError` where the sources are not known without a run, or are too many."""
         way = f"the way of noise to {'.'.join(target)}"
-        if rest is not None and rest.orbit:
-            raise plan.graph.placed(not_at_rest("noise changes along an orbit", ".".join(target))).error
         first = common_period(plan, (), [target], noise=noise_blocks(plan))
-        about = linearised(plan, first)
+        about = linearised(plan, first) if rest is None else rest.linearised(plan)
         noisy = noise_at(about, [target])
         bits = [name for name, own in noisy.items() if own or name in plan.digital]
-        bits += decided_by_noise(plan, target, first)
+        bits += decided_by_noise(plan, target, about.tick)
         if bits:
             raise plan.graph.placed(_decides(target, bits)).error
         ends = Ends((), (target,), noise=noisy)
-        point = at_start(plan, ends, first) if rest is None else rest.map_between(ends)
+        point = at_start(plan, ends, first) if rest is None else about.point_of(ends)
         if rest is None and point.map.tick != first:
             raise changes_later(plan, way, target)
         between = noise_map(point.map, target)

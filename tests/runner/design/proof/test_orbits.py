@@ -223,15 +223,6 @@ def test_what_does_not_come_round_is_open_with_the_reason(source: str, given: An
     assert all(words in one.searched.why for one in answer.proofs)
 
 
-def test_noise_on_an_orbit_is_open() -> None:
-    wires = '"level.output -> shaken.first", "shaken.output -> error.first", "noise.output -> shaken.second"'
-    text = DEMODULATED.replace('"level.output -> error.first"', wires)
-    text += '[blocks.noise]\nkind = "WhiteNoise"\n[blocks.shaken]\nkind = "Sum"\n'
-    (answer,) = found(read_graph_text(text), noise={"plant.output": "1"}, phase_margin="").proofs
-    assert answer.status == "open"
-    assert "noise changes along an orbit" in answer.searched.why
-
-
 # -- certificates ------------------------------------------------------------------------------------------------------
 
 
