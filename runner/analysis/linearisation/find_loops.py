@@ -2,7 +2,7 @@
 
 import itertools
 import math
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass
 
 from proofmass.graphs.model.digraph import loops
@@ -11,12 +11,15 @@ from proofmass.runner.plan.planned import Plan
 
 _TRIED = 10_000  # sets of outputs
 
+_Wiring = Mapping[Endpoint, Collection[Endpoint]]  # the outputs that each output reaches through one block
+
 
 @dataclass(frozen=True)
 class LoopGroup:
     """Outputs in loops that share wires, and those at which all of these loops can be opened, best first.
 
-    Where no output opens them all, `together` is a smallest set of outputs that do, one for each loop to analyse.
+    Where no output opens them all, `together` is a smallest set of outputs that do, one for each loop to analyse. Loops
+    among continuous blocks, as of a plant with feedback of its own, are a group too, and stay closed in those about them.
     """
 
     ports: tuple[str, ...]
@@ -27,14 +30,32 @@ class LoopGroup:
 def find_loops(plan: Plan) -> list[LoopGroup]:
     """Return all loops, grouped by shared wires."""
     wiring = _port_graph(plan)
-    groups = []
-    for part in loops(wiring):
-        inner = {node: [after for after in wiring.get(node, ()) if after in part] for node in part}
-        wires = sorted((node for node in part if _can_be_cut(plan, inner, node)), key=lambda n: (-plan.stride(n), n))
-        cuts = [node for node in wires if _opens(inner, {node})]
-        together = [] if cuts else _fewest(inner, wires)
-        groups.append(LoopGroup(_texts(sorted(part)), _texts(cuts), _texts(together)))
+    groups = (group for part in loops(wiring) for group in _groups(plan, _within(wiring, part)))
     return sorted(groups, key=lambda loop: loop.ports)
+
+
+def _groups(plan: Plan, part: _Wiring) -> Iterator[LoopGroup]:
+    """Yield the loops of outputs that all reach each other, and apart those that go through none that can be cut."""
+    wires = sorted((node for node in part if _can_be_cut(plan, part, node)), key=lambda n: (-plan.stride(n), n))
+    apart = loops(_without(part, wires)) if wires else []
+    for inner in apart:
+        yield from _groups(plan, _within(part, inner))
+    one = {node: min(inner) for inner in apart for node in inner}
+    about: dict[Endpoint, list[Endpoint]] = {}
+    for node, others in part.items():
+        mine = one.get(node, node)
+        about.setdefault(mine, []).extend(one.get(n, n) for n in others if node not in one or one.get(n) != mine)
+    cuts = [node for node in wires if _opens(about, {node})]
+    together = [] if cuts else _fewest(about, wires)
+    yield LoopGroup(_texts(sorted(part)), _texts(cuts), _texts(together))
+
+
+def _within(wiring: _Wiring, part: Collection[Endpoint]) -> _Wiring:
+    return {node: [after for after in wiring.get(node, ()) if after in part] for node in part}
+
+
+def _without(part: _Wiring, cuts: Collection[Endpoint]) -> _Wiring:
+    return _within(part, part.keys() - cuts)
 
 
 def _port_graph(plan: Plan) -> dict[Endpoint, list[Endpoint]]:
@@ -48,7 +69,7 @@ def _port_graph(plan: Plan) -> dict[Endpoint, list[Endpoint]]:
     return wiring
 
 
-def _can_be_cut(plan: Plan, part: Mapping[Endpoint, Collection[Endpoint]], node: Endpoint) -> bool:
+def _can_be_cut(plan: Plan, part: _Wiring, node: Endpoint) -> bool:
     """Return whether a loop can be opened at an output: one number, sampled or held.
 
     It need not be sampled if the whole loop lies among continuous blocks.
@@ -60,14 +81,12 @@ def _can_be_cut(plan: Plan, part: Mapping[Endpoint, Collection[Endpoint]], node:
     return not groups or set(part) <= groups[0]
 
 
-def _opens(part: Mapping[Endpoint, Collection[Endpoint]], cuts: Collection[Endpoint]) -> bool:
+def _opens(part: _Wiring, cuts: Collection[Endpoint]) -> bool:
     """Return whether cutting these outputs leaves no loop."""
-    return not loops(
-        {one: [after for after in others if after not in cuts] for one, others in part.items() if one not in cuts}
-    )
+    return not loops(_without(part, cuts))
 
 
-def _fewest(part: Mapping[Endpoint, Collection[Endpoint]], wires: list[Endpoint]) -> list[Endpoint]:
+def _fewest(part: _Wiring, wires: list[Endpoint]) -> list[Endpoint]:
     """Return the first of the smallest sets of outputs whose cuts leave no loop; none if there is no such set.
 
     Beyond `_TRIED` sets, outputs are taken out of the set of all as long as the rest leaves no loop.

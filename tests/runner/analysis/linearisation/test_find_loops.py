@@ -1,6 +1,23 @@
 """Loops found in wires, and where each can be opened."""
 
-from proofmass.blocks import Gain, LowPass, Sum, UnitDelay
+import math
+
+import pytest
+
+from proofmass import margins
+from proofmass.blocks import (
+    Comparator,
+    Constant,
+    DataFlipFlop,
+    Difference,
+    Gain,
+    Integrator,
+    LowPass,
+    NotGate,
+    Sum,
+    Switch,
+    UnitDelay,
+)
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
@@ -61,3 +78,39 @@ def test_slow_wires_come_first_and_continuous_ones_are_not_cut_inside() -> None:
     ]
     (loop,) = found(blocks, wires, rates={"slow": 100})
     assert loop.open_at == ("slow.output", "fast.output", "second.output")
+
+
+def lag_in_a_loop() -> Graph:
+    """A sampled gain of 5 about x' = 100 (u - x), an integrator with feedback of its own."""
+    blocks: dict[str, Block] = {
+        "level": Constant(value=1.0), "error": Difference(), "control": Gain(gain=5.0), "held": UnitDelay(),
+        "within": Difference(), "plant": Integrator(gain=100.0, output_unit="1"),
+    }  # fmt: skip
+    wires = ["level.output -> error.first", "plant.output -> error.second", "error.output -> control.input"]
+    wires += ["control.output -> held.input", "held.output -> within.first", "plant.output -> within.second"]
+    wires += ["within.output -> plant.input"]
+    return Graph(name="lag", rate=1000, blocks=blocks, wires=wires)
+
+
+@pytest.mark.defect("C865", before='"these loops have no output at which they can be opened"', after="both loops")
+def test_a_plant_with_feedback_of_its_own_stays_closed() -> None:
+    """L is 5 (1 - p) / (z - p) / z with p = exp(-0.1), and 100 / s within; z^2 - p z + c is at its limit where c = 1."""
+    outer, inner = find_loops(plan(lag_in_a_loop()))
+    assert outer.open_at == ("control.output", "error.output", "held.output")
+    assert inner.ports == inner.open_at == ("plant.output", "within.output")
+    found = margins(lag_in_a_loop(), "control.output")
+    assert found.gain_margin == pytest.approx(1.0 / (5.0 * (1.0 - math.exp(-0.1))), rel=1e-9)
+    alone = margins(lag_in_a_loop(), "plant.output")
+    assert alone.gain_margin is None
+    assert alone.phase_margin == pytest.approx(0.5 * math.pi)
+
+
+def test_bits_in_a_loop_stay_closed() -> None:
+    """A bit that is turned at each rise holds itself; the loop about it opens at its numbers."""
+    blocks: dict[str, Block] = {
+        "delay": UnitDelay(), "above": Comparator(), "bit": DataFlipFlop(), "other": NotGate(), "choice": Switch(),
+    }  # fmt: skip
+    wires = ["delay.output -> above.input", "above.on -> bit.clock", "bit.output -> other.input"]
+    wires += ["other.output -> bit.data", "bit.output -> choice.choose_first", "delay.output -> choice.first"]
+    outer, inner = found(blocks, [*wires, "delay.output -> choice.second", "choice.output -> delay.input"])
+    assert (outer.open_at, inner.open_at) == (("choice.output", "delay.output"), ())
