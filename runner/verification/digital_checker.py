@@ -51,9 +51,8 @@ def check_digital(claim: Mapping[str, Any]) -> tuple[str, bool]:
         return (step := _number(claim["step"])) > 0 and max(-low, high) * step <= Fraction(float(claim["limit"]))
 
     holds = kind in ("no overflow", "rounding error") and len(following) == len(start)
-    holds &= len(conditions) == len(ranges) and all(
-        -math.inf < low <= high < math.inf for low, high in (*entering, *errors)
-    )
+    holds &= all(-math.inf < low <= high < math.inf for low, high in (*entering, *errors))
+    holds &= len(conditions) == len(ranges)
     holds = holds and _all_within(in_range, conditions, following, start, [*entering, *errors])
     if kind == "rounding error":
         said = [f"{kind} of {claim['output']} of at most {float(claim['limit'])!r}"]
@@ -99,9 +98,8 @@ def _all_within(within: _Within, forms: _Numbers, following: _Numbers, start: _N
     needed = [tuple(np.flatnonzero(moving & followed[row != 0].any(axis=0)).tolist()) for row in c]
     groups: dict[tuple[int, ...], list[int]] = {}
     for place in sorted(range(len(c)), key=lambda one: -len(needed[one])):
-        groups.setdefault(next((some for some in groups if {*needed[place]} <= {*some}), needed[place]), []).append(
-            place
-        )
+        wider = next((some for some in groups if {*needed[place]} <= {*some}), needed[place])
+        groups.setdefault(wider, []).append(place)
     return all(
         any(
             all(map(within, places, low + at_once[0, places], high + at_once[1, places]))
