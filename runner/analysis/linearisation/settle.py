@@ -2,12 +2,17 @@
 
 The graph runs for 1, 2, 4, 8, 16, 31, 59, ... of its common periods, 15/8 as long each time so that no periodic signal
 can hide. It has settled when twice in a row no state of blocks in loops has changed by more than `TOLERANCE` of its
-largest value, which leaves room for the dither of converters. A decaying mode has then decayed to the 3.5th power of
-`TOLERANCE`, whatever its time constant and the length of a tick. Integers and switches are left out. Loops that are
-unstable in tick 0 may still settle at a limit.
+largest value, which leaves room for the dither of converters, and none is under way to more than that. A decaying mode
+has then decayed to the 3.5th power of `TOLERANCE`, whatever its time constant and the length of a tick. Integers and
+switches are left out. Loops that are unstable in tick 0 may still settle at a limit.
+
+A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes one way in all of
+them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does.
 """
 
 import math
+from collections.abc import Sequence
+from itertools import pairwise
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.model.digraph import loops
@@ -19,6 +24,7 @@ from proofmass.runner.plan.memory import Memory, start
 
 TOLERANCE = 1e-2
 FEWEST, MOST = 64, 1 << 20  # base ticks
+_STEPS = 8  # before each look
 
 
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
@@ -26,27 +32,39 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
     plan = course.plan
     names = sorted(set[str]().union(*loops(plan.readers)))
     ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
-    memory, periods, still, got = start(plan), 0, 0, ""
-    largest, before = dict[Entry, float](), _numbers(memory, names)
-    while memory.tick < MOST:
-        earlier, periods = memory.tick, periods * 15 // 8 + 1
+    periods, still, got = 0, 0, ""
+    rows, largest = {0: _numbers(start(plan), names)}, dict[Entry, float]()
+    while ticks * periods < MOST:
+        earlier, periods = periods, periods * 15 // 8 + 1
+        step = max(1, (periods - earlier) // _STEPS)
+        looks = range(max(periods % step, periods - _STEPS * step), periods + 1, step)
         try:
-            memory = course.at(ticks * periods, progress, MOST)
+            rows |= {at: _numbers(course.at(ticks * at, progress, MOST), names) for at in looks if at not in rows}
         except ModelError as error:
             raise plan.graph.placed(_restless(error.problems[0].message)).error from error
-        now = _numbers(memory, names)
-        largest = {key: max(largest.get(key, 0.0), abs(value)) for key, value in now.items()}
-        change = {key: abs(value - before[key]) / (largest[key] or 1.0) for key, value in now.items()}
-        worst = max(change, key=lambda key: change[key], default=None)
-        still = still + 1 if worst is None or change[worst] <= TOLERANCE else 0
-        if still >= 2 and memory.tick >= FEWEST:
-            return memory.tick
-        if worst is not None:
+        tick, largest = ticks * periods, {key: max(largest.get(key, 0.0), abs(x)) for key, x in rows[periods].items()}
+        far = (MOST - tick) / (ticks * step)
+        moves = {key: abs(value - rows[earlier][key]) for key, value in rows[periods].items()}
+        ways = {key: _way([rows[at][key] for at in looks], far) for key in moves}
+        shares = {key: max(moves[key], ways[key]) / (largest[key] or 1.0) for key in moves}
+        worst = max(shares, key=lambda key: shares[key], default=None)
+        still = still + 1 if worst is None or shares[worst] <= TOLERANCE else 0
+        if still >= 2 and tick >= FEWEST:
+            return tick
+        if worst is not None and (shares[worst] > TOLERANCE or not got):
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
-            share = f"{change[worst]:.2g} of its largest value"
-            got = f"{what} moves by {share}, from {earlier:,} ticks to {memory.tick:,}"
-        before = now
+            verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
+            got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, from {ticks * earlier:,} ticks to {tick:,}"
     raise plan.graph.placed(_restless(got)).error
+
+
+def _way(values: Sequence[float], far: float) -> float:
+    """Return how far values that go one way go on, in `far` steps at most; 0 of those that go to and fro."""
+    steps = [later - earlier for earlier, later in pairwise(values)]
+    if len(steps) < 2 or not (all(step > 0.0 for step in steps) or all(step < 0.0 for step in steps)):
+        return 0.0
+    ratio = steps[-1] / steps[-2]
+    return abs(steps[-1]) * (min(ratio / (1.0 - ratio), far) if ratio < 1.0 else far)
 
 
 def _numbers(memory: Memory, names: list[str]) -> dict[Entry, float]:

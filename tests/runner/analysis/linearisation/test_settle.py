@@ -224,3 +224,35 @@ def test_noise_does_not_move_the_operating_point(at: str) -> None:
     graph = Graph(name="noisy", rate=1000, seed=3, blocks=blocks, wires=wires)
     found = margins(graph, "integrator.output", at=at)
     assert found.gain_margin == pytest.approx(2.0 / (2.0 * 0.5 * 0.1), rel=1e-3)
+
+
+def warming_up(constant: float, first: float, last: float) -> Graph:
+    """x' = x + 0.1 (1 - x (1 + 3 T)), T' = T + (T1 - T) / c: at rest a factor of 2 / (0.1 (1 + 3 T1)) is the limit."""
+    blocks: dict[str, Block] = {
+        "level": Constant(value=1.0), "error": Difference(), "plant": DiscreteIntegrator(gain=100.0, output_unit="1"),
+        "end": Constant(value=last), "lag": Difference(),
+        "heat": DiscreteIntegrator(gain=1000.0 / constant, output_unit="1", initial=first),
+        "one": Constant(value=1.0), "weight": Gain(gain=3.0), "slope": Sum(), "mixer": Product(),
+    }  # fmt: skip
+    wires = ["level.output -> error.first", "mixer.output -> error.second", "error.output -> plant.input"]
+    wires += ["end.output -> lag.first", "heat.output -> lag.second", "lag.output -> heat.input"]
+    wires += ["heat.output -> weight.input", "one.output -> slope.first", "weight.output -> slope.second"]
+    wires += ["plant.output -> mixer.first", "slope.output -> mixer.second"]
+    loops = {"main": {"open_at": "plant.output"}}
+    return Graph(name="warming up", rate=1000, blocks=blocks, wires=wires, samples=4000, loops=loops)
+
+
+@pytest.mark.defect("S843", before="settled after 111 ms: 5.04, of 20", after="settled after 211 s: 20.0")
+@pytest.mark.parametrize(("first", "last"), [(1.0, 0.0), (0.0, 1.0), (1.0, 2.0), (1.0, 1.2)])
+def test_a_slow_mode_is_not_at_rest(first: float, last: float) -> None:
+    """With 10,000 ticks, between looks at which it moves by less than the tolerance."""
+    found = margins(warming_up(1e4, first, last), at="settled")
+    assert found.gain_margin == pytest.approx(20.0 / (1.0 + 3.0 * last), rel=1e-4)
+
+
+def test_what_is_slower_than_the_longest_run_does_not_settle(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr("proofmass.runner.analysis.linearisation.settle.MOST", 1 << 13)
+    with pytest.raises(ModelError, match="the loops do not settle") as caught:
+        margins(warming_up(1e5, 1.0, 0.0), at="settled")
+    (problem,) = caught.value.problems
+    assert "heat.total moves by 0.04" in problem.got
