@@ -31,7 +31,7 @@ from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coar
 from proofmass.runner.analysis.linearisation.map_changes import variation
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
-from proofmass.runner.analysis.linearisation.orbit import OrbitPoint, OrbitSearch, turning
+from proofmass.runner.analysis.linearisation.orbit import FROZEN, STARTS_UP, OrbitPoint, OrbitSearch, turning
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.periodic import OperatingPoint, PeriodicPoint, periodic_point
 from proofmass.runner.analysis.linearisation.poles import judged
@@ -134,6 +134,13 @@ class Linearisation:
 
     def loop(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
         """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
+        system = self.opened(node, by_parameters)
+        if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
+            raise self.plan.graph.placed(_no_gain(node)).error
+        return system
+
+    def opened(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
+        """Return what lies between an output and itself, opened there, also where nothing comes back."""
         group = analog_group(self.plan, node)
         if group is not None:
             return self.analog_loop(group, [node], by_parameters)
@@ -141,10 +148,7 @@ class Linearisation:
         if values > MOST_VALUES:
             raise self.plan.graph.placed(too_many(node, values)).error
         whole = self.map([node], [node], cut=True, by_parameters=by_parameters)
-        system = of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
-        if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
-            raise self.plan.graph.placed(_no_gain(node)).error
-        return system
+        return of_wires(whole, self.plan.period, coarse_blocks(self.plan, node))
 
     def analog_loop(self, group: Group, nodes: Sequence[Endpoint], by_parameters: bool = False) -> OpenLoop:
         """Return the loop opened at wires between the continuous blocks of a group; raises `ModelError`."""
@@ -239,6 +243,9 @@ class OperatingPoints:
         def ask(about: Linearisation) -> tuple[Linearisation, OpenLoop]:
             bounded = bool(starting) and about.at != SETTLED and _makes_growth(starting[0][1])
             found = starting[0] if bounded else (about, loop(about))
+            if self.at == AUTO and not bounded and not _starts_up(found[1]) and self._leaves(*found, node):
+                whole = replace(found[1].map, starting=True, notes=(STARTS_UP,))
+                found = about, replace(found[1], map=whole)
             if self.at == AUTO and not bounded and _starts_up(found[1]):
                 starting.append(found)
                 raise self.plan.graph.placed(_no_gain(node)).error
@@ -254,6 +261,17 @@ class OperatingPoints:
             if not lasting and isinstance(end, ModelError):
                 raise end from None  # it starts up, and its run does not get to the end
             return (lasting or starting)[0]
+
+    def _leaves(self, about: Linearisation, system: OpenLoop, node: Endpoint) -> bool:
+        """Return whether a loop that moves on from the start, and looks the same, is another at the end of its run."""
+        moves = not (system.continuous or system.map.notes) and about.point_of(Ends((node,), (node,), cut=True)).later
+        if about.tick or not moves:
+            return False
+        try:
+            last = self.plan.ticks()
+            return last <= _LONGEST and system.differs(self._there(_END).opened(node), FROZEN)
+        except ModelError:  # there is no end, or no loop can be told there
+            return False
 
     def _about(self, first: int) -> Iterator[Linearisation | ModelError]:
         if self.at != AUTO:
@@ -274,6 +292,13 @@ class OperatingPoints:
                 self._known[way] = error
         return self._known[way]
 
+    def _there(self, way: str) -> Linearisation:
+        """Return the linearisation at a point of a kind; raises `ModelError`."""
+        one = self._one(way)
+        if isinstance(one, ModelError):
+            raise one
+        return one
+
     def _found(self, way: str) -> Linearisation:
         period = self.plan.period
         if way == SETTLED:
@@ -292,6 +317,7 @@ class OperatingPoints:
 
 
 Otherwise = Callable[[Linearisation, Endpoint], OpenLoop | None]
+_LONGEST = 1 << 20  # base ticks of a run, up to which its end is looked at before a loop is told at its start
 _END = "end"
 _WAYS = (AUTO, SETTLED, PERIODIC)
 

@@ -137,6 +137,12 @@ class OpenLoop:
             return self._circle.values(np.asarray(w * self.map.period))
         return self._at_own_frequency(self._open_transfer, w)
 
+    def differs(self, other: "OpenLoop", by: float) -> bool:
+        """Return whether L is another in a second sampled loop, by more than a part of its size at some frequency."""
+        w = np.geomspace(1e-4, 0.9, 24) * math.pi / self.sample
+        first, second = self.response(w), other.response(w)
+        return bool(np.any(np.abs(first - second) > by * np.maximum(np.abs(first), np.abs(second))))
+
     def closed_response(self, w: Array | float) -> Complex:
         """Return the response of T at the input's own frequency; w in rad/s."""
         if self._circle is not None:

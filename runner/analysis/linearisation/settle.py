@@ -7,7 +7,8 @@ has then decayed to the 3.5th power of `TOLERANCE`, whatever its time constant a
 switches are left out. Loops that are unstable in tick 0 may still settle at a limit.
 
 A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes one way in all of
-them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does.
+them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does. So states of blocks
+that lead to loops count too, as of the slow filter of a reference.
 """
 
 import math
@@ -15,7 +16,7 @@ from collections.abc import Sequence
 from itertools import pairwise
 
 from proofmass.blocks.declaration.problem import ModelError, Problem
-from proofmass.graphs.model.digraph import loops
+from proofmass.graphs.model.digraph import loops, turned, with_following
 from proofmass.runner.analysis.linearisation.forward import Course
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.seeds import NO_RINGS
@@ -30,8 +31,9 @@ _STEPS = 8  # before each look
 def settled_tick(course: Course, progress: Progress | None = None) -> int:
     """Return the base tick by which the loops have settled; raises `ModelError` that names what still moves."""
     plan = course.plan
-    names = sorted(set[str]().union(*loops(plan.readers)))
-    ticks = math.lcm(*(plan.schedule.divisors[name] for name in names)) if names else 1
+    looped = set[str]().union(*loops(plan.readers))
+    names = sorted(with_following(looped, turned(plan.readers).__getitem__))
+    ticks = math.lcm(*(plan.schedule.divisors[name] for name in looped)) if looped else 1
     periods, still, got = 0, 0, ""
     rows, largest = {0: _numbers(start(plan), names)}, dict[Entry, float]()
     while ticks * periods < MOST:
@@ -44,7 +46,7 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
             raise plan.graph.placed(_restless(error.problems[0].message)).error from error
         tick, largest = ticks * periods, {key: max(largest.get(key, 0.0), abs(x)) for key, x in rows[periods].items()}
         far = (MOST - tick) / (ticks * step)
-        moves = {key: abs(value - rows[earlier][key]) for key, value in rows[periods].items()}
+        moves = {key: abs(x - rows[earlier][key]) * (key[0] in looped) for key, x in rows[periods].items()}
         ways = {key: _way([rows[at][key] for at in looks], far) for key in moves}
         shares = {key: max(moves[key], ways[key]) / (largest[key] or 1.0) for key in moves}
         worst = max(shares, key=lambda key: shares[key], default=None)
