@@ -25,10 +25,10 @@ from proofmass.graphs.model.loops import AUTO, PERIODIC, SETTLED
 from proofmass.graphs.model.rates import read_duration
 from proofmass.runner.analysis.linearisation.analog_loop import analog_group, analog_map, analog_map_at
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.find_loops import find_loops
 from proofmass.runner.analysis.linearisation.forward import Course, Onward
 from proofmass.runner.analysis.linearisation.map_blocks import MOST_VALUES, coarse_blocks, too_many
 from proofmass.runner.analysis.linearisation.map_changes import variation
+from proofmass.runner.analysis.linearisation.no_loop import no_gain, not_periodic, not_within
 from proofmass.runner.analysis.linearisation.numbers import time_text
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
 from proofmass.runner.analysis.linearisation.orbit import FROZEN, STARTS_UP, OrbitPoint, OrbitSearch, turning
@@ -136,7 +136,7 @@ class Linearisation:
         """Return the loop through an output, opened there; in continuous time if it lies among continuous blocks."""
         system = self.opened(node, by_parameters)
         if not any(part.any() for part in (system.map.parts()[1], system.map.parts()[3])):
-            raise self.plan.graph.placed(_no_gain(node)).error
+            raise self.plan.graph.placed(no_gain(node)).error
         return system
 
     def opened(self, node: Endpoint, by_parameters: bool = False) -> OpenLoop:
@@ -153,7 +153,7 @@ class Linearisation:
     def analog_loop(self, group: Group, nodes: Sequence[Endpoint], by_parameters: bool = False) -> OpenLoop:
         """Return the loop opened at wires between the continuous blocks of a group; raises `ModelError`."""
         if isinstance(self.point, PeriodicPoint):
-            raise ModelError([self.plan.graph.placed(_not_periodic(node)) for node in nodes])
+            raise ModelError([self.plan.graph.placed(not_periodic(node)) for node in nodes])
         analog = analog_map(self.plan, self._onward(1), group, nodes)
         if by_parameters:
             ends = Ends((), tuple(nodes), everything=True)
@@ -164,7 +164,7 @@ class Linearisation:
         _, b, _, d = between.parts()
         alone = [node for i, node in enumerate(nodes) if not (b[:, i].any() or d[:, i].any())]
         if alone:
-            raise ModelError([self.plan.graph.placed(_not_within(self.plan, group, node)) for node in alone])
+            raise ModelError([self.plan.graph.placed(not_within(self.plan, group, node)) for node in alone])
         return OpenLoop(between, continuous=True)
 
 
@@ -248,7 +248,7 @@ class OperatingPoints:
                 found = about, replace(found[1], map=whole)
             if self.at == AUTO and not bounded and _starts_up(found[1]):
                 starting.append(found)
-                raise self.plan.graph.placed(_no_gain(node)).error
+                raise self.plan.graph.placed(no_gain(node)).error
             return found
 
         try:
@@ -371,41 +371,3 @@ def of_wires(whole: PeriodMap, tick: float, notes: Sequence[str] = ()) -> OpenLo
     )
     moves = any((matrix != closed).any() for matrix in after)
     return OpenLoop(between, variation=variation(closed, after) if moves else None, ticks=ticks)
-
-
-def _no_gain(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"what goes in at {signal} does not come back",
-        key=signal,
-        expected="a loop in which every block passes small changes on",
-        hint="a limit may be reached there, or a signal only compared; try another time with --at",
-        path=("blocks", node[0]),
-    )
-
-
-def _not_periodic(node: Endpoint) -> Problem:
-    signal = ".".join(node)
-    return Problem(
-        message=f"a loop among continuous blocks is opened at {signal}: about a periodic orbit it has no margins",
-        key=signal,
-        expected="an output that is sampled or held",
-        hint="open the loop at a discrete block, or name a time with --at",
-        path=("blocks", node[0]),
-    )
-
-
-def _not_within(planned: Plan, group: Group, node: Endpoint) -> Problem:
-    """Between continuous blocks signals are not held: no sampled loop can be cut there."""
-    signal = ".".join(node)
-    wires = planned.schedule.drivers.items()
-    readers = [f"{name}.{entry}" for (name, entry), source in wires if source == node and name in group.members]
-    cuts = [cut for part in find_loops(planned) if signal in part.ports for cut in part.open_at]
-    return Problem(
-        message=f"no loop among continuous blocks goes through {signal}, and between them nothing is sampled",
-        key=signal,
-        got=", ".join(sorted(readers)),
-        expected="an output whose values are sampled or held",
-        hint=f"open the loop at {' or '.join(cuts[:3])}" if cuts else "open the loop at a discrete block",
-        path=("blocks", node[0]),
-    )

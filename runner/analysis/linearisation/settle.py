@@ -56,7 +56,9 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         if worst is not None and (shares[worst] > TOLERANCE or not got):
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
             verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
-            got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, from {ticks * earlier:,} ticks to {tick:,}"
+            got = (
+                f"{what} {verb} by {shares[worst]:.2g} of its largest value, from {ticks * earlier:,} ticks to {tick:,}"
+            )
     raise plan.graph.placed(_restless(got)).error
 
 

@@ -13,6 +13,8 @@ from proofmass.blocks import (
     Difference,
     DiscreteIntegrator,
     Gain,
+    LookUpTable,
+    LowPass,
     Product,
     Saturation,
     Sine,
@@ -256,3 +258,59 @@ def test_what_is_slower_than_the_longest_run_does_not_settle(monkeypatch: pytest
         margins(warming_up(1e5, 1.0, 0.0), at="settled")
     (problem,) = caught.value.problems
     assert "heat.total moves by 0.04" in problem.got
+
+
+def with_a_slow_reference(constant: float, last: float) -> Graph:
+    """The loop that warms up, with a filter of the heat outside the loop, which it multiplies and does not move.
+
+    The level is zero, so that nothing in the loop moves at all.
+    """
+    graph = warming_up(constant, 0.0, last)
+    slow = LowPass(corner_frequency=1000.0 / (2.0 * math.pi * constant))
+    blocks = {n: b for n, b in graph.blocks.items() if n not in ("lag", "heat")} | {"heat": slow}
+    wires = [(w.source, w.target) for w in graph.wires if not {"lag", "heat"} & {w.target.split(".")[0]}]
+    wires = [wire for wire in wires if wire[0].split(".")[0] != "lag"] + [("end.output", "heat.input")]
+    return Graph(
+        name="slow reference", rate=1000, blocks=blocks | {"level": Constant(value=0.0)}, samples=4000,
+        wires=[" -> ".join(wire) for wire in wires], loops={"main": {"open_at": "plant.output"}},
+    )  # fmt: skip
+
+
+@pytest.mark.defect("S844", before="settled after 111 ms: 13.2, of 5", after="settled after 59 s: 5.0")
+def test_a_slow_filter_before_a_loop_is_not_at_rest() -> None:
+    found = margins(with_a_slow_reference(3e3, 1.0), at="settled")
+    assert found.gain_margin == pytest.approx(5.0, rel=1e-3)
+
+
+def with_a_knee(table: tuple[float, ...], limited: bool = False) -> Graph:
+    """x' = x + 0.1 f(1 - x) from 0 to 1, where f(0) = 0; f has the values of a table at -1, 0.1 and 3."""
+    blocks: dict[str, Block] = {
+        "level": Constant(value=1.0), "error": Difference(),
+        "curve": LookUpTable(breakpoints=(-1.0, 0.1, 3.0), values=table, extrapolated=True),
+        "plant": DiscreteIntegrator(gain=100.0, output_unit="1", limited=limited, highest=0.5),
+    }  # fmt: skip
+    wires = ["level.output -> error.first", "plant.output -> error.second", "error.output -> curve.input"]
+    wires += ["curve.output -> plant.input"]
+    loops = {"main": {"open_at": "plant.output"}}
+    return Graph(name="knee", rate=1000, blocks=blocks, wires=wires, samples=4000, loops=loops)
+
+
+@pytest.mark.defect("S845", before="at the start: 200, of 4", after="settled: 4")
+def test_a_loop_that_is_another_at_the_end_of_its_run_was_starting_up() -> None:
+    """The slope is 0.1 until the error is 0.1, and 5 below."""
+    found = margins(with_a_knee((-5.0, 0.5, 0.79)))
+    assert found.gain_margin == pytest.approx(4.0, rel=1e-9)
+    assert found.system.map.told.startswith("settled after")
+
+
+@pytest.mark.defect("S845", before="at the start: 200, without a note", after="with the note that it starts up")
+def test_a_loop_that_comes_to_a_limit_has_a_note() -> None:
+    found = margins(with_a_knee((-0.1, 0.01, 0.3), limited=True))
+    assert found.gain_margin == pytest.approx(200.0, rel=1e-9)
+    assert any("tick 0 is a start-up" in note for note in found.system.map.notes)
+
+
+def test_a_loop_that_moves_and_stays_the_same_is_told_at_its_start() -> None:
+    found = margins(with_a_knee((-0.1, 0.01, 0.3)))
+    assert (found.system.map.told, found.system.map.notes) == ("", ())
+    assert found.gain_margin == pytest.approx(200.0, rel=1e-9)
