@@ -7,8 +7,8 @@ has then decayed to the 3.5th power of `TOLERANCE`, whatever its time constant a
 switches are left out. Loops that are unstable in tick 0 may still settle at a limit.
 
 A slow mode hardly moves between two looks. It shows in equal steps before a look: a state that goes one way in all of
-them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does. So states of blocks
-that lead to loops count too, as of the slow filter of a reference.
+them goes on by d r / (1 - r), with its last step d and their quotient r, as a geometric series does. States of
+blocks before loops count so too, as of the slow filter of a reference.
 """
 
 import math
@@ -56,9 +56,8 @@ def settled_tick(course: Course, progress: Progress | None = None) -> int:
         if worst is not None and (shares[worst] > TOLERANCE or not got):
             what = f"{worst[0]}.{worst[1]}" + (f"[{worst[2]}]" if worst[2] >= 0 else "")
             verb = "moves" if moves[worst] >= ways[worst] else "is under way to move"
-            got = (
-                f"{what} {verb} by {shares[worst]:.2g} of its largest value, from {ticks * earlier:,} ticks to {tick:,}"
-            )
+            span = f"from {ticks * earlier:,} ticks to {tick:,}"
+            got = f"{what} {verb} by {shares[worst]:.2g} of its largest value, {span}"
     raise plan.graph.placed(_restless(got)).error
 
 
