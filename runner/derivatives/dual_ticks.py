@@ -15,7 +15,7 @@ from proofmass.blocks.declaration.declare import Block
 from proofmass.blocks.declaration.problem import Problem
 from proofmass.graphs.checks.schedule import AlgebraicLoop, ConstantsOf
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, dual, plain, slopes_of, with_errors
+from proofmass.runner.derivatives.dual import NO_SLOPE, SIGNALS, dual, plain, slopes_of, value_of, with_errors
 from proofmass.runner.derivatives.dual_functions import for_duals
 from proofmass.runner.derivatives.dual_groups import DualAdvance, HeldAdvance, IntegratedAdvance, solve_dual
 from proofmass.runner.derivatives.dual_plan import dual_constants, dual_parameters, is_finite
@@ -88,7 +88,7 @@ class DualTicks(Interpreter):
             key = (*node, self._injections[node])
             self._injections[node] += 1
             self.injected.append(key)
-            return (plain(value) if self._cut else value) + dual(0.0, {key: 1.0}, SIGNALS)
+            return (value_of(value, SIGNALS) if self._cut else value) + dual(0.0, {key: 1.0}, SIGNALS)
 
         return compute
 

@@ -99,7 +99,8 @@ class Linearisation:
             exact = exact.with_slopes(moved)
             if point.map.ticks and not exact.between().ticks:  # parameters lead through states beside the loop
                 exact, later = ends.map(self.plan, **point.where, by_ticks=False).with_slopes(moved), ()
-        return replace(exact, notes=notes, later=later, others=point.others, told=self.told)
+        starting = point.map.starting
+        return replace(exact, notes=notes, later=later, others=point.others, told=self.told, starting=starting)
 
     def point_of(self, ends: Ends) -> OrbitPoint:
         """Return the operating point of the map between some wires; raises `ModelError`."""

@@ -168,7 +168,8 @@ class OrbitSearch:
         periods = math.lcm(point.periods, *self._repetition())
         if not point.periods < periods <= self._longest or (self._ends.cut and not self._turns(point, periods)):
             return point
-        return replace(point, map=self._run.map(0, periods), periods=periods, later=(self._run.map(periods, periods),))
+        whole = replace(self._run.map(0, periods), starting=point.map.starting)
+        return replace(point, map=whole, periods=periods, later=(self._run.map(periods, periods),))
 
     def _turns(self, point: OrbitPoint, periods: int) -> bool:
         """Return whether what parameters do to a loop turns with sources, whose own parameters move it or others do."""
