@@ -69,12 +69,15 @@ def _change(
 
 
 def with_slopes(memory: Memory, plan: Plan, slopes: PointSlopes | None, rings: Rings) -> Memory:
-    """Return a copy whose numbers have the derivatives of the operating point by the parameters."""
+    """Return a copy whose numbers have the derivatives of the operating point by the parameters.
+
+    Those that are not among them have the derivatives of the start, where they still have its value.
+    """
     begin, started = memory.copy(), start(plan)
 
     def moved(entry: Entry, kind: type, now: Any) -> Any:
-        if slopes is not None:
-            return dual(now, slopes[entry], PARAMETERS) if entry in slopes else now
+        if slopes is not None and entry in slopes:
+            return dual(now, slopes[entry], PARAMETERS)
         first = at_place(started, place_of(begin, entry, rings))
         return first if first == now else now
 

@@ -108,11 +108,14 @@ def slopes_near_start(plan: Plan, blocks: set[str], tick: int, rings: Rings) -> 
         return None
     numbers = dict(rings.states_of(engine.memory(), blocks))
     moved_by = {entry: slopes_of(value, PARAMETERS) for entry, value in numbers.items()}
-    return {entry: {str(name): float(slope) for name, slope in own.items()} for entry, own in moved_by.items() if own}
+    return {entry: {str(name): float(slope) for name, slope in own.items()} for entry, own in moved_by.items()}
 
 
 def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
-    """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not."""
+    """Return the derivatives of a point that comes back, from the map of all that moves; None of one that does not.
+
+    What every period leaves as it is, such as the entries of a table, has those of the start, and is left out.
+    """
     n = everything.order
     a, step = everything.parts()[0], everything.matrix[:n, -1]
     if np.any(np.abs(step) > _AT_REST * np.maximum(np.abs(np.array(everything.point)), 1e-300) + 1e-300):
@@ -120,7 +123,10 @@ def slopes_at_rest(everything: PeriodMap) -> PointSlopes | None:
     rest = Lasting(a).others
     inverse = rest @ np.linalg.inv(np.eye(n) - rest @ a)
     columns = {name: inverse @ slope[:n, -1] for name, slope in everything.slopes.items()}
+    moving = (everything.matrix[:n] != np.eye(n, everything.matrix.shape[1])).any(axis=1)
+    for slope in everything.slopes.values():
+        moving |= slope[:n].any(axis=1)
     return {
-        entry: {name: float(column[i]) for name, column in columns.items() if column[i]}
-        for i, entry in enumerate(everything.states)
+        everything.states[i]: {name: float(column[i]) for name, column in columns.items() if column[i]}
+        for i in np.flatnonzero(moving).tolist()
     }

@@ -9,8 +9,10 @@ import math
 import pytest
 
 from proofmass import margins
+from proofmass.blocks import Constant, Difference, DiscreteIntegrator, LookUpTable
+from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.toml_reader import read_graph_text
-from proofmass.graphs.model.graph import Graph
+from proofmass.graphs.model.build import Graph
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import margins_of
@@ -43,6 +45,31 @@ def test_a_loop_rests_elsewhere_with_another_parameter(signal: str, at: str) -> 
     for parameter, moved in by_slope.items():
         assert derivatives[parameter] == pytest.approx(-DECIBELS * moved / s, rel=1e-6), u
     assert derivatives["gain.gain"] == pytest.approx(-DECIBELS / 100.0, rel=1e-6)
+
+
+@pytest.mark.defect(
+    "S848", before="entries of a table had no derivatives about a late point", after="those of its slope"
+)
+@pytest.mark.parametrize("at", ["0.1 s", "settled", "20 s"])
+def test_entries_of_a_table_move_its_slope(at: str) -> None:
+    """x' = x + 0.1 f(1 - x) rests where f = 0, with the slope s of two entries: the limit is 2 / (0.1 s)."""
+    blocks: dict[str, Block] = {
+        "level": Constant(value=1.0), "error": Difference(),
+        "curve": LookUpTable(breakpoints=(-2.0, -1.0, 1.0, 2.0), values=(-9.0, -3.0, 5.0, 9.0)),
+        "plant": DiscreteIntegrator(gain=100.0, output_unit="1"),
+    }  # fmt: skip
+    wires = ["level.output -> error.first", "plant.output -> error.second", "error.output -> curve.input"]
+    graph = Graph(name="table", rate=1000, blocks=blocks, wires=[*wires, "curve.output -> plant.input"])
+    derivatives = of_gain_margin(graph, "plant.output", at)
+    rise, run = 8.0, 2.0
+    expected = {
+        "values[1]": -1.0 / rise,
+        "values[2]": 1.0 / rise,
+        "breakpoints[1]": 1.0 / run,
+        "breakpoints[2]": -1.0 / run,
+    }
+    for entry, part in expected.items():
+        assert derivatives[f"curve.{entry}"] == pytest.approx(-DECIBELS * part, rel=1e-9)
 
 
 @pytest.mark.defect("S847", before="derivatives of the start, of a graph that has settled", after="of where it settles")
