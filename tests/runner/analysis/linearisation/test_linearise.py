@@ -13,8 +13,8 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.files.library import library_file
 from proofmass.graphs.files.toml_reader import read_graph
 from proofmass.graphs.model.build import Graph
-from proofmass.runner.analysis.linearisation.linearisation import _not_periodic
 from proofmass.runner.analysis.linearisation.linearise import loops_of
+from proofmass.runner.analysis.linearisation.no_loop import not_periodic
 from proofmass.runner.analysis.margins.stability import all_margins
 from proofmass.runner.planning.plan import plan
 from tests.by_hand.crossing_loops import BLOCKS, WIRES
@@ -130,5 +130,5 @@ def test_loops_that_share_wires_are_opened_one_by_one() -> None:
 
 def test_what_a_loop_among_continuous_blocks_is_told_names_its_block() -> None:
     """The place of the block in the file, and the output as its key."""
-    problem = _not_periodic(("sensor", "displacement"))
+    problem = not_periodic(("sensor", "displacement"))
     assert (problem.path, problem.key) == (("blocks", "sensor"), "sensor.displacement")

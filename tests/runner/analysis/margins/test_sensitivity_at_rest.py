@@ -13,6 +13,7 @@ from proofmass.blocks import Constant, Difference, DiscreteIntegrator, LookUpTab
 from proofmass.blocks.declaration.declare import Block
 from proofmass.graphs.files.toml_reader import read_graph_text
 from proofmass.graphs.model.build import Graph
+from proofmass.graphs.model.graph import Graph as PlainGraph
 from proofmass.runner.analysis.linearisation.linearisation import At, OperatingPoints
 from proofmass.runner.analysis.linearisation.linearise import node_of
 from proofmass.runner.analysis.margins.margins import margins_of
@@ -24,7 +25,7 @@ from tests.by_hand.resting_loops import quadratic_loop, quadratic_rest
 DECIBELS = 20.0 / math.log(10.0)  # of a relative change
 
 
-def of_gain_margin(graph: Graph, signal: str, at: At) -> dict[str, float]:
+def of_gain_margin(graph: PlainGraph, signal: str, at: At) -> dict[str, float]:
     """Return the derivatives of the gain margin in dB."""
     planned = plan(graph)
     system = OperatingPoints(planned, at).loop(node_of(planned, signal), by_parameters=True)
