@@ -94,7 +94,7 @@ def lag_in_a_loop() -> Graph:
 
 @pytest.mark.defect("C865", before='"these loops have no output at which they can be opened"', after="both loops")
 def test_a_plant_with_feedback_of_its_own_stays_closed() -> None:
-    """L is 5 (1 - p) / (z - p) / z with p = exp(-0.1), and 100 / s within; z^2 - p z + c is at its limit where c = 1."""
+    """L is 5 (1 - p) / (z - p) / z with p = exp(-0.1), and 100 / s within; z^2 - p z + c ends at c = 1."""
     outer, inner = find_loops(plan(lag_in_a_loop()))
     assert outer.open_at == ("control.output", "error.output", "held.output")
     assert inner.ports == inner.open_at == ("plant.output", "within.output")
