@@ -124,8 +124,8 @@ class DualStages(Stages):
 class DualAdvance(Advance):
     """Moves the states of one group by a tick in dual numbers."""
 
-    def __init__(self, plan: Filled, group: Group, by_parameters: bool) -> None:
-        self.stages, self.period = DualStages(plan, group, by_parameters), plan.period
+    def __init__(self, plan: Filled, group: Group, by_parameters: bool, linear: bool = False) -> None:
+        self.stages, self.period, self._is_linear = DualStages(plan, group, by_parameters), plan.period, linear
         self._held_for = ""  # matrices that do not change are held once
         self._held: tuple[Matrix, Matrix] = [], []
         self._answers: dict[str, Matrix] = {}  # of z to the rates, of matrices that come again
@@ -175,11 +175,20 @@ class DualAdvance(Advance):
         a, b, rates = self._linear(moment, held_values)
         transition, entry = self._hold(a, _forced(b))
         turned = {} if group.guesses else self._turned(constants, now, rates, a, time)
-        apart = [value - point for value, point in zip(now, held_values, strict=True)]
+        apart = [_slopes_alone(value) for value in now]  # a ball less itself is no zero
         apart += [_without(rate, len(now)) for rate in rates]
+        begin = held_values[: len(a)]
+        if self._is_linear:  # about zero: x0 + P (A x0) of balls is wider than exp(A T) x0, and more so in each tick
+            still = self._rates(constants, [0.0] * len(now), len(a), [], time)
+            full = [*held_values, *(value_of(rate, SIGNALS) for rate in still)]
+            begin = [
+                sum((factor * v for factor, v in zip((*left, *right), full, strict=True)), 0.0)
+                for left, right in zip(transition, entry, strict=True)
+            ]
+            apart[len(now) :] = map(_slopes_alone, apart[len(now) :])
         moved = [
             sum((factor * v for factor, v in zip((*left, *right), apart, strict=True)), point)
-            for left, right, point in zip(transition, entry, held_values, strict=False)
+            for left, right, point in zip(transition, entry, begin, strict=True)
         ]
         moved = [value + dual(0.0, {k: z[i] for k, z in turned.items()}, SIGNALS) for i, value in enumerate(moved)]
         fields = zip(group.kinds, now, moved, strict=False)
@@ -350,6 +359,11 @@ def _forced(b: list[list[Any]]) -> list[list[Any]]:
 def _plain_tuple(values: Any) -> Any:
     """A NamedTuple of plain numbers."""
     return values if values is None else type(values)(*map(plain, values))
+
+
+def _slopes_alone(value: Any) -> Any:
+    """The slopes of a number by signals, on zero."""
+    return dual(0.0, slopes_of(value, SIGNALS), SIGNALS)
 
 
 def _without(rate: Any, own: int) -> Any:

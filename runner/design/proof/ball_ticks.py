@@ -46,7 +46,7 @@ class BallTicks(DualTicks):
     """Ticks whose numbers may be balls: no group is moved by the matrices of a run, which are rounded, nor is time."""
 
     def _advance(self, plan: Plan, solver: Solver, integrated: bool) -> Advance:
-        return DualAdvance(plan, solver.group, False)
+        return DualAdvance(plan, solver.group, False, linear=solver.exact and not solver.group.guesses)
 
     def _getter(self, binding: Binding) -> Callable[[int], Any]:
         base = self.filled.schedule.base_rate
