@@ -36,7 +36,8 @@ from proofmass.runner.program.events import (
     WIRE,
 )
 from proofmass.runner.targets.carried_back import TickEntries, carried_back
-from proofmass.runner.targets.native_slopes import Found, SlopeCode, SlopesInCode
+from proofmass.runner.targets.found_slopes import Found
+from proofmass.runner.targets.native_slopes import SlopeCode, SlopesInCode
 
 _FIRST_ROOM = 1  # events of a tick, until there are more
 _ERRORS = ROUNDED, DROPPED, LEVELLED

@@ -6,7 +6,6 @@ Each number that lasts and has a slope, and each event at which something enters
 from collections.abc import Mapping, Sequence
 from collections.abc import Set as AbstractSet
 from types import MappingProxyType
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,13 +22,13 @@ from proofmass.runner.program.events import CUT, MOST, OF_ONE_BIT, OF_STATE, TOL
 from proofmass.runner.program.slope_tick import AS_BEFORE, AT_REST, FIRST_EVENT, NONE, RENEWED, write_slopes
 from proofmass.runner.program.slots import FLOATS, INTEGERS, array_of
 from proofmass.runner.program.varying import ALL
+from proofmass.runner.targets.found_slopes import LANES, Found, followed
 from proofmass.runner.targets.lane_text import LanesOf
 from proofmass.runner.targets.machine_code import Settings, load_lanes
 from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 from proofmass.runner.targets.native_lanes import aligned
 
 _ENTRIES = 1 << 20  # numbers of the rows of one call, which fit in a cache
-_LANES = 16  # directions side by side
 _OF_LOOPS, _OF_NOISE = Settings(wide=True), Settings(level=0, loops=False, selection=0)  # many sensors, or one
 
 
@@ -40,7 +39,7 @@ class SlopeCode:
         made = write_slopes(plan, noise)
         self.plan, self.wires, self.blocks = plan, made.wires, made.blocks
         of_entry = LanesOf(frozenset(), made.shared, dict.fromkeys(made.apart, ALL))
-        loop = load_lanes(made.program, _LANES, of_entry, _OF_NOISE if noise else _OF_LOOPS)
+        loop = load_lanes(made.program, LANES, of_entry, _OF_NOISE if noise else _OF_LOOPS)
         self.compiled = CompiledPlan(plan, made.written, loop)
 
     def ticks(
@@ -70,21 +69,9 @@ def has_slopes(plan: Plan) -> bool:
 
 def _in_lanes(length: int) -> AnyArray:
     """Return a row of zeros, one for each lane, for each of some entries."""
-    rows = aligned((length, _LANES), np.dtype(float))
+    rows = aligned((length, LANES), np.dtype(float))
     rows.fill(0.0)
     return rows
-
-
-class Found(NamedTuple):
-    """Slopes of some ticks that are not zero: `value` is that of `row` by `column`.
-
-    Rows and columns are the numbers that last, and then the events of the tick.
-    """
-
-    tick: Indices
-    row: Indices
-    column: Indices
-    value: AnyArray
 
 
 class SlopesInCode(CompiledLoop):
@@ -186,15 +173,14 @@ class SlopesInCode(CompiledLoop):
         before = renewing.copy()  # those that did in the tick before: others seldom do
         while sound and self.tick < last:
             self._wanted[:size] |= self._live
-            most = max(1, _ENTRIES // ((size + self._most) * (_LANES + int(self._wanted.sum())) + 1))
+            most = max(1, _ENTRIES // ((size + self._most) * (LANES + int(self._wanted.sum())) + 1))
             until = min(last, self.tick + min(chunk, most))
             begin = [array.copy() for array in self._moved]
             made, lanes, counts, told = self._in_directions(until)
-            slopes, moving = made[:, :, :-1], made[:, :, -1] != 0.0
-            apart, more = slopes != 0.0, int(counts.max()) - self._most
+            moving, more = made[:, :, -1] != 0.0, int(counts.max()) - self._most
             entering, if_moved = self._entering(counts, told)
-            live, entered = self._followed(apart, lanes, entering, if_moved)
-            needed = np.append(live[:-1].any(axis=0), (entering | if_moved).any(axis=0)) & ~self._wanted
+            found, lived, live, entered = followed(made, lanes, self._live, entering, if_moved)
+            needed = np.append(lived, (entering | if_moved).any(axis=0)) & ~self._wanted
             moved = np.zeros((len(made), len(self._wanted) + 1), dtype=bool)
             moved[:, lanes] = moving
             moved = moved[:, :-1]
@@ -214,11 +200,19 @@ class SlopesInCode(CompiledLoop):
                     before, chunk = moved[0], 1
                     self._renewing = np.ones_like(renewing)
                 continue
-            self._keep(self._found(slopes, apart, lanes, live[:-1], entered), counts, told, entered)
-            self._live, self.tick, chunk = live[-1], until, most
+            self._check(found)
+            self._keep(found._replace(tick=found.tick + (self.tick - self._first)), counts, told, entered)
+            self._live, self.tick, chunk = live, until, most
             self._renewing, self._chunk = renewing, 1 if renewing.any() else most
             sound = self.is_sound()
         return sound
+
+    def _check(self, found: Found) -> None:
+        """Raise `UndefinedSlopesError` if numbers that last have none."""
+        undefined = np.unique(found.column[~np.isfinite(found.value)]).tolist()
+        if undefined:
+            places = [*self._places.values()]
+            raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
 
     def _make_room(self, more: int) -> None:
         """Take more events in a tick; raises `UndefinedSlopesError` if they are too many."""
@@ -239,8 +233,8 @@ class SlopesInCode(CompiledLoop):
         """
         wanted = np.flatnonzero(self._wanted)
         parts = [wanted[~self._renewing[wanted]], wanted[self._renewing[wanted]]]
-        rows = [-(-max(len(parts[0]), 1) // _LANES), -(-len(parts[1]) // _LANES)]
-        lanes = np.full((sum(rows), _LANES), -1)
+        rows = [-(-max(len(parts[0]), 1) // LANES), -(-len(parts[1]) // LANES)]
+        lanes = np.full((sum(rows), LANES), -1)
         lanes[: rows[0]].reshape(-1)[: len(parts[0])] = parts[0]
         lanes[rows[0] :].reshape(-1)[: len(parts[1])] = parts[1]
         directions = aligned(lanes.shape, np.dtype(np.int64))
@@ -248,48 +242,11 @@ class SlopesInCode(CompiledLoop):
         matrices = np.array([AS_BEFORE] * rows[0] + [RENEWED] * rows[1])
         matrices[0] = AT_REST  # after the last row of the tick before
         ticks, width = until - self.tick, len(self._wanted) + 1
-        made = aligned((ticks, sum(rows), width, _LANES), np.dtype(float))
+        made = aligned((ticks, sum(rows), width, LANES), np.dtype(float))
         told = np.zeros((ticks, 1 + self._most * TOLD))
         given = directions.ctypes.data, matrices.ctypes.data, sum(rows), self._most, made.ctypes.data, told.ctypes.data
         self._loop(self.tick, until, self.seed, self.run, *self._addresses, *given)
         return made, lanes, told[:, 0].astype(np.int64), told[:, 1:].reshape(ticks, self._most, TOLD)
-
-    def _followed(
-        self, apart: AnyArray, lanes: Indices, entering: AnyArray, if_moved: AnyArray
-    ) -> tuple[AnyArray, AnyArray]:
-        """Return which numbers have slopes as each tick begins, and after the last; and at which events one enters."""
-        size, entered, used = len(self._places), entering & ~if_moved, lanes >= 0
-        words = apart.view(np.uint64)  # eight lanes each
-        every = np.bitwise_or.reduce(words[:, :, :size], axis=1).any(axis=2)  # where all that are run have slopes
-        live = np.vstack([self._live, every])
-        have = np.column_stack([live[:-1], entered])[:, lanes]
-        all_have = have[:, used].all(axis=1)
-        first = len(apart) if all_have.all() else int(np.argmin(all_have))
-        for tick in range(first, len(apart)):
-            own = np.append(live[tick], entered[tick])[lanes] & used
-            if (own == used).all():
-                continue
-            for event in np.flatnonzero(if_moved[tick]).tolist():
-                if (apart[tick, :, size + event] & own).any():
-                    entered[tick, event] = True
-                    own |= lanes == size + event
-            reached = words[tick, :, :size] & own.view(np.uint64)[:, None]
-            live[tick + 1] = np.bitwise_or.reduce(reached, axis=0).any(axis=1)
-        return live, entered
-
-    def _found(self, slopes: AnyArray, apart: AnyArray, lanes: Indices, live: AnyArray, entered: AnyArray) -> Found:
-        """Return the slopes that are `apart` from nothing, by numbers that had slopes and by what has entered."""
-        own = np.column_stack([live, entered])[:, lanes]
-        if not own[:, lanes >= 0].all():
-            words = apart.view(np.uint64)
-            words &= np.ascontiguousarray(own).view(np.uint64)[:, :, None]
-        tick, group, row, lane = np.unravel_index(np.flatnonzero(apart), apart.shape)
-        values, column = slopes[tick, group, row, lane], lanes[group, lane]
-        undefined = np.unique(column[~np.isfinite(values)]).tolist()
-        if undefined:
-            places = [*self._places.values()]
-            raise UndefinedSlopesError([places[i] for i in undefined if i < len(places)])
-        return Found(tick + (self.tick - self._first), row, column, values)
 
 
 class CompiledSlopes(SlopesInCode):

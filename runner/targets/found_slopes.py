@@ -1,0 +1,117 @@
+"""Slopes that are not zero, among those of some ticks in all directions: which directions have begun is followed."""
+
+from collections.abc import Callable
+from functools import cache
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from proofmass.runner.derivatives.stepped_ticks import Indices
+from proofmass.runner.host.arrays import AnyArray, Truths
+from proofmass.runner.program.form import FLOAT, INTEGER, Storage, Value
+from proofmass.runner.program.lower import lower, program
+from proofmass.runner.targets.machine_code import load
+
+LANES = 16  # directions side by side
+_ENTERS, _IF_MOVED = 1, 2  # what becomes of an event
+
+
+class Found(NamedTuple):
+    """Slopes of some ticks that are not zero: `value` is that of `row` by `column`.
+
+    Rows and columns are the numbers that last, and then the events of the tick.
+    """
+
+    tick: Indices
+    row: Indices
+    column: Indices
+    value: AnyArray
+
+
+class Followed(NamedTuple):
+    """The slopes of some ticks with which numbers have slopes: as any tick begins, and after the last.
+
+    What has `entered` at events, [tick, event], is told too.
+    """
+
+    found: Found
+    lived: Truths
+    live: Truths
+    entered: Truths
+
+
+def followed(made: AnyArray, lanes: Indices, live: Truths, entering: AnyArray, if_moved: AnyArray) -> Followed:
+    """Return the slopes of ticks by numbers that have some as a tick begins, and by what enters in it.
+
+    `made` are slopes, [tick, row of lanes, number that lasts or event or more, lane]; `lanes` has the number or event
+    of each lane, -1 of one that is idle; `live` are the numbers that have slopes as the first tick begins. At events
+    something is `entering`, or only `if_moved`: if the number there has a slope.
+    """
+    (ticks, rows, every, _), (size, most) = made.shape, (len(live), entering.shape[1])
+    now, lived, events = live.astype(np.int64), np.zeros(size, dtype=np.int64), np.zeros(entering.shape, dtype=np.int64)
+    events[entering], events[if_moved] = _ENTERS, _IF_MOVED
+    room = ticks * rows * (size + most) * LANES
+    places = [np.empty(room, dtype=np.int64) for _ in range(3)]
+    values, count, own = np.empty(room), np.zeros(1, dtype=np.int64), np.zeros(rows * LANES, dtype=np.int64)
+    given = [made, np.ascontiguousarray(lanes), events, own, now, lived, *places, values, count]
+    _code()(ticks, rows, size, most, every, *(each.ctypes.data for each in given))
+    found = Found(*(each[: count[0]].copy() for each in (*places, values)))
+    return Followed(found, lived != 0, now != 0, events == _ENTERS)
+
+
+@cache
+def _code() -> Callable[..., Any]:
+    number, read = Value(INTEGER), Storage(FLOAT, None, writable=False)
+    lanes, places, values = (
+        Storage(INTEGER, None, writable=False),
+        Storage(INTEGER, None, writable=True),
+        Storage(FLOAT, None, writable=True),
+    )
+    arrays = read, lanes, places, (places, places, places), (places, places, places, values, places)
+    return load(program(lower(_follow, (number, number, number, number, number, *arrays)).function))
+
+
+def _follow(
+    ticks: int, rows: int, size: int, most: int, every: int, made: Any, lanes: Any, events: Any, live: Any, found: Any
+) -> None:
+    """Go through the ticks, as machine code."""
+    own, now, lived = live
+    of_tick, of_row, of_column, values, count = found
+    number = 0
+    for tick in range(ticks):
+        for place in range(size):
+            if now[place] > 0:
+                lived[place] = 1
+        for lane in range(rows * LANES):
+            of = lanes[lane]
+            own[lane] = 0
+            if of >= size:
+                own[lane] = 1 if events[tick * most + of - size] == _ENTERS else 0
+            elif of >= 0:
+                own[lane] = now[of]
+        for event in range(most):
+            at = tick * most + event
+            if events[at] == _IF_MOVED:
+                events[at] = 0
+                for row in range(rows):
+                    first = ((tick * rows + row) * every + size + event) * LANES
+                    for lane in range(LANES):
+                        if own[row * LANES + lane] > 0 and made[first + lane] != 0.0:
+                            events[at] = _ENTERS
+                for lane in range(rows * LANES):
+                    if lanes[lane] == size + event:
+                        own[lane] = events[at]
+        for place in range(size):
+            now[place] = 0
+        for row in range(rows):
+            for place in range(size + most):
+                first = ((tick * rows + row) * every + place) * LANES
+                for lane in range(LANES):
+                    value = made[first + lane]
+                    if value != 0.0 and own[row * LANES + lane] > 0:
+                        of_tick[number], of_row[number], values[number] = tick, place, value
+                        of_column[number] = lanes[row * LANES + lane]
+                        number += 1
+                        if place < size:
+                            now[place] = 1
+    count[0] = number
