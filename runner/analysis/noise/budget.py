@@ -171,7 +171,7 @@ def _budget_about(
         raise _silence(points.after_start(first), target, len(drawing.keys() & upstream), {})
     about, noisy, whole, to_output = points.answered(ask, first)
     limits = _band(to_output, band)
-    squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares()
+    squares = mean_squares(to_output, limits) if band is not None or not to_output.settles else to_output.mean_squares
     low = limits[0] if limits[0] > 0.0 else 0.5 * to_output.rate * 10.0**-_DECADES
     shown = np.asarray(frequencies, dtype=np.float64) if len(frequencies) else grid(to_output, low, limits[1])
     densities = to_output.densities(shown)

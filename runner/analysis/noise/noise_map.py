@@ -29,6 +29,7 @@ from proofmass.runner.analysis.linearisation.period_map import PeriodMap
 from proofmass.runner.analysis.linearisation.rings import Entry
 from proofmass.runner.analysis.linearisation.wire_response import Matrices, SampledStateSpace, WireResponse
 from proofmass.runner.derivatives.dual_noise import DEVIATE, ONE_BIT, rounds
+from proofmass.runner.derivatives.stepped_ticks import Indices
 from proofmass.runner.host.arrays import Array, Complex
 
 _LARGEST = 1 << 21  # complex numbers that are computed at a time
@@ -59,13 +60,20 @@ class NoiseMap(SampledStateSpace):
     @property
     def sources(self) -> list[Endpoint]:
         """Block and kind of each source."""
-        return list(dict.fromkeys(entry[:2] for entry in self.inputs if variance(entry[1])))
+        return [source for source in self._columns if variance(source[1])]
 
     def columns(self, source: Endpoint) -> list[int]:
         """The columns of a source, or of an input."""
-        return [i for i, entry in enumerate(self.inputs) if entry[:2] == source]
+        return self._columns.get(source, [])
 
-    @property
+    @cached_property
+    def _columns(self) -> Mapping[Endpoint, list[int]]:
+        columns: dict[Endpoint, list[int]] = {}
+        for column, entry in enumerate(self.inputs):
+            columns.setdefault(entry[:2], []).append(column)
+        return columns
+
+    @cached_property
     def variances(self) -> Array:
         """Variance of each column, zero for an input."""
         return np.array([variance(part) for _, part, _ in self.inputs])
@@ -80,6 +88,7 @@ class NoiseMap(SampledStateSpace):
         """Return whether the output grows without end: a mode is unstable, not only neutral."""
         return self.radius > 1.0 + _NEUTRAL
 
+    @cached_property
     def mean_squares(self) -> Array:
         """Mean square of the output by each source, over all frequencies."""
         _, b, _, d = self.matrices
@@ -108,8 +117,10 @@ class NoiseMap(SampledStateSpace):
 
     def heard(self, frequencies: Array) -> Complex:
         """Return the share of each column in the output at a frequency, by the transposed system: one row, not H."""
-        a, b, c, d = self.matrices
+        a, b, _, _ = self.matrices
+        begins, c, d = self._held_once
         turn = np.exp(-2j * np.pi * np.outer(frequencies, np.arange(self.values)) / self.rate)
+        turn = np.add.reduceat(turn, begins, axis=1)
         if not len(a):
             return np.asarray(turn @ d, dtype=np.complex128)
         z = np.exp(2j * np.pi * frequencies * self.period)
@@ -120,6 +131,14 @@ class NoiseMap(SampledStateSpace):
             x[i] = (known[i] + form[i, i + 1 :] @ x[i + 1 :]) / (z - form[i, i])
         rows = ((basis @ x) / scale[:, None]).T
         return np.asarray(rows @ b + turn @ d)
+
+    @cached_property
+    def _held_once(self) -> tuple[Indices, Array, Array]:
+        """The first of the values that are held alike one after the other, and rows of C and D for these alone."""
+        _, _, c, d = self.matrices
+        new = (c[1:] != c[:-1]).any(axis=1) | (d[1:] != d[:-1]).any(axis=1)
+        begins = np.flatnonzero(np.append(True, new))
+        return begins, c[begins], d[begins]
 
     @cached_property
     def _schur(self) -> tuple[Complex, Array, Complex]:

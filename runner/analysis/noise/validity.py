@@ -103,7 +103,7 @@ def _squares(c: Array, d: Array, p: Array, variances: Array) -> Array:
 
 def strained(about: Linearisation, ends: Ends, target: Endpoint, whole: PeriodMap, to_output: NoiseMap) -> str:
     """Return a note where the noise of an output is another at what a run with noise gets to, or ""."""
-    total = float(sum(to_output.mean_squares()))
+    total = float(sum(to_output.mean_squares))
     if not to_output.settles or not total:
         return ""
     along = _along(about, ends.together, whole)
@@ -168,5 +168,5 @@ def difference_squared(first: NoiseMap, second: NoiseMap) -> float:
     x = summed(a1.T, c1.T @ c2 / first.values, a2.T)
     shared = np.einsum("ik,ij,jk->k", b1[:, columns[0]], x, b2[:, columns[1]])
     shared += np.einsum("ik,ik->k", d1[:, columns[0]], d2[:, columns[1]]) / first.values
-    squares = float(sum(first.mean_squares()) + sum(second.mean_squares()))
+    squares = float(sum(first.mean_squares) + sum(second.mean_squares))
     return squares - 2.0 * float(first.variances[columns[0]] @ shared)

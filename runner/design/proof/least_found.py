@@ -110,7 +110,7 @@ def _noise(sensors: Sensors, planned: Plan, claim: Claim) -> tuple[float, float]
     target = node_of(planned, claim.open_at)
     about = sensors.about(planned, common_period(planned, (), [target], noise=noise_blocks(planned)))
     to_output = noise_map(about.map([], [target], noise=noise_at(about, [target])), target)
-    rms = math.sqrt(float(np.sum(to_output.mean_squares()))) if to_output.settles else math.inf
+    rms = math.sqrt(float(np.sum(to_output.mean_squares))) if to_output.settles else math.inf
     return rms, _ROUNDING * rms if to_output.settles else 0.0
 
 

@@ -219,7 +219,7 @@ class StartingNoise(Starting):
         if rest is None and point.map.tick != first:
             raise changes_later(plan, way, target)
         between = noise_map(point.map, target)
-        if between.settles and not any(between.mean_squares()):
+        if between.settles and not any(between.mean_squares):
             raise plan.graph.placed(_none(target)).error
         size = max(len(point.map.inputs), len(point.map.outputs))
         if point.map.order > MOST_STATES or size > _MOST_ENDS:

@@ -87,7 +87,7 @@ def read_noise(points: OperatingPoints, wanted: Noise, parameters: Mapping[str, 
     names = [name for name in parameters if name in whole.slopes]
     if source is not None:
         return _referred(whole, target, source, wanted.band, {name: parameters[name] for name in names})
-    squares = mean_squares(to_output, wanted.band) if wanted.band else to_output.mean_squares()
+    squares = mean_squares(to_output, wanted.band) if wanted.band else to_output.mean_squares
     rms = math.sqrt(float(np.sum(squares)))
     by = rms_slopes(to_output, wanted.band, rms) if names and rms > 0.0 else {}
     return Reading(rms, {name: by[name] for name in names if name in by})

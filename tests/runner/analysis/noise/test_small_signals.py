@@ -61,7 +61,7 @@ def test_the_difference_of_two_filters_of_one_noise() -> None:
     f = (np.arange(20_000) + 0.5) / 20_000 * 500.0
     apart = np.abs(first.heard(f) - second.heard(f)) ** 2 @ first.variances * 2.0 * first.period
     assert difference_squared(first, second) == pytest.approx(float(np.mean(apart)) * 500.0, rel=1e-6)
-    assert abs(difference_squared(first, first)) < 1e-12 * float(sum(first.mean_squares()))
+    assert abs(difference_squared(first, first)) < 1e-12 * float(sum(first.mean_squares))
 
 
 @pytest.mark.defect("S799", before="noted by chance, at one instant; never without a memory", after="noted")
