@@ -60,13 +60,13 @@ class Compiling:
     def _look(self) -> None:
         # start-up time: the first ticks do not wait for the compiler
         from proofmass.runner.program.tick import write_tick
-        from proofmass.runner.targets.machine_code import LlvmModule, is_cached
-        from proofmass.runner.targets.native import settings
+        from proofmass.runner.targets.machine_code import is_cached
+        from proofmass.runner.targets.native import module_of
 
         written = write_tick(self.plan)
         with AT_WORK:
             _go_on()
-            self._prepared = written, LlvmModule.of(written.program, settings(written))
+            self._prepared = written, module_of(written)
         if is_cached(self._prepared[1].key):
             self._compile()
         with self._looking:

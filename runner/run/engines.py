@@ -1,5 +1,8 @@
 """Choice and construction of the engine that runs a plan."""
 
+from collections.abc import Callable
+from functools import partial
+
 from proofmass.runner.continuous.exact_hold import MANY_COLUMNS
 from proofmass.runner.plan.memory import Engine, Memory
 from proofmass.runner.plan.planned import Plan
@@ -20,9 +23,12 @@ _INTERPRETED_INTEGER = 0.4e-6  # the same per integer operation, which the refer
 _spent: dict[int, float] = {}  # seconds that like plans have taken in plain Python, by their likeness
 
 
-def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
+def choose(
+    planned: Plan, ticks: int, wanted: EngineName, compiled_before: Callable[[], bool] | None = None
+) -> EngineName:
     """The engine that is ready sooner: short runs are interpreted, long ones and ones compiled before are compiled.
 
+    Whether they were is found out by writing the plan as text, unless `compiled_before` says so.
     Runs of like graphs add up, so that a loop over variants is compiled in the end.
     """
     if wanted != "auto":
@@ -38,7 +44,7 @@ def choose(planned: Plan, ticks: int, wanted: EngineName) -> EngineName:
         # for start-up time: short runs need no compiler
         from proofmass.runner.targets.native import already_compiled
 
-        if already_compiled(planned):
+        if (compiled_before or partial(already_compiled, planned))():
             return "compiled"
     _spent[key] = spent
     return "python"

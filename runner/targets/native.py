@@ -24,8 +24,7 @@ from proofmass.runner.plan.planned import Plan
 from proofmass.runner.program.slots import FLOATS, INTEGERS, K, Slots, array_of, fields, numbers_of
 from proofmass.runner.program.tick import write_tick
 from proofmass.runner.program.tick_loop import TickLoop
-from proofmass.runner.targets.llvm_text import llvm_text
-from proofmass.runner.targets.machine_code import Settings, is_cached, key_of, load
+from proofmass.runner.targets.machine_code import LlvmModule, Settings, is_cached, load_module
 
 _Place: TypeAlias = tuple[type, int]
 
@@ -43,7 +42,7 @@ class CompiledPlan:
 
     def __init__(self, plan: Plan, written: TickLoop | None = None, loop: Callable[..., Any] | None = None) -> None:
         self.plan, self.written = plan, written or write_tick(plan)
-        self.loop = loop or load(self.written.program, settings(self.written))
+        self.loop = loop or load_module(module_of(self.written))
         self._recorded = dict[VectorOf, tuple[Sequence[float], AnyArray]]()
 
     def vector(self, memory: Memory, node: VectorOf, kind: type) -> AnyArray:
@@ -213,10 +212,14 @@ def block_values(plan: Plan, name: str) -> dict[Given, Any]:
     return {key: value for key, value in given.items() if key not in driven}
 
 
+def module_of(written: TickLoop) -> LlvmModule:
+    """Return the loop of one run as LLVM is given it."""
+    return LlvmModule.of(written.program, settings(written))
+
+
 def already_compiled(plan: Plan) -> bool:
     """Return whether the loop of a plan is in the cache."""
-    written = write_tick(plan)
-    return is_cached(key_of(llvm_text(written.program), settings(written)))
+    return is_cached(module_of(write_tick(plan)).key)
 
 
 def arrays_of(slots: Slots[K], values: Mapping[K, Any], *lanes: int) -> dict[str, AnyArray]:

@@ -1,12 +1,13 @@
 """Truth values that noise decides: they have no slope, so that no budget has what they do."""
 
+from collections.abc import Sequence
 from collections.abc import Set as AbstractSet
 
 import numpy as np
 
 from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
-from proofmass.runner.analysis.decisions.compiled_decisions import part_of
+from proofmass.runner.analysis.decisions.compiled_decisions import KeptRuns, part_of
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.derivatives.dual_noise import given, reached
 from proofmass.runner.plan.bindings import Deviate
@@ -18,15 +19,27 @@ _MOST_CALLS = 4_000_000  # of functions of blocks
 _VALUES = 1 << 12  # of the output
 
 
-def decided_by_noise(plan: Plan, target: Endpoint, tick: int) -> list[str]:
-    """Return the truth values upstream of an output that differ between two runs with different noise."""
+def decided_by_noise(plan: Plan, target: Endpoint, tick: int, kept: KeptRuns) -> list[str]:
+    """Return the truth values upstream of an output that differ between two runs with different noise.
+
+    What runs for the same values have said is `kept`.
+    """
     upstream = blocks_of_map(plan, (), [target], False)[0]
     wires = _truths(plan, upstream & reached(plan, given(plan, (Deviate,))), upstream)
     if not wires:
         return []
     names = [".".join(wire) for wire in wires]
+    key = "truths", *names, tick, plan.stride(target)
+    if key not in kept:
+        kept[key] = _decided(plan, wires, names, tick + _VALUES * plan.stride(target))
+    decided: list[str] = kept[key]
+    return decided
+
+
+def _decided(plan: Plan, wires: Sequence[Endpoint], names: Sequence[str], most: int) -> list[str]:
+    """Return those that differ within some ticks at most."""
     alone = part_of(plan, blocks_of_map(plan, (), wires, False)[0], names, {})
-    ticks = min(tick + _VALUES * plan.stride(target), _MOST_CALLS // max(1, len(alone.schedule.order)))
+    ticks = min(most, _MOST_CALLS // max(1, len(alone.schedule.order)))
     seeds = plan.graph.seed, plan.graph.seed ^ 1
     try:
         runs = [simulate_plan(alone, alone.graph.root, RunOptions(samples=ticks, seed=seed)) for seed in seeds]

@@ -6,6 +6,7 @@ from collections.abc import Callable, Hashable, Sequence
 from collections.abc import Set as AbstractSet
 from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -25,6 +26,8 @@ from proofmass.runner.run.faults import failed, name_fault
 
 if TYPE_CHECKING:
     from proofmass.runner.analysis.linearisation.period_map import PeriodMap
+    from proofmass.runner.program.tick_loop import TickLoop
+    from proofmass.runner.targets.machine_code import LlvmModule
     from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
     from proofmass.runner.targets.native_slopes import SlopeCode
 
@@ -60,7 +63,7 @@ class Forward:
         """Run to the start of the tick `last` and return the memory there; raises `ModelError` if a tick fails."""
         if self._engine.name == "python" and last - self.tick > self._asked:
             self._asked = last - self.tick  # asking costs as much as some ticks, too much for each of many short parts
-            if choose(self._plan, self._asked, "auto") == "compiled":
+            if self._code.pays(self._asked):
                 self.compile()
         while self.tick < last:
             if self.progress:
@@ -101,12 +104,34 @@ class MachineCode:
         self._plan = replace(plan, probes=())
         self.known: CompiledPlan | None = None
 
+    @cached_property
+    def _text(self) -> "tuple[TickLoop, LlvmModule]":
+        # start-up time: short runs need no compiler
+        from proofmass.runner.program.tick import write_tick
+        from proofmass.runner.targets.native import module_of
+
+        written = write_tick(self._plan)
+        return written, module_of(written)
+
+    def pays(self, ticks: int) -> bool:
+        """Return whether some ticks are to be run in machine code: it is there, or plain Python would take longer."""
+        return self.known is not None or choose(self._plan, ticks, "auto", self._is_cached) == "compiled"
+
+    def _is_cached(self) -> bool:
+        # start-up time: short runs need no compiler
+        from proofmass.runner.targets.machine_code import is_cached
+
+        return is_cached(self._text[1].key)
+
     def run(self, plan: Plan, memory: Memory) -> "CompiledLoop":
         """Return a run from a memory on."""
         # start-up time: short runs need no compiler
+        from proofmass.runner.targets.machine_code import load_module
         from proofmass.runner.targets.native import CompiledLoop, CompiledPlan
 
-        self.known = self.known or CompiledPlan(self._plan)
+        if self.known is None:
+            written, module = self._text
+            self.known = CompiledPlan(self._plan, written, load_module(module))
         return CompiledLoop(plan, plan.graph.seed, 0, memory, self.known)
 
 
@@ -162,7 +187,7 @@ class Course:
 
     def machine_code(self, memory: Memory, ticks: int) -> "CompiledLoop | None":
         """Return a run in machine code from a memory on, if there is such code, or some ticks are worth making it."""
-        if self._code.known is None and choose(self.plan, ticks, "auto") != "compiled":
+        if not self._code.pays(ticks):
             return None
         return self._code.run(replace(self.plan, probes=()), memory.copy())
 

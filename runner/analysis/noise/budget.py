@@ -305,7 +305,7 @@ def _locked(noisy: Noisy) -> list[str]:
 
 def _lost(about: Linearisation, target: Endpoint) -> list[str]:
     """Return the notes on truth values that noise decides."""
-    lost = decided_by_noise(about.plan, target, about.tick)
+    lost = decided_by_noise(about.plan, target, about.tick, about.course.kept)
     why = "noise decides this truth value, which has no slope: what it does is not in the budget"
     return [f"{wire}: {why}; a study of many runs shows it" for wire in lost]
 
@@ -320,7 +320,7 @@ def _reached(points: OperatingPoints, drawing: Noisy) -> set[Endpoint]:
 
 
 def _silence(about: Linearisation, target: Endpoint, sources: int, noisy: Noisy) -> ModelError:
-    output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick)
+    output, lost = ".".join(target), decided_by_noise(about.plan, target, about.tick, about.course.kept)
     if lost:
         message = f"noise reaches {output} by truth values alone, which have no slope"
         return refusal(about.plan, output, message, ", ".join(lost), "a study of many runs shows what they do")

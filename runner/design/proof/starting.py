@@ -211,7 +211,7 @@ class StartingNoise(Starting):
         about = linearised(plan, first) if rest is None else rest.linearised(plan)
         noisy = noise_at(about, [target])
         bits = [name for name, own in noisy.items() if own or name in plan.digital]
-        bits += decided_by_noise(plan, target, about.tick)
+        bits += decided_by_noise(plan, target, about.tick, {})
         if bits:
             raise plan.graph.placed(_decides(target, bits)).error
         ends = Ends((), (target,), noise=noisy)
