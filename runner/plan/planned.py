@@ -4,6 +4,7 @@ import math
 import zlib
 from collections import Counter
 from collections.abc import Iterator, Mapping
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from fractions import Fraction
 from functools import cached_property
@@ -17,6 +18,7 @@ from proofmass.blocks.declaration.instance import shape_of, size_of, unit_of
 from proofmass.blocks.declaration.problem import ModelError, Problem
 from proofmass.graphs.checks.schedule import Beat, Schedule
 from proofmass.graphs.model.derived import Derived
+from proofmass.graphs.model.digraph import with_following
 from proofmass.graphs.model.flatten import FlatGraph
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.graphs.model.limits import LARGEST_RUN
@@ -150,7 +152,7 @@ class WiredPlan:
 
     @cached_property
     def _ends(self) -> Counter[str]:
-        return Counter(end for name in self.blocks for end in _ends(name))
+        return Counter(end for name in self.graph.blocks for end in _ends(name))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -203,6 +205,42 @@ class Plan(Filled):
     def ahead(self) -> tuple[Endpoint, ...]:
         """Outputs that are computed for the next tick too, since inputs of continuous blocks move towards it."""
         return ahead(self.graph, self.schedule, (solver.group for solver in self.solvers))
+
+    def part(self, blocks: AbstractSet[str]) -> "Plan":
+        """The plan of some blocks, of what they depend on, and of the groups that they move with, without its probes.
+
+        Each has the ticks, the numbers and the random stream that it has in the whole.
+        """
+        drivers, solvers = self.schedule.drivers, self.solvers
+        sources: dict[str, set[str]] = {name: set() for name in self.blocks}
+        for (target, _), (source, _) in drivers.items():
+            sources[target].add(source)
+        for solver in solvers:
+            for name in solver.group.blocks:
+                sources[name] |= {*solver.group.blocks, *(node[0] for node in solver.group.nodes)}
+        own = with_following({*blocks}, sources.__getitem__)
+        schedule = replace(
+            self.schedule,
+            order=tuple(step for step in self.schedule.order if step[0] in own),
+            drivers={target: source for target, source in drivers.items() if target[0] in own},
+            loops=tuple(loop for loop in self.schedule.loops if loop.tears[0][0] in own),
+        )
+        held = tuple(solver for solver in solvers if not own.isdisjoint(solver.group.blocks))
+        return replace(
+            self,
+            schedule=schedule,
+            blocks={name: block for name, block in self.blocks.items() if name in own},
+            buffers={
+                node: kept
+                for node, kept in self.buffers.items()
+                if (node in (s.largest for s in held) if isinstance(node, LargestOf) else node[0] in own)
+            },
+            digital={name: block for name, block in self.digital.items() if name in own},
+            solvers=held,
+            probes=(),
+            measures=(),
+            derived=(),
+        )
 
     @cached_property
     def without_noise(self) -> "Plan":

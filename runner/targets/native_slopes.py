@@ -42,6 +42,10 @@ class SlopeCode:
         loop = load_lanes(made.program, LANES, of_entry, _OF_NOISE if noise else _OF_LOOPS)
         self.compiled = CompiledPlan(plan, made.written, loop)
 
+    def of(self, plan: Plan) -> Plan:
+        """Return a plan that differs from that of the code in numbers alone, or the part of it that the code has."""
+        return plan if len(plan.blocks) == len(self.blocks) else plan.part(self.blocks.keys())
+
     def ticks(
         self,
         memory: Memory,

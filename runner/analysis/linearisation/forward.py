@@ -147,28 +147,38 @@ class Course:
         self.kept: dict[Hashable, Any] = {}  # runs with noise that an analysis asks for at several points
         self._run: Forward | None = None
         self._onward = dict[int, Onward]()
-        self._slopes: dict[bool, SlopeCode | None] = {}  # without and with noise
+        self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
+        self._has_slopes: bool | None = None
         self._noisy, self._asked = plan, 0
         self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
         self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
 
-    def slopes(self, ticks: int = 0, noise: bool = False) -> "SlopeCode | None":
+    def slopes(self, ticks: int = 0, noise: bool = False, blocks: AbstractSet[str] = frozenset()) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
 
-        It is made once so many `ticks` in all are asked for that plain Python would take longer.
+        It is made once so many `ticks` in all are asked for that plain Python would take longer. With noise it is that
+        of some `blocks` and of what they depend on, where these are the lesser part of the plan.
         """
         if self.like is not None:
-            return self.like.slopes(ticks, noise)
+            return self.like.slopes(ticks, noise, blocks)
         self._asked += ticks
         if self._asked < (_FEW if noise else 0):
             return None
         # start-up time: short periods need no compiler
         from proofmass.runner.targets.native_slopes import SlopeCode, has_slopes
 
-        if noise not in self._slopes:
-            can = has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled"
-            self._slopes[noise] = SlopeCode(self._noisy if noise else self.plan, noise) if can else None
-        return self._slopes[noise]
+        if self._has_slopes is None:
+            self._has_slopes = has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled"
+        if not self._has_slopes:
+            return None
+        own = self._noisy if noise else self.plan
+        part = own.part(blocks) if noise and blocks else own
+        known = (code for code in self._slopes[noise] if code.blocks.keys() >= part.blocks.keys())
+        code = next(known, None)
+        if code is None:
+            code = SlopeCode(part if 2 * len(part.blocks) <= len(own.blocks) else own, noise)
+            self._slopes[noise].append(code)
+        return code
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:
         """Return the memory at the start of a tick of a run of `of` ticks; raises `ModelError` if the run fails."""

@@ -8,6 +8,7 @@ and y hold an entry for each tick of their wires in it (lifting: Meyer and Burru
 """
 
 from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Set as AbstractSet
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
@@ -214,7 +215,7 @@ def period_map(
     integrated: bool = False,
     drawn: bool = False,
     quantisers: Collection[str] | None = None,
-    slopes: "Callable[[int, bool], SlopeCode | None]" = lambda ticks, noise: None,
+    slopes: "Callable[[int, bool, AbstractSet[str]], SlopeCode | None]" = lambda ticks, noise, blocks: None,
     later: Callable[[Memory, int], Memory] | None = None,
 ) -> PeriodMap:
     """Linearise what lies between some wires, from a memory on, or from tick 0.
@@ -246,7 +247,7 @@ def period_map(
     single = by_ticks and cut and len(inputs) == 1 and not by_parameters and not noise
     stepped = single and ticks > min(plan.stride(inputs[0]), _MANY)
     coded = (single and ticks > _MANY) or (bool(noise) and not by_parameters and one_model_each(noise))
-    code = slopes(ticks, bool(noise)) if coded else None
+    code = slopes(ticks, bool(noise), upstream) if coded else None
     if code is not None and not code.wires.keys() >= {*inputs, *outputs}:  # vectors, and truth values
         code = None
     while True:
@@ -255,7 +256,7 @@ def period_map(
         seeded += seed_wires(plan, begin, moving | {name for name, _ in inputs})
         values = [held_in(begin, entry, rings) for entry in seeded]
         given = plan, begin, upstream, inputs, outputs, cut, by_parameters, integrated
-        engine: DualTicks | CompiledSlopes | CompiledNoise = DualTicks(*given)
+        engine: DualTicks | CompiledSlopes | CompiledNoise
         in_code: CompiledNoise | None = None
         starts = {entry: place_of(memory, entry, rings) for entry in seeded}
         if noise and code is not None:
@@ -263,14 +264,14 @@ def period_map(
             # start-up time: short periods need no compiler
             from proofmass.runner.targets import native_noise
 
-            engine = in_code = native_noise.CompiledNoise(code, plan, memory, followed, {*starts.values()})
+            engine = in_code = native_noise.CompiledNoise(code, code.of(plan), memory, followed, {*starts.values()})
         elif noise:
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
         elif code is not None:
             engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, plan.without_noise)
-        elif stepped:
-            engine = SteppedTicks(*given)
+        else:
+            engine = (SteppedTicks if stepped else DualTicks)(*given)
         try:
             if not engine.advance(begin.tick + ticks, ()):
                 code = None  # plain Python says what has failed
