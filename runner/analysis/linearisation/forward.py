@@ -149,7 +149,7 @@ class Course:
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
         self._has_slopes: bool | None = None
-        self._noisy, self._asked = plan, 0
+        self._noisy, self._asked, self._noisy_code = plan, 0, MachineCode(plan)
         self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
         self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
 
@@ -204,6 +204,10 @@ class Course:
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""
         return Forward(self.plan, memory and memory.copy(), code=self._code)
+
+    def with_noise(self, memory: Memory) -> Forward:
+        """Return a run with noise from a memory on."""
+        return Forward(self._noisy, memory, code=self._noisy_code)
 
 
 class Onward:

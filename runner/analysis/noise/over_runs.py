@@ -150,7 +150,7 @@ def followed(
     about = linearised(planned)
     noisy, begin = noise_at(about, list(nodes)), begin or start(planned.without_noise)
     upstream, first = blocks_of_map(planned, (), nodes, False, noisy)[0], begin.tick
-    code = (course or about.course).slopes(ticks - first, noise=True) if one_model_each(noisy) else None
+    code = (course or about.course).slopes(ticks - first, True, upstream) if one_model_each(noisy) else None
     while True:
         found = Covariances(stretches)
         advance: Callable[[int, Rows], bool]
@@ -159,7 +159,7 @@ def followed(
             from proofmass.runner.analysis.noise.covariances_in_code import CovarianceInCode
 
             own = Followed(upstream, upstream, (), nodes, noisy)
-            advance = CovarianceInCode(code, planned, begin, own, found).advance
+            advance = CovarianceInCode(code, code.of(planned), begin, own, found).advance
         else:
             given = planned, begin.copy(), upstream, (), nodes, False, False, True
             advance = CovarianceTicks(*given, noise=noisy, found=found).advance

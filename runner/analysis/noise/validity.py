@@ -24,7 +24,6 @@ from proofmass.blocks.declaration.problem import ModelError
 from proofmass.graphs.model.graph import Endpoint
 from proofmass.runner.analysis.decisions.one_bit import with_spectra
 from proofmass.runner.analysis.linearisation.ends import Ends
-from proofmass.runner.analysis.linearisation.forward import Forward
 from proofmass.runner.analysis.linearisation.lasting import Lasting
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation
 from proofmass.runner.analysis.linearisation.period_map import PeriodMap
@@ -133,7 +132,7 @@ class _Along:
         self._about, self._ends, self._first = about, ends, whole.tick
         self._ticks = round(whole.period / about.plan.period)
         self.few = min(_INSTANTS, max(1, _MAPPED // self._ticks))  # of them
-        self._run = Forward(about.plan, about.course.at(whole.tick))
+        self._run = about.course.with_noise(about.course.at(whole.tick))
         self._maps = dict[int, PeriodMap | None]()
 
     def map(self, number: int) -> PeriodMap | None:
