@@ -170,7 +170,7 @@ def _decisions(watching: Plan, result: Result, name: str, port: str, tick: int) 
     low, high = float(levels.min()), float(levels.max())
     signs = reaches(type(watching.blocks[name]).output_functions[port].function, {two_level})
     step = (high - low) / (2.0 if signs else 1.0) or 1.0
-    rows = np.column_stack([values[first:], levels[first:]])
+    rows = np.array([values[first:], levels[first:]]).T  # each column in one piece
     rows -= low
     rows /= step
     if signs:
