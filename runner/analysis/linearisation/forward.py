@@ -149,6 +149,7 @@ class Course:
         self._onward = dict[int, Onward]()
         self._slopes: dict[bool, list[SlopeCode]] = {False: [], True: []}  # without and with noise
         self._has_slopes: bool | None = None
+        self._parts = dict[frozenset[str], MachineCode]()
         self._noisy, self._asked, self._noisy_code = plan, 0, MachineCode(plan)
         self.like = like if like is not None and self.plan.same_sizes(like.plan) else None
         self._code: MachineCode = self.like._code if self.like is not None else MachineCode(self.plan)
@@ -200,6 +201,12 @@ class Course:
         if not self._code.pays(ticks):
             return None
         return self._code.run(replace(self.plan, probes=()), memory.copy())
+
+    def part_in_code(self, memory: Memory, ticks: int, blocks: AbstractSet[str]) -> "CompiledLoop | None":
+        """Return such a run of some blocks alone, which depend on no others."""
+        part, key = self.plan.part(blocks), frozenset(blocks)
+        code = (self.like or self)._parts.setdefault(key, MachineCode(part))
+        return code.run(part, memory.copy()) if code.pays(ticks) else None
 
     def from_memory(self, memory: Memory | None) -> Forward:
         """Return a run from a memory on, or from tick 0."""
@@ -253,7 +260,7 @@ class Onward:
             run, rows = self._recorded.get(key, (None, none))
             if len(rows) < ticks:
                 asked = not timed and (run is None or isinstance(run, Alone))
-                code = self.course.machine_code(self.begin, ticks) if asked else None
+                code = self.course.part_in_code(self.begin, ticks, alone) if asked else None
                 run, rows = (
                     (code, none)
                     if code
