@@ -13,6 +13,7 @@ INTERPRETED_PART = 0.5  # part of the compiling time that a run in plain Python 
 COMPILING_SECONDS = 0.1  # about the time of compiling, which like runs in plain Python may take together
 _KNOWING_SECONDS = 0.03  # about the time to find out whether a plan has been compiled before
 _COMPILING_FUNCTION = 2.5e-3  # seconds more for each function of a block: 7 s for the 31 graphs of the library
+_WRITING_FUNCTION = 0.5e-3  # seconds for each function of a block until a plan is written as text
 _INTERPRETED_STEP = 1.5e-6  # seconds per function and tick in plain Python, measured
 _INTERPRETED_ENTRY = 0.15e-6  # the same per entry of a buffer
 _INTERPRETED_PRODUCT = 0.1e-6  # the same per product of a matrix
@@ -38,9 +39,10 @@ def choose(
     seconds, compiling = interpreting_seconds(planned, ticks), compiling_seconds(planned)
     key = _likeness(planned)
     spent = _spent.get(key, 0.0) + seconds
-    if seconds > INTERPRETED_PART * compiling or spent > compiling:
+    longer = seconds > _WRITING_FUNCTION * len(planned.schedule.order)  # than writing it as text, which each plan needs
+    if seconds > INTERPRETED_PART * compiling or (longer and spent > compiling):
         return "compiled"
-    if spent > _KNOWING_SECONDS:
+    if longer and spent > _KNOWING_SECONDS:
         # for start-up time: short runs need no compiler
         from proofmass.runner.targets.native import already_compiled
 
