@@ -130,14 +130,17 @@ class CompiledLoop:
         places = [self._written.memory.kinds[key] for key in keys]
         floats = np.array([kind is float for kind, _ in places], dtype=bool)
         read = np.array([index for _, index in places], dtype=np.int64)
-        columns = [(self._state[kind], read[own], own) for kind, own in ((FLOATS, floats), (INTEGERS, ~floats))]
+        of_kinds = [(self._state[kind], read[own], own) for kind, own in ((FLOATS, floats), (INTEGERS, ~floats))]
         rows = np.zeros((max(0, -(-(last - self.tick) // every)), len(places)))
-        addresses = [array.ctypes.data for array in self.arrays(())]
-        for row in rows:
-            self._loop(self.tick, self.tick + every, self.seed, self.run, *addresses)
-            for array, at, own in columns:
-                row[own] = array[at]
+        kept = [(array, at, own, np.zeros((len(rows), len(at)))) for array, at, own in of_kinds if len(at)]
+        given = self.seed, self.run, *(array.ctypes.data for array in self.arrays(()))
+        for number in range(len(rows)):
+            self._loop(self.tick, self.tick + every, *given)
             self.tick += every
+            for array, at, _, numbers in kept:
+                numbers[number] = array[at]
+        for _, _, own, numbers in kept:
+            rows[:, own] = numbers
         return rows
 
     def is_sound(self) -> bool:
