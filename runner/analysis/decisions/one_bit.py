@@ -23,6 +23,7 @@ from proofmass.runner.analysis.decisions.compiled_decisions import Decisions
 from proofmass.runner.analysis.decisions.shaping import Shaping, is_white, shaping
 from proofmass.runner.analysis.decisions.standing_errors import without_standing
 from proofmass.runner.analysis.decisions.watched import recorded
+from proofmass.runner.analysis.linearisation.ends import Ends
 from proofmass.runner.analysis.linearisation.linearisation import Linearisation, of_wires
 from proofmass.runner.analysis.linearisation.map_blocks import blocks_of_map
 from proofmass.runner.analysis.linearisation.open_loop import OpenLoop
@@ -159,13 +160,12 @@ def loop_through_bits(about: Linearisation, node: Endpoint) -> OpenLoop | None:
     if not known:
         return None
     whole = about.map([node], [node], cut=True, noise=gains)
-    own = [[i for i, entry in enumerate(ends) if entry[:2] == node] for ends in (whole.outputs, whole.inputs)]
     notes = tuple(
         f"{name}: one bit counts as a gain of {one.gain:.3g}, that of {one.decisions:,} decisions in a run; another"
         " factor at the wire makes it another gain"
         for name, one in known
     )
-    return of_wires(whole.with_ends(*own), about.plan.period, notes)
+    return of_wires(Ends((node,), (node,)).wires_of(whole), about.plan.period, notes)
 
 
 def _deciding(plan: Plan, upstream: AbstractSet[str], outputs: list[Endpoint]) -> set[str]:

@@ -45,6 +45,11 @@ class Ends:
         wanted = [i for i, entry in enumerate(whole.outputs) if entry[:2] in self.outputs]
         return whole.part(states, wanted, entering)
 
+    def wires_of(self, whole: PeriodMap) -> PeriodMap:
+        """Return a map between these ends without the noise that enters, and without what quantisers are given."""
+        entries = (whole.outputs, self.outputs), (whole.inputs, self.inputs)
+        return whole.with_ends(*([i for i, entry in enumerate(of) if entry[:2] in own] for of, own in entries))
+
     def blocks(self, plan: Plan) -> tuple[set[str], set[str]]:
         """Blocks that the outputs depend on, and those of them that the map has the states of."""
         return blocks_of_map(plan, self.inputs, self.outputs, self.everything, self.noise)

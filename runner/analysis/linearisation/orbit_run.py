@@ -94,7 +94,7 @@ class OrbitRun:
         """Return where |L| of a loop is about 1, in Hz."""
         if not self._ends.cut:
             return []
-        system = OpenLoop(of_period.between())
+        system = OpenLoop(self._ends.wires_of(of_period).between())
         w = np.geomspace(1e-9, 0.999, 900) * math.pi / system.sample
         above = np.abs(system.response(w)) > 1.0
         return [float(w[i]) / (2.0 * math.pi) for i in np.flatnonzero(above[:-1] != above[1:])]

@@ -54,7 +54,7 @@ def both(
     assert code is not None
     given: dict[str, Any] = {"noise": noise_blocks(planned) if noise is None else noise, "span": span, **options}
     inputs = given.pop("inputs", ())
-    fast = period_map(planned, inputs, nodes, **given, memory=course.at(tick), slopes=lambda ticks, noise: code)
+    fast = period_map(planned, inputs, nodes, **given, memory=course.at(tick), slopes=lambda *_: code)
     return fast, period_map(planned, inputs, nodes, **given, memory=course.at(tick))
 
 

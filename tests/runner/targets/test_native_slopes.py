@@ -51,7 +51,7 @@ def both(planned: Plan, node: Endpoint, tick: int = 0, span: int = len(CHIPS)) -
     assert code is not None
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(period_map, "SteppedTicks", None)  # plain Python does not step in
-        fast = period_map.period_map(planned, [node], [node], **options, slopes=lambda ticks, noise: code)
+        fast = period_map.period_map(planned, [node], [node], **options, slopes=lambda *_: code)
     return fast, period_map.period_map(planned, [node], [node], **options)
 
 

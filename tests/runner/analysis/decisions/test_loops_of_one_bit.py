@@ -39,8 +39,9 @@ def by_hand(sigma: float, count: int = 200_000) -> float:
     return float(does[:, 0] @ does[:, 1] / (does[:, 0] @ does[:, 0]))
 
 
-@pytest.mark.exhaustive
-@pytest.mark.parametrize("density", [0.002, 0.01])
+@pytest.mark.defect("S802", before="ended with a mismatch of matrices", after="has the margins of its gain")
+@pytest.mark.exhaustive(but=1)
+@pytest.mark.parametrize("density", [0.01, 0.002])
 def test_the_margin_is_that_of_the_gain_of_the_run(density: float) -> None:
     """L = K / (z - 1): twice 1 / K ends at -1, and the wire is stable from any lower gain on."""
     found = proofmass.margins(modulator(density), "back.output")
