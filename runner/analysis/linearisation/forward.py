@@ -157,8 +157,8 @@ class Course:
     def slopes(self, ticks: int = 0, noise: bool = False, blocks: AbstractSet[str] = frozenset()) -> "SlopeCode | None":
         """Return the machine code of ticks with their slopes, and those by all of `noise`, if the plan has such.
 
-        It is made once so many `ticks` in all are asked for that plain Python would take longer. With noise it is that
-        of some `blocks` and of what they depend on, where these are the lesser part of the plan.
+        It is made once so many `ticks` in all are asked for that plain Python would take longer. It is that of some
+        `blocks` and of what they depend on, where these are the lesser part of the plan.
         """
         if self.like is not None:
             return self.like.slopes(ticks, noise, blocks)
@@ -172,13 +172,14 @@ class Course:
             self._has_slopes = has_slopes(self.plan) and choose(self.plan, LARGEST_RUN, "auto") == "compiled"
         if not self._has_slopes:
             return None
-        own = self._noisy if noise else self.plan
-        part = own.part(blocks) if noise and blocks else own
-        known = (code for code in self._slopes[noise] if code.blocks.keys() >= part.blocks.keys())
-        code = next(known, None)
+        own, made = self._noisy if noise else self.plan, self._slopes[noise]
+        part = own.part(blocks) if blocks else own
+        code = next((code for code in made if code.blocks.keys() >= part.blocks.keys()), None)
         if code is None:
-            code = SlopeCode(part if 2 * len(part.blocks) <= len(own.blocks) else own, noise)
-            self._slopes[noise].append(code)
+            every = sum(len(code.blocks) for code in made) + len(part.blocks)  # parts of parts are made in vain
+            lesser = 2 * len(part.blocks) <= len(own.blocks) and 2 * every <= 3 * len(own.blocks)
+            code = SlopeCode(part if lesser else own, noise)
+            made.append(code)
         return code
 
     def at(self, tick: int, progress: Progress | None = None, of: int = 0) -> Memory:

@@ -269,7 +269,7 @@ def period_map(
             many = ticks > _MANY and not by_parameters
             engine = (CompactTicks if many else NoisyTicks)(*given, noise=noise, drawn=drawn, quantisers=quantisers)
         elif code is not None:
-            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, plan.without_noise)
+            engine = code.ticks(memory, inputs[0], {*starts.values()}, moving, code.of(plan.without_noise))
         else:
             engine = (SteppedTicks if stepped else DualTicks)(*given)
         try:

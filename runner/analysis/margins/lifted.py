@@ -60,7 +60,7 @@ def figures_of(system: OpenLoop, stable: bool) -> Figures:
         gain_reduction=low or None,
         phase_margin=critical_turn(system),
         delay_margin=delay_margin(system),
-        disk_margin=1.0 / largest(system, 0.5, closed)[1],
+        disk_margin=1.0 / _peak(system, 0.5, closed)[1],
         sensitivity_peak=peak,
         sensitivity_peak_frequency=at * hertz,
         bandwidth=_bandwidth(closed),
@@ -80,13 +80,23 @@ def closed_samples(system: OpenLoop, w: Array) -> Samples:
 def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float]:
     """Angular frequency and value of the largest |offset - T|, T = L (I + L)^-1, between rest and half the rate.
 
+    Over a period many frequencies turn by the same angle: that of the strongest line of what goes in is told.
+    """
+    angle, peak, at = _peak(system, offset, closed)
+    if at is not None:
+        return at, peak
+    (matrix,) = offset * np.eye(system.per_period) - system.complementary(np.array([angle / system.map.period]))
+    return _strongest_line(matrix, angle) / system.map.period, peak
+
+
+def _peak(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, float, float | None]:
+    """Return the angle over a period and the value of the largest, and its frequency if its own line is the largest.
+
     It is no less than at rest, or than that of the response at the own frequency, of which `closed` holds samples. Some
     singular value crosses a level just above the largest at a frequency if and only if there is a larger one elsewhere:
     so the level is raised, by values between crossings if a period has few (Bruinsma and Steinbuch, Systems and Control
     Letters 14, 1990, 287), and else by bisection. Where a narrow peak comes too near to its level to be told apart, no
     place between its crossings is higher.
-
-    Over a period many frequencies turn by the same angle: that of the strongest line of what goes in is told.
     """
     period, values = system.map.period, system.per_period
     near = min(_ON_CIRCLE, _BEFORE * float(np.min(1.0 - np.abs(system.poles), initial=1.0)))
@@ -99,10 +109,7 @@ def largest(system: OpenLoop, offset: float, closed: Samples) -> tuple[float, fl
     at_rest = _norm(offset * np.eye(values) - rest)
     raised = _raised_by_values if values <= _FEW else _raised_by_levels
     angle, peak = raised(system, offset, max((at * period, best), (0.0, at_rest), key=_height), crossed)
-    if angle == at * period:
-        return at, peak
-    (matrix,) = offset * np.eye(values) - system.complementary(np.array([angle / period]))
-    return _strongest_line(matrix, angle) / period, peak
+    return angle, peak, at if angle == at * period else None
 
 
 def _strongest_line(matrix: Complex, angle: float) -> float:
@@ -110,7 +117,7 @@ def _strongest_line(matrix: Complex, angle: float) -> float:
     own = np.exp(1j * angle * np.arange(len(matrix)) / len(matrix))
     vector = own if (matrix @ own).any() else own * np.arange(1.0, 1.0 + len(own))  # an integrator lets it not through
     for _ in range(_ITERATIONS):
-        vector = matrix.conj().T @ (matrix @ vector)
+        vector = ((matrix @ vector).conj() @ matrix).conj()
         vector = vector / np.linalg.norm(vector)
     lines = np.abs(np.fft.fft(vector / own))
     angles = np.abs(angle + 2.0 * math.pi * np.fft.fftfreq(len(matrix), 1.0 / len(matrix)))
