@@ -305,3 +305,13 @@ def test_steps_of_continuous_blocks_count_in_the_choice() -> None:
 
     assert choose(of("exact"), 1000, "auto") == "python"
     assert choose(of("runge_kutta_4"), 1000, "auto") == "compiled"
+
+
+def test_a_run_that_ends_before_its_text_is_written_is_interpreted(monkeypatch: pytest.MonkeyPatch) -> None:
+    blocks = {"ramp": Ramp(), "gain": Gain()}
+    planned = plan(Graph(name="short", rate=1000, blocks=blocks, wires=["ramp.output -> gain.input"]))
+    monkeypatch.setattr(engines, "_spent", {engines._likeness(planned): 10.0})
+    asked: list[int] = []
+    assert choose(planned, 10, "auto", lambda: bool(asked.append(10))) == "python"
+    assert not asked
+    assert choose(planned, 1_000, "auto") == "compiled"
